@@ -1,0 +1,71 @@
+"""The errors of the package: wrong input raises, a drive that does not fit is a result.
+
+Every error that a user can cause is an ``InputError`` and lists all faults found, not the first one.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+class DrivetrainError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class PhysicsWarning(UserWarning):
+    """Input that is allowed but hard to believe, such as an inertia that breaks the triangle inequality."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing wrong with the input, told so that it can be mended.
+
+    Attributes:
+        place: Where it stands: a path such as ``joints.elbow.gear`` or ``row 12, column Kt [mNm/A]``.
+        problem: What is wrong and what is allowed, in words, with units.
+        value: What was found there, as the user wrote it.
+        hint: The mend, such as the nearest known name.
+        file: The file it stands in, if any.
+    """
+
+    place: str
+    problem: str
+    value: object = None
+    hint: str = ""
+    file: str = ""
+
+    def __str__(self) -> str:
+        where = f"{self.file}: {self.place}" if self.file else self.place
+        found = "" if self.value is None else f" (found {self.value!r})"
+        mend = f"; {self.hint}" if self.hint else ""
+        return f"{where}: {self.problem}{found}{mend}"
+
+
+class InputError(DrivetrainError, ValueError):
+    """Input that cannot be used; ``faults`` holds every fault found."""
+
+    def __init__(self, faults: Fault | Iterable[Fault]):
+        self.faults: tuple[Fault, ...] = (faults,) if isinstance(faults, Fault) else tuple(faults)
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The hint that names the closest known names, or the known names themselves when few.
+
+    Args:
+        name: What the user wrote.
+        known: The names that would have been right.
+
+    Returns:
+        A phrase such as ``did you mean 'elbow'?``, empty when nothing is known.
+    """
+    names = sorted(set(known))
+    close = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
+    if close:
+        return "did you mean " + " or ".join(repr(match) for match in close) + "?"
+    if not names:
+        return ""
+    shown = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
+    return f"known: {shown}"

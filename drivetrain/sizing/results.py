@@ -1,0 +1,219 @@
+"""What the checks say: verdicts with numbers, for one joint, for the arm, and for every candidate that fell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive
+from drivetrain.study.study import Study
+
+
+class Verdict(StrEnum):
+    """What a check says. NOT CHECKED means that data are missing; it never counts as a pass."""
+
+    PASS = "PASS"
+    MARGINAL = "MARGINAL"
+    FAIL = "FAIL"
+    NOT_CHECKED = "NOT CHECKED"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One limit held against the task.
+
+    Attributes:
+        name: Of the check, such as ``motor peak torque``.
+        required: What the task asks, safety factor included [unit]; None when it could not be computed.
+        available: What the part can do [unit]; None when the sheet does not say.
+        unit: Of both, SI with the usual prefixes (``N m``, ``A``, ``rad/s``, ``C``, ``h``).
+        utilisation: Required over available, or the equivalent for temperatures and lives; 1 is the limit; None when
+            not checked.
+        verdict: See ``Verdict``.
+        time: Instant in the cycle at which it is closest to its limit [s]; None when it belongs to no instant.
+        source: Where the limit comes from.
+        remark: What a reader should know: why it was not checked, an assumption, the mend.
+    """
+
+    name: str
+    required: float | None
+    available: float | None
+    unit: str
+    utilisation: float | None
+    verdict: Verdict
+    time: float | None = None
+    source: str = ""
+    remark: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class JointSeries:
+    """What one drive does over the cycle, for plots and current commands; all (N,).
+
+    Attributes:
+        time: [s].
+        position: [rad or m].
+        speed, acceleration: Of the gear's output [rad/s], [rad/s^2].
+        gear_torque: At the gear's output, joint friction included [N m].
+        motor_speed: [rad/s].
+        motor_torque: Electromagnetic, losses and rotor included [N m].
+        rotor_torque: The part of it that accelerates the rotor [N m].
+        friction_torque: The part of it that overcomes motor friction and gear loss [N m].
+        current: DC equivalent [A].
+        voltage: At the terminals, hot [V].
+        electrical_power: Drawn from the supply; negative when regenerating [W].
+        winding_temperature, housing_temperature: In the periodic steady state [C]; None when not computed.
+        bearing_load: Six components (moment, force) of the joint wrench in the joint frame [N m], [N], (N, 6); None
+            without an arm.
+        load_inertia: Inertia the gear's output sees, rotor excluded [kg m^2]; None without an arm.
+    """
+
+    time: Array
+    position: Array
+    speed: Array
+    acceleration: Array
+    gear_torque: Array
+    motor_speed: Array
+    motor_torque: Array
+    rotor_torque: Array
+    friction_torque: Array
+    current: Array
+    voltage: Array
+    electrical_power: Array
+    winding_temperature: Array | None
+    housing_temperature: Array | None
+    bearing_load: Array | None
+    load_inertia: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class JointResult:
+    """One joint's drive and everything that was held against it.
+
+    Attributes:
+        name: Of the joint.
+        motor, gear: Catalogue keys.
+        drive: The drive with the study's assumptions filled in.
+        checks: Every check, in a fixed order.
+        series: What the drive does over the cycle.
+        remarks: In words: standstill rule, RMS rule validity, assumptions.
+    """
+
+    name: str
+    motor: str
+    gear: str
+    drive: Drive
+    checks: tuple[Check, ...]
+    series: JointSeries
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """The worst verdict of its checks (see ``worst``)."""
+        return worst(check.verdict for check in self.checks)
+
+    @property
+    def binding(self) -> Check | None:
+        """The check closest to, or furthest over, its limit; None when nothing was checked."""
+        judged = [check for check in self.checks if check.utilisation is not None]
+        return max(judged, key=lambda check: check.utilisation or 0.0, default=None)
+
+
+def worst(verdicts: object) -> Verdict:
+    """The worst of some verdicts: FAIL, then MARGINAL, then PASS; NOT CHECKED only when nothing was checked.
+
+    Args:
+        verdicts: An iterable of verdicts.
+
+    Returns:
+        One verdict for all.
+    """
+    found = set(verdicts)  # type: ignore[call-overload]
+    for verdict in (Verdict.FAIL, Verdict.MARGINAL, Verdict.PASS):
+        if verdict in found:
+            return verdict
+    return Verdict.NOT_CHECKED
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """A set of drives held against a study.
+
+    Attributes:
+        study: What was asked.
+        joints: By joint name, in the arm's order.
+        shared: Checks of all joints together (the supply).
+        objective: Value of the study's objective for these drives (mass [kg] or price); NaN where data are missing.
+    """
+
+    study: Study
+    joints: dict[str, JointResult]
+    shared: tuple[Check, ...]
+    objective: float
+
+    @property
+    def verdict(self) -> Verdict:
+        """The worst verdict of all joints and of the supply."""
+        return worst([joint.verdict for joint in self.joints.values()] + [check.verdict for check in self.shared])
+
+    @property
+    def feasible(self) -> bool:
+        """True when no check failed and at least one was made."""
+        return self.verdict in (Verdict.PASS, Verdict.MARGINAL)
+
+
+@dataclass(frozen=True)
+class Fallen:
+    """A candidate that fell: at the joint, with the drives chosen after it.
+
+    Attributes:
+        joint, motor, gear: Names.
+        check: The check with the highest utilisation among those it failed.
+        required, available: Of that check [unit].
+        unit: Of both.
+        utilisation: Of that check; above 1.
+        objective: Its own share of the objective (mass [kg] or price).
+    """
+
+    joint: str
+    motor: str
+    gear: str
+    check: str
+    required: float
+    available: float
+    unit: str
+    utilisation: float
+    objective: float
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """The drives chosen for a study, and why not the others.
+
+    Attributes:
+        study: What was asked.
+        drives: Keys of the chosen (motor, gear) by joint name; empty when nothing fits.
+        evaluation: Of the chosen drives; when nothing fits, of the nearest candidates.
+        objective: Of the chosen drives; NaN when nothing fits.
+        proof: ``optimal``, or in words the gap that is left.
+        fallen: Every candidate that fell.
+        alternatives: By joint name, the next best (motor, gear, objective share) that also pass.
+        advice: When nothing fits: the nearest candidate, the binding check and what would mend it.
+        counters: Work done: nodes, candidates judged.
+    """
+
+    study: Study
+    drives: dict[str, tuple[str, str]]
+    evaluation: Evaluation
+    objective: float
+    proof: str
+    fallen: tuple[Fallen, ...]
+    alternatives: dict[str, tuple[tuple[str, str, float], ...]]
+    advice: tuple[str, ...]
+    counters: dict[str, int]
+
+    @property
+    def feasible(self) -> bool:
+        """True when a set was found whose every check holds."""
+        return bool(self.drives) and self.evaluation.feasible

@@ -1,0 +1,195 @@
+"""The study: everything one job needs, read, checked and in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.friction import Friction
+from drivetrain.motion.duty_cycle import Cycle
+
+
+class DriveMass(StrEnum):
+    """Whose mass the drives are: ADDED to bare links, INCLUDED in the arm's links, or REPLACED in them."""
+
+    ADDED = "added"
+    INCLUDED = "included"
+    REPLACED = "replaced"
+
+
+@dataclass(frozen=True, eq=False)
+class Payload:
+    """A body fixed to the tip.
+
+    Attributes:
+        name: What to call it.
+        mass: [kg].
+        com: Centre of mass in the tip frame [m], (3,).
+        inertia: About the centre of mass, tip axes [kg m^2], (3, 3).
+    """
+
+    name: str
+    mass: float
+    com: Array
+    inertia: Array
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where a drive sits.
+
+    Attributes:
+        carrier: Link that holds the stator: ``parent`` (before the joint), ``child`` (after it) or ``base``.
+        offset: Of the drive's centre of mass from the joint's point, along the joint axis [m].
+    """
+
+    carrier: str = "parent"
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ContainedDrive:
+    """What an arm's links already hold at one joint, to be taken out before another drive is put in.
+
+    Attributes:
+        mass: Of motor and gear together [kg].
+        mount: Where it sits in the links.
+    """
+
+    mass: float
+    mount: Mount
+
+
+@dataclass(frozen=True, eq=False)
+class JointTask:
+    """One joint of the study: its given drive, or the catalogue rows that may drive it.
+
+    Attributes:
+        name: Of the joint.
+        drive: Keys of the given (motor, gear), or None; gear key "" is a direct drive.
+        pairs: The (motor key, gear key) pairs that may be chosen, in a fixed order; empty when only a drive is given.
+        passed_over: How many catalogue rows each rule of the study put aside, in words: shown in the report.
+        mount: Where the drive sits.
+        contained: What the arm's links already hold here (``replaced`` only).
+        friction: At the joint, outside the gear's mesh.
+        motor_friction: At the motor shaft, replacing the sheet's no-load data; None: from the sheet.
+        amplifier: Of this joint.
+        travel_per_turn: Of a prismatic joint, travel a radian of the gear's output [m/rad]; None for a revolute joint.
+        housing_to_ambient: Thermal resistance that replaces the sheet's [K/W], for the real mounting; None: the sheet's.
+    """
+
+    name: str
+    drive: tuple[str, str] | None
+    pairs: tuple[tuple[str, str], ...]
+    passed_over: tuple[str, ...]
+    mount: Mount
+    contained: ContainedDrive | None
+    friction: Friction
+    motor_friction: Friction | None
+    amplifier: Amplifier
+    travel_per_turn: float | None = None
+    housing_to_ambient: float | None = None
+
+
+@dataclass(frozen=True)
+class Safety:
+    """Factors on what is required, and the reserve below which a pass is MARGINAL.
+
+    Attributes:
+        peak_torque: On gear and motor peak torque and peak current.
+        rms: On RMS current.
+        speed: On speeds.
+        voltage: On terminal voltage.
+        reserve: A check that passes with utilisation above ``1 - reserve`` is MARGINAL.
+        temperature_margin: Kept below the winding's limit [K].
+        inertia_ratio: Largest reflected load inertia over rotor inertia; None: reported, not judged.
+        life: Wanted gear life [s]; None: reported, not judged.
+    """
+
+    peak_torque: float = 1.0
+    rms: float = 1.0
+    speed: float = 1.0
+    voltage: float = 1.0
+    reserve: float = 0.1
+    temperature_margin: float = 0.0
+    inertia_ratio: float | None = None
+    life: float | None = None
+
+
+@dataclass(frozen=True)
+class GearAssumption:
+    """What the study assumes of gears of one kind where the sheet is silent; None: nothing.
+
+    Attributes:
+        efficiency: Power out over power in when the motor drives.
+        backdriving_efficiency: When the load drives; None: from the same mesh friction.
+        no_load_torque_share: No-load running torque at the input, as a share of continuous torque over ratio.
+        source: Where the assumption is from.
+    """
+
+    efficiency: float | None = None
+    backdriving_efficiency: float | None = None
+    no_load_torque_share: float | None = None
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class MotorAssumption:
+    """What the study assumes of motors where the sheet is silent; None: nothing.
+
+    Attributes:
+        max_winding_temperature: [C].
+        winding_time_constant, housing_time_constant: Thermal [s].
+        source: Where the assumption is from.
+    """
+
+    max_winding_temperature: float | None = None
+    winding_time_constant: float | None = None
+    housing_time_constant: float | None = None
+    source: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Everything one job needs, in SI.
+
+    Attributes:
+        name, description: Of the study.
+        path: The study file, as given.
+        digest: SHA-256 over the study and all files it names.
+        arm: None when a load table gives the torques.
+        drive_mass: Whose mass the drives are; None without an arm.
+        payloads: Those the cycle names, in the order of ``cycle.payload_names``.
+        cycle: The repeated task.
+        joints: One a joint, in the arm's order.
+        supply: Behind all amplifiers.
+        ambient: Air temperature [C].
+        safety: Factors and reserves.
+        gear_assumptions: By gear kind.
+        motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
+        objective: What selection minimises: ``mass`` or ``price``.
+        catalog: The rows that may be used.
+        notes: Doubts raised while reading (arm, motion, catalogue), for the report.
+    """
+
+    name: str
+    description: str
+    path: str
+    digest: str
+    arm: Arm | None
+    drive_mass: DriveMass | None
+    payloads: tuple[Payload, ...]
+    cycle: Cycle
+    joints: tuple[JointTask, ...]
+    supply: Supply
+    ambient: float
+    safety: Safety
+    gear_assumptions: dict[str, GearAssumption]
+    motor_assumptions: dict[str, MotorAssumption]
+    objective: str
+    catalog: Catalog
+    notes: tuple[str, ...] = ()
