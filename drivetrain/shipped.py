@@ -1,0 +1,24 @@
+"""Where the folders that ship with the package are: inside the wheel, or beside the package in a checkout."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def shipped(folder: str) -> Path:
+    """The folder ``catalogs`` or ``examples`` as shipped.
+
+    Args:
+        folder: Its name at the top of the checkout.
+
+    Returns:
+        Its path.
+
+    Raises:
+        FileNotFoundError: The installation is broken: it is in neither place.
+    """
+    package = Path(__file__).resolve().parent
+    for place in (package / "_data" / folder, package.parent / folder):
+        if place.is_dir():
+            return place
+    raise FileNotFoundError(f"the shipped folder {folder!r} is missing from this installation of drivetrain")
