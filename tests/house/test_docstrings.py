@@ -1,0 +1,75 @@
+"""Every public name says what it is; every argument is named in the docstring, and nothing that is not an argument."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[2] / "drivetrain"
+FILES = sorted(PACKAGE.rglob("*.py"))
+SECTION = re.compile(r"^(Args|Returns|Raises|Reference|References|Attributes|Yields|Example|Examples|Note|Notes):")
+
+
+def public_definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.ClassDef]:
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            yield node
+            if isinstance(node, ast.ClassDef):
+                yield from (
+                    item for item in node.body if isinstance(item, ast.FunctionDef) and not item.name.startswith("_")
+                )
+
+
+def signature(node: ast.FunctionDef) -> set[str]:
+    arguments = node.args
+    names = [a.arg for a in [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]]
+    return set(names) - {"self", "cls"}
+
+
+def section(doc: str, name: str) -> list[str]:
+    lines, inside = [], False
+    for line in doc.splitlines():
+        if SECTION.match(line):
+            inside = line.startswith(name + ":")
+        elif inside:
+            lines.append(line)
+    return lines
+
+
+def named(lines: list[str]) -> set[str]:
+    """Names before the colon of each entry (entries stand at the smallest indentation of the section)."""
+    filled = [line for line in lines if line.strip()]
+    if not filled:
+        return set()
+    indent = min(len(line) - len(line.lstrip()) for line in filled)
+    heads = [line.strip().split(":")[0] for line in filled if len(line) - len(line.lstrip()) == indent]
+    return {name.strip() for head in heads for name in head.split(",")}
+
+
+def faults(path: Path) -> list[str]:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    found = [] if ast.get_docstring(tree) else ["the module has no docstring"]
+    for node in public_definitions(tree):
+        doc = ast.get_docstring(node)
+        if not doc:
+            found.append(f"{node.name} has no docstring")
+        elif isinstance(node, ast.FunctionDef):
+            arguments, documented = signature(node), named(section(doc, "Args"))
+            if arguments != documented:
+                found.append(f"{node.name}: takes {sorted(arguments)}, documents {sorted(documented)}")
+        elif any("dataclass" in ast.unparse(d) for d in node.decorator_list):
+            fields = {i.target.id for i in node.body if isinstance(i, ast.AnnAssign) and isinstance(i.target, ast.Name)}
+            fields = {f for f in fields if not f.startswith("_")}
+            documented = named(section(doc, "Attributes"))
+            if fields != documented:
+                found.append(f"{node.name}: has {sorted(fields)}, documents {sorted(documented)}")
+    return found
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_docstrings_name_every_argument(path: Path) -> None:
+    assert faults(path) == []

@@ -1,0 +1,66 @@
+"""The tower stands: a module imports only from floors below its own or from its own folder, and nothing goes round."""
+
+from __future__ import annotations
+
+import ast
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[2] / "drivetrain"
+FLOORS = {
+    "errors": 1, "version": 1,
+    "arrays": 2, "units": 2, "shipped": 2,
+    "spatial": 3, "drive": 3, "motion": 3, "solvers": 3,
+    "arm": 4, "catalog": 4, "effects": 4,
+    "study": 5, "dynamics": 5,
+    "sizing": 6, "simulation": 6,
+    "report": 7, "accuracy": 7, "export": 7,
+    "cli": 8, "__main__": 9,
+}  # fmt: skip
+
+
+def name_of(path: Path) -> str:
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {name_of(path): path for path in sorted(PACKAGE.rglob("*.py")) if path.parent.name != "_data"}
+
+
+def imports(name: str) -> set[str]:
+    """Modules of the package that a module imports, late imports and type-only imports included."""
+    found = set()
+    for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{name}: relative import"
+            base = node.module or ""
+            found |= {f"{base}.{a.name}" if f"{base}.{a.name}" in MODULES else base for a in node.names}
+    return {module for module in found if module == "drivetrain" or module.startswith("drivetrain.")}
+
+
+def part(name: str) -> str:
+    return name.split(".")[1] if "." in name else ""
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name != "drivetrain"])
+def test_imports_only_downwards(name: str) -> None:
+    assert part(name) in FLOORS, f"{name}: its folder has no floor"
+    for target in imports(name):
+        if target == "drivetrain.version":
+            continue
+        assert target != "drivetrain", f"{name} imports the package root"
+        assert target in MODULES, f"{name} imports {target}, which does not exist"
+        same_folder = part(target) == part(name)
+        assert same_folder or FLOORS[part(target)] < FLOORS[part(name)], f"{name} imports upwards or sideways: {target}"
+
+
+def test_no_import_cycles() -> None:
+    graph = {name: imports(name) & set(MODULES) for name in MODULES if name != "drivetrain"}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(f"import cycle: {error.args[1]}")
