@@ -1,0 +1,1 @@
+"""The arm as data, and the files it comes from."""

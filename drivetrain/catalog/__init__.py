@@ -1,0 +1,1 @@
+"""Catalogues of motors and gears: columns, reading, checking, importing."""

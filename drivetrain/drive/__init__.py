@@ -1,0 +1,1 @@
+"""The laws of one drive: motor, gear, friction, heat, amplifier."""

@@ -1,0 +1,1 @@
+"""Algorithms on an arm: kinematics, inverse and forward dynamics."""

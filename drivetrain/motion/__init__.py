@@ -1,0 +1,1 @@
+"""Motions over time and the duty cycle they make."""

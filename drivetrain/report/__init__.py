@@ -1,0 +1,1 @@
+"""Reports: figures, page, files, the only door through which results go out."""

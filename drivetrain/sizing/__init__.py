@@ -1,0 +1,1 @@
+"""What the task needs, whether a drive fits, which drives are best."""

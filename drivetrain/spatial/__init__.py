@@ -1,0 +1,1 @@
+"""Rigid-body algebra: rotations, poses, wrenches, inertia."""
