@@ -7,14 +7,16 @@ screws are (angular, linear).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.rotors import Rotor, RotorLevel
+from drivetrain.arm.checks import Faults, checked_inertia, checked_pose, checked_screw, each, warn_of_inertias
+from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.poses import axis_point
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, the book's rounding, and pinocchio's and MuJoCo's
 
@@ -54,12 +56,161 @@ class Arm:
     lower: Array
     upper: Array
     speed_limits: Array
-    rotors: tuple[Rotor | None, ...]
+    rotors: tuple[MountedRotor | None, ...]
     level: RotorLevel = RotorLevel.FULL
     name: str = "arm"
     notes: tuple[str, ...] = field(default=())
 
     @property
     def n(self) -> int:
-        """Number of joints."""
+        """Number of joints [-]."""
         return len(self.masses)
+
+    @classmethod
+    def from_screws(
+        cls,
+        home: Any,
+        screws: Any,
+        masses: Any,
+        inertias: Any,
+        tip: Any = None,
+        gravity: Any = STANDARD_GRAVITY,
+        *,
+        joint_points: Any = None,
+        joint_names: Sequence[str] | None = None,
+        link_names: Sequence[str] | None = None,
+        lower: Any = None,
+        upper: Any = None,
+        speed_limits: Any = None,
+        name: str = "arm",
+        notes: Sequence[str] = (),
+    ) -> Arm:
+        """An arm without rotors, from frames and screw axes in the base frame with every joint at zero.
+
+        Args:
+            home: Centre-of-mass frames of the links, (n, 4, 4); translation [m].
+            screws: Joint screw axes, (n, 6), (angular [-], linear [m]), unit to 1e-6 and then made exactly so. Zero
+                angular part: prismatic; angular and linear part not at right angles: helical.
+            masses: Of the links [kg], (n,); zero is allowed.
+            inertias: About the centre of mass, in the home frame [kg m^2], (n, 3, 3). One that no body can have gives
+                a PhysicsWarning that names the link, and a note.
+            tip: End-effector frame, fixed to the last link, (4, 4). None: the last link's home frame.
+            gravity: Acceleration of free fall in the base frame [m/s^2], (3,).
+            joint_points: Where on its axis each joint sits [m], (n, 3). None: the point of the axis nearest to the
+                centre of mass of its link; of a prismatic joint, that centre itself.
+            joint_names, link_names: n each. None: joint_1, joint_2, ... and link_1, link_2, ...
+            lower, upper: Position limits [rad or m], (n,). None: unknown, infinite.
+            speed_limits: [rad/s or m/s], (n,). None: unknown, infinite.
+            name: What to call the arm.
+            notes: What the reader of a report should know.
+
+        Returns:
+            The arm.
+
+        Raises:
+            InputError: Wrong shapes, NaN, frames that are none, screws not unit, negative masses, asymmetric
+                inertias, limits in the wrong order, repeated names: all of them at once.
+        """
+        faults = Faults()
+        n = _count(masses, {"home": home, "screws": screws, "inertias": inertias}, faults)
+        checked_home = each(home, checked_pose, "home", faults)
+        checked_screws = each(screws, checked_screw, "screws", faults)
+        checked_masses = faults.attempt(lambda: _masses(masses, n))
+        checked_inertias = each(inertias, checked_inertia, "inertias", faults)
+        checked_tip = None if tip is None else faults.attempt(lambda: checked_pose(tip, "tip"))
+        checked_gravity = faults.attempt(lambda: frozen_array(gravity, (3,), "gravity"))
+        limits = _limits(n, lower, upper, speed_limits, faults)
+        joints = _names(joint_names, n, "joint", faults)
+        links = _names(link_names, n, "link", faults)
+        points = None
+        if joint_points is not None:
+            points = faults.attempt(lambda: frozen_array(joint_points, (n, 3), "joint_points"))
+        faults.raise_any()
+        assured_home, assured_screws = frozen_array(checked_home, (n, 4, 4), "home"), _frozen(checked_screws)
+        if points is None:
+            points = _nearest_points(assured_home, assured_screws)
+        warnings = warn_of_inertias(checked_inertias, links)
+        return cls(
+            assured_home,
+            assured_screws,
+            _frozen(checked_masses),
+            _frozen(checked_inertias),
+            assured_home[-1] if checked_tip is None else _frozen(checked_tip),
+            _frozen(checked_gravity),
+            points,
+            joints,
+            links,
+            *limits,
+            rotors=(None,) * n,
+            name=name,
+            notes=(*notes, *warnings),
+        )
+
+
+def _frozen(array: Array | None) -> Array:
+    """A read-only view of an array that has passed its check."""
+    result = np.asarray(array)
+    result.setflags(write=False)
+    return result
+
+
+def _count(masses: Any, others: dict[str, Any], faults: Faults) -> int:
+    """The number of joints, by the masses; the other lists must have as many entries, or nothing can be checked."""
+    n = len(masses) if np.ndim(masses) == 1 else 0
+    if n == 0:
+        faults.add("masses", "must be a list of at least one mass [kg]", masses)
+        faults.raise_any()
+    for name, values in others.items():
+        if not hasattr(values, "__len__") or len(values) != n:
+            count = len(values) if hasattr(values, "__len__") else values
+            faults.add(name, f"must have one entry a joint, {n} as masses has", count)
+    faults.raise_any()
+    return n
+
+
+def _masses(masses: Any, n: int) -> Array:
+    values = frozen_array(masses, (n,), "masses")
+    negative = [Fault(f"masses[{i}]", "must not be negative [kg]", float(m)) for i, m in enumerate(values) if m < 0]
+    if negative:
+        raise InputError(negative)
+    return values
+
+
+def _limits(n: int, lower: Any, upper: Any, speed: Any, faults: Faults) -> tuple[Array, Array, Array]:
+    """Position and speed limits; infinite ones are allowed."""
+    low = _limit(n, lower, -np.inf, "lower", faults)
+    high = _limit(n, upper, np.inf, "upper", faults)
+    fast = _limit(n, speed, np.inf, "speed_limits", faults)
+    for i in np.flatnonzero(low > high):
+        faults.add(f"lower[{i}]", f"must not be above upper[{i}], {high[i]:.6g}", float(low[i]))
+    for i in np.flatnonzero(fast <= 0.0):
+        faults.add(f"speed_limits[{i}]", "must be positive [rad/s or m/s]", float(fast[i]))
+    return low, high, fast
+
+
+def _limit(n: int, values: Any, unknown: float, name: str, faults: Faults) -> Array:
+    if values is None:
+        return _frozen(np.full(n, unknown))
+    try:
+        limits = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        limits = np.empty(0)
+    if limits.shape != (n,) or np.isnan(limits).any():
+        faults.add(name, f"must be {n} numbers (infinite where unknown)", values)
+        return _frozen(np.full(n, unknown))
+    return _frozen(limits)
+
+
+def _names(names: Sequence[str] | None, n: int, kind: str, faults: Faults) -> tuple[str, ...]:
+    if names is None:
+        return tuple(f"{kind}_{i + 1}" for i in range(n))
+    if len(names) != n or len(set(names)) != n:
+        faults.add(f"{kind}_names", f"must be {n} different names", list(names))
+    return tuple(str(name) for name in names)
+
+
+def _nearest_points(home: Array, screws: Array) -> Array:
+    """Where the joints sit when nobody says: on the axis, abreast of the link's centre of mass."""
+    centres = home[:, :3, 3]
+    points = [axis_point(s, c) if s[:3].any() else c for s, c in zip(screws, centres, strict=True)]
+    return _frozen(np.array(points))

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
-from drivetrain.arrays import Array
+import numpy as np
+
+from drivetrain.arm.checks import TOLERANCE, Faults, checked_inertia, checked_pose, checked_screw
+from drivetrain.arrays import Array, frozen_array
+from drivetrain.errors import Fault, InputError
 
 
 class RotorLevel(StrEnum):
@@ -19,3 +22,118 @@ class RotorLevel(StrEnum):
     NONE = "none"
     REFLECTED = "reflected"
     FULL = "full"
+
+
+@dataclass(frozen=True, eq=False)
+class Rotor:
+    """What spins behind the gear of one joint, seen against the link that carries its stator.
+
+    Attributes:
+        ratio: Rotor turns a turn of the joint [-], or rotor angle over travel of a prismatic joint [rad/m]; negative
+            when the rotor turns the other way about ``screw`` than the joint goes.
+        inertia: Scalar about the spin axis [kg m^2] (the transverse part then counts as the carrier's), or the full
+            tensor about the centre of mass in the rotor frame, (3, 3).
+        mass: [kg]; 0 where it is already counted in the carrier's.
+        home: Frame at the centre of mass, base frame, all joints zero, (4, 4). None: z along the spin axis; x and y
+            are the base's, turned the shortest way that takes the base's z to the spin axis (so the base's own axes
+            when they agree); its origin is the point of the spin axis nearest to where the joint sits.
+        screw: Spin axis, base frame, all joints zero, (6,), (angular [-], linear [m]). None: the joint's axis line;
+            of a prismatic joint, the line along its direction through the point where the joint sits.
+        carrier: Index of the link that holds the stator; -1 is the base. None: the link before the joint.
+    """
+
+    ratio: float
+    inertia: float | Array
+    mass: float = 0.0
+    home: Array | None = None
+    screw: Array | None = None
+    carrier: int | None = None
+
+    def __post_init__(self) -> None:
+        faults = Faults()
+        checked = {
+            "ratio": faults.attempt(lambda: _ratio(self.ratio)),
+            "inertia": faults.attempt(lambda: _inertia(self.inertia)),
+            "mass": faults.attempt(lambda: _not_negative(self.mass, "mass", "kg")),
+            "home": None if self.home is None else faults.attempt(lambda: checked_pose(self.home, "home")),
+            "screw": None if self.screw is None else faults.attempt(lambda: _spin_axis(self.screw)),
+            "carrier": faults.attempt(lambda: _carrier(self.carrier)),
+        }
+        faults.raise_any()
+        for name, value in checked.items():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, eq=False)
+class MountedRotor(Rotor):
+    """A rotor on an arm, every default settled; ``with_rotors`` makes these.
+
+    Attributes:
+        ratio: As of Rotor [- or rad/m].
+        inertia: Tensor about the centre of mass in the rotor frame [kg m^2], (3, 3).
+        mass: [kg].
+        home: Frame at the centre of mass, base frame, all joints zero, (4, 4).
+        screw: Spin axis, base frame, all joints zero, (6,).
+        carrier: Index of the link that holds the stator; -1 is the base.
+    """
+
+    ratio: float
+    inertia: Array
+    mass: float
+    home: Array
+    screw: Array
+    carrier: int
+
+    @property
+    def axial_inertia(self) -> float:
+        """Inertia about the line through the spin axis [kg m^2], an unbalanced rotor's offset counted."""
+        axis = self.home[:3, :3].T @ self.screw[:3]
+        offset = self.home[:3, 3] - np.cross(self.screw[:3], self.screw[3:])
+        arm = np.cross(self.screw[:3], offset)
+        return float(axis @ self.inertia @ axis + self.mass * (arm @ arm))
+
+
+def _scalar(value: object, name: str) -> float:
+    return float(frozen_array(value, (), name))
+
+
+def _ratio(value: float) -> float:
+    ratio = _scalar(value, "ratio")
+    if ratio == 0.0:
+        raise InputError(Fault("ratio", "must not be zero", value, "a direct drive has None for a rotor, or ratio 1"))
+    return ratio
+
+
+def _not_negative(value: object, name: str, unit: str) -> float:
+    number = _scalar(value, name)
+    if number < 0.0:
+        raise InputError(Fault(name, f"must not be negative [{unit}]", number))
+    return number
+
+
+def _inertia(value: float | Array) -> float | Array:
+    if np.ndim(value) == 0:
+        return _not_negative(value, "inertia", "kg m^2")
+    if np.shape(value) != (3, 3):
+        problem = "must be a number (about the spin axis) or a (3, 3) tensor [kg m^2]"
+        raise InputError(Fault("inertia", problem, f"shape {np.shape(value)}"))
+    return checked_inertia(value, "inertia")
+
+
+def _spin_axis(value: object) -> Array:
+    screw = checked_screw(value, "screw")
+    pitch = float(screw[:3] @ screw[3:])
+    if not screw[:3].any() or abs(pitch) > TOLERANCE * max(1.0, float(np.linalg.norm(screw[3:]))):
+        raise InputError(Fault("screw", "must be a pure rotation: unit angular part, zero pitch", screw.tolist()))
+    screw[3:] -= pitch * screw[:3]
+    return screw
+
+
+def _carrier(value: object) -> int | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < -1:
+        raise InputError(Fault("carrier", "must be the index of a link, or -1 for the base", value))
+    return int(value)

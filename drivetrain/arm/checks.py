@@ -1,0 +1,173 @@
+"""The checks at the door of an arm: each says every fault it finds, and mends what rounding has spoilt."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError, PhysicsWarning
+from drivetrain.spatial.inertia import triangle_excess
+from drivetrain.spatial.rotations import is_rotation, nearest_rotation
+
+TOLERANCE = 1e-6  # on unit axes and orthogonal frames: six printed digits, then made exact
+TRIANGLE_TOLERANCE = 1e-4  # on the triangle inequality: files print four digits
+
+T = TypeVar("T")
+
+
+class Faults:
+    """Collects the faults of several checks, so that all are told at once."""
+
+    def __init__(self) -> None:
+        self.found: list[Fault] = []
+
+    def add(self, place: str, problem: str, value: object = None, hint: str = "") -> None:
+        """Note one fault.
+
+        Args:
+            place: Where it stands.
+            problem: What is wrong and what is allowed.
+            value: What was found there.
+            hint: The mend.
+        """
+        self.found.append(Fault(place, problem, value, hint))
+
+    def attempt(self, check: Callable[[], T]) -> T | None:
+        """What a check returns, or None with its faults noted.
+
+        Args:
+            check: Called without arguments; may raise InputError.
+
+        Returns:
+            The checked value, or None.
+        """
+        try:
+            return check()
+        except InputError as error:
+            self.found.extend(error.faults)
+            return None
+
+    def raise_any(self) -> None:
+        """Raise what was found, if anything.
+
+        Raises:
+            InputError: With every fault noted.
+        """
+        if self.found:
+            raise InputError(self.found)
+
+
+def checked_pose(value: Any, name: str) -> Array:
+    """A pose whose rotation is one, made exactly orthogonal.
+
+    Args:
+        value: Homogeneous matrix, (4, 4).
+        name: What to call it in an error.
+
+    Returns:
+        The pose, (4, 4); unchanged to the bit when it is orthogonal to rounding.
+
+    Raises:
+        InputError: Another shape, not finite, no rotation, or a last row other than 0 0 0 1.
+    """
+    matrix = checked_array(value, (4, 4), name)
+    faults = []
+    if not is_rotation(matrix[:3, :3], TOLERANCE):
+        faults.append(Fault(name, "its rotation must be orthogonal with determinant +1", matrix[:3, :3].tolist()))
+    if np.abs(matrix[3] - [0.0, 0.0, 0.0, 1.0]).max() > TOLERANCE:
+        faults.append(Fault(name, "its last row must be 0 0 0 1", matrix[3].tolist()))
+    if faults:
+        raise InputError(faults)
+    result = matrix.copy()
+    result[3] = [0.0, 0.0, 0.0, 1.0]
+    if not is_rotation(matrix[:3, :3], 1e-14):
+        result[:3, :3] = nearest_rotation(matrix[:3, :3])
+    return result
+
+
+def checked_screw(value: Any, name: str) -> Array:
+    """A screw axis made exactly unit.
+
+    Args:
+        value: (6,), (angular [-], linear [m or -]): unit angular part, or zero angular and unit linear part.
+        name: What to call it in an error.
+
+    Returns:
+        The screw, (6,).
+
+    Raises:
+        InputError: Another shape, not finite, or not unit.
+    """
+    screw = checked_array(value, (6,), name)
+    angular, linear = float(np.linalg.norm(screw[:3])), float(np.linalg.norm(screw[3:]))
+    if abs(angular - 1.0) <= TOLERANCE:
+        # Dividing the whole screw keeps the axis where it is.
+        return screw / angular
+    if angular <= TOLERANCE and abs(linear - 1.0) <= TOLERANCE:
+        return np.concatenate([np.zeros(3), screw[3:] / linear])
+    problem = "must be a unit screw (angular, linear): angular part of length 1, or angular part 0 and linear part 1"
+    raise InputError(Fault(name, problem, screw.tolist(), f"lengths are {angular:.6g} and {linear:.6g}"))
+
+
+def checked_inertia(value: Any, name: str) -> Array:
+    """A symmetric inertia tensor.
+
+    Args:
+        value: About the centre of mass [kg m^2], (3, 3).
+        name: What to call it in an error.
+
+    Returns:
+        The tensor, exactly symmetric, (3, 3).
+
+    Raises:
+        InputError: Another shape, not finite, not symmetric, or with a negative moment on its diagonal.
+    """
+    tensor = checked_array(value, (3, 3), name)
+    if np.abs(tensor - tensor.T).max() > TOLERANCE * max(float(np.abs(tensor).max()), 1e-12):
+        raise InputError(Fault(name, "must be symmetric", tensor.tolist()))
+    if (np.diag(tensor) < 0.0).any():
+        raise InputError(Fault(name, "must have no negative moment on its diagonal [kg m^2]", tensor.tolist()))
+    return 0.5 * (tensor + tensor.T)
+
+
+def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, faults: Faults) -> Array:
+    """Every entry of a list, checked one by one.
+
+    Args:
+        values: The entries, unit as the check wants them.
+        check: Takes an entry and its name.
+        name: Of the list; entries are called ``name[i]``.
+        faults: Collects what is wrong.
+
+    Returns:
+        The checked entries stacked; those that failed are left out.
+    """
+    checked = [faults.attempt(lambda v=value, i=i: check(v, f"{name}[{i}]")) for i, value in enumerate(values)]  # type: ignore[misc]
+    return np.array([value for value in checked if value is not None])
+
+
+def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
+    """Warn of every link whose inertia no body could have.
+
+    Args:
+        inertias: About the centres of mass [kg m^2], (n, 3, 3).
+        links: Whose they are, (n,).
+
+    Returns:
+        The warnings' texts.
+    """
+    texts = []
+    for tensor, link in zip(inertias, links, strict=True):
+        if triangle_excess(tensor) <= TRIANGLE_TOLERANCE:
+            continue
+        moments = ", ".join(f"{moment:.6g}" for moment in np.linalg.eigvalsh(tensor))
+        texts.append(
+            f"link {link}: no body has principal moments {moments} kg m^2: "
+            "the largest may not pass the sum of the two others"
+        )
+        warnings.warn(texts[-1], PhysicsWarning, stacklevel=3)
+    return texts

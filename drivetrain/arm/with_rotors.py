@@ -1,0 +1,94 @@
+"""An arm with its rotors mounted, and the same arm with less of their motion counted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.checks import Faults
+from drivetrain.arm.rotors import MountedRotor, Rotor, RotorLevel
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.poses import axis_point, pose
+from drivetrain.spatial.rotations import frame_along
+
+
+def with_rotors(arm: Arm, rotors: Sequence[Rotor | None], *, level: RotorLevel = RotorLevel.FULL) -> Arm:
+    """The arm with these rotors, in place of any it had.
+
+    Where a rotor leaves a choice open it is settled here, as the docstring of Rotor tells; the arm then holds
+    MountedRotors with concrete home, screw, carrier and tensor. A scalar inertia J becomes ``J u u^T`` with u the
+    spin axis in the rotor frame: about the spin axis alone, nothing across it.
+
+    Args:
+        arm: The arm that carries them.
+        rotors: One a joint, None for a direct drive, (n,).
+        level: How much of their motion is counted.
+
+    Returns:
+        The arm with rotors; lengths [m], masses [kg] and inertias [kg m^2] of the links are left as they were.
+
+    Raises:
+        InputError: Not n rotors, or a carrier that is no link of this arm.
+    """
+    faults = Faults()
+    if len(rotors) != arm.n:
+        faults.add("rotors", f"must be one a joint (None for a direct drive): {arm.n}", len(rotors))
+        faults.raise_any()
+    mounted = [faults.attempt(lambda i=i, r=rotor: _mounted(arm, i, r)) for i, rotor in enumerate(rotors)]  # type: ignore[misc]
+    faults.raise_any()
+    return replace(arm, rotors=tuple(mounted), level=_checked_level(level))
+
+
+def at_level(arm: Arm, level: RotorLevel) -> Arm:
+    """The same arm with more or less of its rotors' motion counted.
+
+    Args:
+        arm: With rotors or without.
+        level: What to count.
+
+    Returns:
+        The arm at that level; rotors are kept [kg, kg m^2], so that any other level can be had from it.
+
+    Raises:
+        InputError: No such level.
+    """
+    return replace(arm, level=_checked_level(level))
+
+
+def _checked_level(level: RotorLevel) -> RotorLevel:
+    try:
+        return RotorLevel(level)
+    except ValueError:
+        known = ", ".join(member.value for member in RotorLevel)
+        raise InputError(Fault("level", f"must be one of {known}", level)) from None
+
+
+def _mounted(arm: Arm, joint: int, rotor: Rotor | None) -> MountedRotor | None:
+    """The rotor with its open choices settled."""
+    place = f"rotors[{joint}]"
+    if rotor is None:
+        return None
+    if not isinstance(rotor, Rotor):
+        raise InputError(Fault(place, "must be a Rotor or None", rotor))
+    carrier = joint - 1 if rotor.carrier is None else rotor.carrier
+    if carrier >= arm.n:
+        raise InputError(Fault(f"{place}.carrier", f"must be between -1 (base) and {arm.n - 1}", carrier))
+    screw = _joint_line(arm, joint) if rotor.screw is None else rotor.screw
+    home = rotor.home
+    if home is None:
+        home = pose(frame_along(screw[:3]), axis_point(screw, arm.joint_points[joint]))
+    axis = home[:3, :3].T @ screw[:3]
+    inertia = rotor.inertia if np.ndim(rotor.inertia) == 2 else rotor.inertia * np.outer(axis, axis)
+    return MountedRotor(rotor.ratio, np.asarray(inertia), rotor.mass, home, screw, carrier)
+
+
+def _joint_line(arm: Arm, joint: int) -> Array:
+    """The joint's axis as a pure rotation: the line without the pitch, or the way of a slide through its point."""
+    screw = arm.screws[joint]
+    if not screw[:3].any():
+        return np.concatenate([screw[3:], np.cross(arm.joint_points[joint], screw[3:])])
+    return np.concatenate([screw[:3], screw[3:] - float(screw[:3] @ screw[3:]) * screw[:3]])
