@@ -1,0 +1,388 @@
+"""Units at the border: texts such as "92.5 gcm²" to SI floats, and SI floats back to readable units.
+
+The registry holds only the units of ``units.txt``: pint's own file reads "10 Nm" as a textile unit. Spellings of data
+sheets ("min⁻¹", "oz-in-s2", "V/1000 rpm") are first brought to products of symbols by ``unit_spelling``.
+Angles count as a dimension, so 100 Hz or 100 1/s is never taken for a speed. Temperatures are degrees Celsius
+throughout the package ("degC"); differences are kelvin.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.unit_spelling import NotAUnitError, pint_expression
+
+if TYPE_CHECKING:
+    import pint
+
+NUMBER = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
+PURE = ("", "1", "-")
+
+# What a reader calls a dimension, by its SI unit; the first of each is also the unit shown in errors.
+NAMES = {
+    "rad/s": "rotation speed", "rad/s^2": "rotational acceleration", "rad": "angle", "Hz": "frequency",
+    "N m": "torque or energy", "N m/rad": "torsional stiffness", "N m/A": "torque constant", "N": "force",
+    "N m s/rad": "viscous friction", "kg m^2": "moment of inertia", "kg": "mass", "m": "length", "m/s": "speed",
+    "m/s^2": "acceleration", "m/rad": "travel per angle", "rad/m": "angle per travel", "V": "voltage", "A": "current",
+    "W": "power", "ohm": "resistance", "H": "inductance", "F": "capacitance", "s": "time", "K": "temperature",
+    "K/W": "thermal resistance", "J/K": "heat capacity", "V s/rad": "back-emf constant", "N/m": "stiffness",
+    "1/K": "temperature coefficient", "rad/(s V)": "speed constant", "rad/(s N m)": "speed-torque gradient",
+    "1": "pure number",
+}  # fmt: skip
+
+# Readable units of a quantity, largest first; the first in which the value is at least 1 is shown, else the last.
+READABLE = {
+    "A": ("A", "mA"), "V": ("V", "mV"), "W": ("kW", "W", "mW"), "J": ("kJ", "J", "mJ"), "N m": ("N m", "mN m"),
+    "N": ("N", "mN"), "kg": ("kg", "g"), "m": ("m", "mm"), "kg m^2": ("kg m^2", "kg cm^2", "g cm^2"),
+    "ohm": ("ohm", "mohm"), "H": ("H", "mH", "uH"), "F": ("F", "mF", "uF"), "N m/A": ("N m/A", "mN m/A"),
+    "V s/rad": ("V s/rad", "mV s/rad"), "s": ("h", "s", "ms"), "N m/rad": ("N m/rad", "mN m/rad"),
+    "Hz": ("kHz", "Hz"), "m/s": ("m/s", "mm/s"),
+}  # fmt: skip
+LARGEST_IN_SECONDS = 9000.0  # 2.5 h: below, a time reads better in seconds than in hours
+
+
+@dataclass(frozen=True)
+class _Unit:
+    """What a unit text means: its factor to SI, its dimension, and its cleaned spelling."""
+
+    scale: float
+    dimension: Mapping[str, float]
+    text: str
+
+
+@lru_cache(maxsize=1)
+def _registry() -> pint.UnitRegistry:
+    """The registry of our own units, built when first needed: importing pint takes a third of a second."""
+    import pint
+
+    registry: pint.UnitRegistry = pint.UnitRegistry(None)
+    registry.load_definitions(str(Path(__file__).with_name("units.txt")))
+    return registry
+
+
+@lru_cache(maxsize=4096)
+def _unit(text: str) -> _Unit:
+    """The meaning of a unit text; raises NotAUnitError."""
+    import pint
+
+    if text.strip() in PURE:
+        return _Unit(1.0, {}, "")
+    expression = pint_expression(text)
+    registry = _registry()
+    try:
+        parsed = registry.parse_units(expression)
+        scale = float(registry.Quantity(1.0, parsed).to_root_units().magnitude)
+    except pint.UndefinedUnitError as error:
+        missing = str(error.unit_names if isinstance(error.unit_names, str) else error.unit_names[0])
+        known = [str(name) for name in registry._units if len(str(name)) <= 10]
+        raise NotAUnitError(f"unknown unit {missing!r}", nearest(missing, [*known, "Nm", "krpm"])) from None
+    except (pint.PintError, ValueError, TypeError, SyntaxError, AttributeError, KeyError):
+        raise NotAUnitError(f"cannot read {text!r} as a unit") from None
+    dimension: Any = parsed.dimensionality
+    return _Unit(scale, {str(base): float(power) for base, power in dimension.items()}, expression)
+
+
+@lru_cache(maxsize=1)
+def _dimension_names() -> dict[frozenset[tuple[str, float]], str]:
+    """What each known dimension is called."""
+    return {frozenset(_unit(unit).dimension.items()): name for unit, name in reversed(NAMES.items())}
+
+
+def _called(unit: _Unit) -> str:
+    name = _dimension_names().get(frozenset(unit.dimension.items()), "quantity of another kind")
+    return f"an {name}" if name[0] in "aeio" else f"a {name}"
+
+
+def _celsius(text: str) -> tuple[float, float] | None:
+    """Factor and offset from a temperature reading to degrees Celsius; None when it is no plain temperature."""
+    known = {"degC": (1.0, 0.0), "K": (1.0, -273.15), "degF": (5.0 / 9.0, -160.0 / 9.0)}
+    return known.get(_unit(text).text)
+
+
+def _conversion(text: str, unit: str) -> tuple[float, float]:
+    """Factor and offset from a unit text to the SI unit wanted; raises NotAUnitError when dimensions differ."""
+    found, wanted = _unit(text), _unit(unit)
+    if wanted.text == "degC":
+        reading = _celsius(text)
+        if reading is not None:
+            return reading
+    elif wanted.text == "K" and found.text in ("degC", "degF"):
+        raise NotAUnitError("must be a difference of temperatures", "write it in K")
+    elif found.dimension == wanted.dimension or _radian_left_out(found, wanted):
+        return found.scale / wanted.scale, 0.0
+    example = "%" if unit in PURE else unit
+    problem = f"must be {_called(wanted)} in a unit such as {example}, but {text!r} is {_called(found)}"
+    raise NotAUnitError(problem, _angle_hint(found, wanted))
+
+
+def _radian_left_out(found: _Unit, wanted: _Unit) -> bool:
+    """Sheets print viscous friction as Nms and the back-emf constant as Vs (or Nm/A): nothing else these can mean."""
+    per_radian = [_unit("N m s/rad").dimension, _unit("V s/rad").dimension]
+    return wanted.dimension in per_radian and found.dimension == {
+        base: power for base, power in wanted.dimension.items() if base != "[angle]"
+    }
+
+
+def _angle_hint(found: _Unit, wanted: _Unit) -> str:
+    """The mend when only the angle is missing or too much."""
+    bases = [{base: power for base, power in unit.dimension.items() if base != "[angle]"} for unit in (found, wanted)]
+    if bases[0] != bases[1]:
+        return ""
+    if found.dimension.get("[angle]", 0.0) == 0.0:
+        if wanted.dimension == _unit("rad/s").dimension:
+            return "write rpm, rad/s or deg/s: a rate alone does not say what is counted"
+        return "the angle is missing, such as rad, deg or rev"
+    return "there is an angle too many"
+
+
+def factor(unit_text: str) -> float:
+    """What a value in this unit is multiplied by to be in SI (differences, for temperatures).
+
+    Args:
+        unit_text: Such as ``mNm/A`` or ``rpm``; empty for pure numbers.
+
+    Returns:
+        The factor, such as 1e-3 or 0.10472.
+
+    Raises:
+        InputError: Not a unit.
+    """
+    try:
+        return _unit(unit_text).scale
+    except NotAUnitError as error:
+        raise InputError(Fault("unit", error.problem, unit_text, error.hint)) from None
+
+
+def split_header(header: str) -> tuple[str, str]:
+    """Name and unit of a column header.
+
+    Args:
+        header: Such as ``Kt [mNm/A]``.
+
+    Returns:
+        The two, such as ``("Kt", "mNm/A")``; an empty unit when there are no brackets.
+    """
+    match = re.fullmatch(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*", header, re.DOTALL)
+    return (match[1], match[2].strip()) if match else (header.strip(), "")
+
+
+def to_si(values: Any, unit_text: str, place: str = "", *, unit: str = "", file: str = "") -> Array:
+    """Values of a column as SI floats; temperatures stay or become degrees Celsius.
+
+    Args:
+        values: Numbers in the header's unit, any shape; NaN stays NaN.
+        unit_text: The header's unit.
+        place: Where it stands, for the error.
+        unit: The SI unit wanted, whose dimension is then checked; empty: not checked, and kelvin stay kelvin.
+        file: The file it stands in, for the error.
+
+    Returns:
+        The values in SI (or in degrees Celsius), of the same shape.
+
+    Raises:
+        InputError: Not a unit, or another dimension than that of ``unit``.
+    """
+    try:
+        scale, offset = _conversion(unit_text, unit) if unit else (_unit(unit_text).scale, 0.0)
+        if not unit and _unit(unit_text).text == "degF":
+            scale, offset = _conversion(unit_text, "degC")
+    except NotAUnitError as error:
+        raise InputError(Fault(place or "unit", error.problem, unit_text, error.hint, file)) from None
+    return np.asarray(values, dtype=np.float64) * scale + offset
+
+
+def quantity(
+    value: Any,
+    unit: str,
+    place: str,
+    *,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    above: float | None = None,
+    file: str = "",
+) -> float:
+    """The SI float a text such as "48 V" or "6000 1/min" stands for.
+
+    Args:
+        value: The text; a bare number is a fault, except where a pure number is wanted.
+        unit: The SI unit wanted: ``V``, ``rad/s``, ``kg m^2``, ``degC``, empty for a pure number.
+        place: Where it stands, for the error.
+        minimum: Smallest value allowed, in ``unit``.
+        maximum: Largest value allowed, in ``unit``.
+        above: Value that must be exceeded, in ``unit``.
+        file: The file it stands in, for the error.
+
+    Returns:
+        The value in ``unit``.
+
+    Raises:
+        InputError: No number, no unit, an unknown unit, another dimension, or out of range.
+    """
+    try:
+        number, unit_text = _split_number(value, unit)
+        scale, offset = _conversion(unit_text, unit)
+        result = number * scale + offset
+        _check_range(result, unit, minimum, maximum, above)
+    except NotAUnitError as error:
+        raise InputError(Fault(place, error.problem, value, error.hint, file)) from None
+    return result
+
+
+def _split_number(value: Any, unit: str) -> tuple[float, str]:
+    """Number and unit text of a value as written; raises NotAUnitError."""
+    example = f"48 {unit}" if unit not in PURE else "0.9 or 90 %"
+    bare = isinstance(value, int | float) and not isinstance(value, bool)
+    match = NUMBER.fullmatch(str(value).replace("−", "-")) if bare or isinstance(value, str) else None
+    if match is None or not math.isfinite(float(match[1])):
+        raise NotAUnitError(f"must be a number with a unit, such as {example}")
+    number, rest = float(match[1]), match[2].strip()
+    if rest.startswith(","):
+        raise NotAUnitError("has a decimal comma", "write a point")
+    if not rest and unit not in PURE:
+        raise NotAUnitError(f"needs a unit, such as {number:g} {unit}")
+    return number, rest
+
+
+def _check_range(value: float, unit: str, minimum: float | None, maximum: float | None, above: float | None) -> None:
+    """Raises NotAUnitError outside the range."""
+    shown = f" {unit}" if unit not in PURE else ""
+    if minimum is not None and value < minimum:
+        raise NotAUnitError(f"must be at least {minimum:g}{shown}")
+    if maximum is not None and value > maximum:
+        raise NotAUnitError(f"must be at most {maximum:g}{shown}")
+    if above is not None and not value > above:
+        raise NotAUnitError(f"must be above {above:g}{shown}")
+
+
+def quantities(value: Any, unit: str, place: str, n: int | None = None, *, file: str = "") -> Array:
+    """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for.
+
+    Args:
+        value: One text with the unit after the brackets, or a list of texts with a unit each.
+        unit: The SI unit wanted.
+        place: Where it stands, for the error.
+        n: How many there must be; None: any number.
+        file: The file it stands in, for the error.
+
+    Returns:
+        The values in ``unit``, (n,).
+
+    Raises:
+        InputError: Another count, or any entry that is not such a quantity; all of them listed.
+    """
+    entries = _entries(value)
+    example = f"[{', '.join(['0'] * (n or 3))}]" + (f" {unit}" if unit not in PURE else "")
+    if entries is None or (n is not None and len(entries) != n):
+        count = f"{n} values" if n is not None else "a list"
+        raise InputError(Fault(place, f"must be {count} with a unit, such as {example}", value, "", file))
+    results: list[float] = []
+    faults: list[Fault] = []
+    for index, entry in enumerate(entries):
+        try:
+            results.append(quantity(entry, unit, f"{place}[{index}]", file=file))
+        except InputError as error:
+            faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)
+    return np.array(results, dtype=np.float64)
+
+
+def _entries(value: Any) -> Sequence[Any] | None:
+    """The list as written, each entry with its unit; None when it is no list."""
+    if isinstance(value, list | tuple):
+        return value
+    match = re.fullmatch(r"\s*\[([^\]]*)\]\s*(.*)", value, re.DOTALL) if isinstance(value, str) else None
+    return None if match is None else [f"{entry.strip()} {match[2]}".strip() for entry in match[1].split(",")]
+
+
+def from_si(values: Any, unit: str, unit_text: str) -> Array:
+    """SI values in another unit, for tables and files.
+
+    Args:
+        values: In ``unit``, any shape.
+        unit: Their SI unit.
+        unit_text: The unit wanted, such as ``rpm``.
+
+    Returns:
+        The values in ``unit_text``, of the same shape.
+
+    Raises:
+        InputError: Not a unit, or another dimension.
+    """
+    try:
+        scale, offset = _conversion(unit_text, unit)
+    except NotAUnitError as error:
+        raise InputError(Fault("unit", error.problem, unit_text, error.hint)) from None
+    return (np.asarray(values, dtype=np.float64) - offset) / scale
+
+
+def readable_unit(value: float, unit: str) -> str:
+    """The unit in which an SI value reads well.
+
+    Args:
+        value: In ``unit``; for a table, the largest in it.
+        unit: Its SI unit.
+
+    Returns:
+        Such as ``mA`` for 0.02 A; ``unit`` itself where no other is in use.
+    """
+    choices = READABLE.get(unit, (unit,))
+    size = abs(value)
+    if size == 0.0 or not math.isfinite(size):
+        return unit
+    for choice in choices:
+        if choice == "h" and size < LARGEST_IN_SECONDS:
+            continue
+        if size / factor(choice) >= 1.0 - 1e-12:
+            return choice
+    return choices[-1]
+
+
+def engineering(value: float, unit: str, *, show: str = "") -> tuple[float, str]:
+    """A value in a unit that reads well.
+
+    Args:
+        value: In ``unit``.
+        unit: Its SI unit.
+        show: The unit to use instead of the one chosen, such as ``rpm``, ``%`` or ``h``.
+
+    Returns:
+        Scaled value and unit text.
+    """
+    chosen = show or readable_unit(value, unit)
+    return float(from_si(value, unit, chosen)), chosen
+
+
+def format_quantity(value: float, unit: str, *, show: str = "", digits: int = 3) -> str:
+    """A value as text with a readable unit.
+
+    Args:
+        value: In ``unit``.
+        unit: Its SI unit, empty for a pure number.
+        show: The unit to use instead of the one chosen, such as ``rpm``.
+        digits: Significant digits; whole digits before the point are never cut.
+
+    Returns:
+        Such as ``12.5 mN m``.
+    """
+    scaled, chosen = engineering(value, unit, show=show)
+    return f"{_rounded(scaled, digits)} {chosen.replace('degC', '°C').replace('^2', '²')}".strip()
+
+
+def _rounded(value: float, digits: int) -> str:
+    """The value with so many significant digits, never in powers of ten between 1e-4 and 1e7."""
+    size = abs(value)
+    if not math.isfinite(value) or size == 0.0 or not 1e-4 <= size < 1e7:
+        return f"{value:.{digits}g}"
+    decimals = max(0, digits - 1 - math.floor(math.log10(size)))
+    return f"{value:.{decimals}f}"
