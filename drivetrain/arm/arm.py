@@ -84,6 +84,7 @@ class Arm:
         speed_limits: Any = None,
         name: str = "arm",
         notes: Sequence[str] = (),
+        check_inertias: bool = True,
     ) -> Arm:
         """An arm without rotors, from frames and screw axes in the base frame with every joint at zero.
 
@@ -103,6 +104,7 @@ class Arm:
             speed_limits: [rad/s or m/s], (n,). None: unknown, infinite.
             name: What to call the arm.
             notes: What the reader of a report should know.
+            check_inertias: Whether to warn of inertias that no body can have; False for a caller who has told.
 
         Returns:
             The arm.
@@ -115,21 +117,21 @@ class Arm:
         n = _count(masses, {"home": home, "screws": screws, "inertias": inertias}, faults)
         checked_home = each(home, checked_pose, "home", faults)
         checked_screws = each(screws, checked_screw, "screws", faults)
-        checked_masses = faults.attempt(lambda: _masses(masses, n))
+        checked_masses = faults.attempt(_masses, masses, n)
         checked_inertias = each(inertias, checked_inertia, "inertias", faults)
-        checked_tip = None if tip is None else faults.attempt(lambda: checked_pose(tip, "tip"))
-        checked_gravity = faults.attempt(lambda: frozen_array(gravity, (3,), "gravity"))
+        checked_tip = None if tip is None else faults.attempt(checked_pose, tip, "tip")
+        checked_gravity = faults.attempt(frozen_array, gravity, (3,), "gravity")
         limits = _limits(n, lower, upper, speed_limits, faults)
         joints = _names(joint_names, n, "joint", faults)
         links = _names(link_names, n, "link", faults)
         points = None
         if joint_points is not None:
-            points = faults.attempt(lambda: frozen_array(joint_points, (n, 3), "joint_points"))
+            points = faults.attempt(frozen_array, joint_points, (n, 3), "joint_points")
         faults.raise_any()
-        assured_home, assured_screws = frozen_array(checked_home, (n, 4, 4), "home"), _frozen(checked_screws)
+        assured_home, assured_screws = _frozen(checked_home), _frozen(checked_screws)
         if points is None:
             points = _nearest_points(assured_home, assured_screws)
-        warnings = warn_of_inertias(checked_inertias, links)
+        warnings = warn_of_inertias(checked_inertias, links) if check_inertias else []
         return cls(
             assured_home,
             assured_screws,

@@ -36,17 +36,17 @@ class Faults:
         """
         self.found.append(Fault(place, problem, value, hint))
 
-    def attempt(self, check: Callable[[], T]) -> T | None:
+    def attempt(self, check: Callable[..., T], *values: Any) -> T | None:
         """What a check returns, or None with its faults noted.
 
         Args:
-            check: Called without arguments; may raise InputError.
+            check: Called with the values that follow it; may raise InputError.
 
         Returns:
             The checked value, or None.
         """
         try:
-            return check()
+            return check(*values)
         except InputError as error:
             self.found.extend(error.faults)
             return None
@@ -146,7 +146,7 @@ def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, f
     Returns:
         The checked entries stacked; those that failed are left out.
     """
-    checked = [faults.attempt(lambda v=value, i=i: check(v, f"{name}[{i}]")) for i, value in enumerate(values)]  # type: ignore[misc]
+    checked = [faults.attempt(check, value, f"{name}[{i}]") for i, value in enumerate(values)]
     return np.array([value for value in checked if value is not None])
 
 

@@ -52,12 +52,12 @@ class Rotor:
     def __post_init__(self) -> None:
         faults = Faults()
         checked = {
-            "ratio": faults.attempt(lambda: _ratio(self.ratio)),
-            "inertia": faults.attempt(lambda: _inertia(self.inertia)),
-            "mass": faults.attempt(lambda: _not_negative(self.mass, "mass", "kg")),
-            "home": None if self.home is None else faults.attempt(lambda: checked_pose(self.home, "home")),
-            "screw": None if self.screw is None else faults.attempt(lambda: _spin_axis(self.screw)),
-            "carrier": faults.attempt(lambda: _carrier(self.carrier)),
+            "ratio": faults.attempt(_ratio, self.ratio),
+            "inertia": faults.attempt(_inertia, self.inertia),
+            "mass": faults.attempt(_not_negative, self.mass, "mass", "kg"),
+            "home": None if self.home is None else faults.attempt(checked_pose, self.home, "home"),
+            "screw": None if self.screw is None else faults.attempt(_spin_axis, self.screw),
+            "carrier": faults.attempt(_carrier, self.carrier),
         }
         faults.raise_any()
         for name, value in checked.items():

@@ -38,7 +38,7 @@ def with_rotors(arm: Arm, rotors: Sequence[Rotor | None], *, level: RotorLevel =
     if len(rotors) != arm.n:
         faults.add("rotors", f"must be one a joint (None for a direct drive): {arm.n}", len(rotors))
         faults.raise_any()
-    mounted = [faults.attempt(lambda i=i, r=rotor: _mounted(arm, i, r)) for i, rotor in enumerate(rotors)]  # type: ignore[misc]
+    mounted = [faults.attempt(_mounted, arm, i, rotor) for i, rotor in enumerate(rotors)]
     faults.raise_any()
     return replace(arm, rotors=tuple(mounted), level=_checked_level(level))
 

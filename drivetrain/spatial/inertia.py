@@ -1,13 +1,118 @@
-"""Rigid-body inertia: moved, turned, added, and tested for whether any body could have it."""
+"""Rigid bodies: moved, turned, added, taken apart, and tested for whether any mass could be so spread."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array
-from drivetrain.spatial.rotations import skew
+from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.spatial.poses import adjoint, inverse_pose
+from drivetrain.spatial.rotations import nearest_rotation, skew
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBody:
+    """Mass, centre of mass and inertia, all in one frame.
+
+    Attributes:
+        mass: [kg]; negative describes what is taken away.
+        com: Centre of mass [m], (3,).
+        inertia: About the centre of mass, axes of the frame [kg m^2], (3, 3).
+    """
+
+    mass: float
+    com: Array
+    inertia: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", float(checked_array(self.mass, (), "mass")))
+        object.__setattr__(self, "com", frozen_array(self.com, (3,), "com"))
+        object.__setattr__(self, "inertia", frozen_array(self.inertia, (3, 3), "inertia"))
+
+    def seen_from(self, pose_a_b: Any) -> RigidBody:
+        """The same body, given in frame b, as seen from frame a.
+
+        Args:
+            pose_a_b: Pose of b in a, (4, 4); translation [m].
+
+        Returns:
+            The body in frame a.
+        """
+        t = checked_array(pose_a_b, (4, 4), "pose_a_b")
+        rotation = t[:3, :3]
+        return RigidBody(self.mass, rotation @ self.com + t[:3, 3], rotation @ self.inertia @ rotation.T)
+
+    def negative(self) -> RigidBody:
+        """The body that takes this one away when combined [kg, kg m^2]."""
+        return RigidBody(-self.mass, self.com, -self.inertia)
+
+    def inertia_about(self, point: Any) -> Array:
+        """The inertia about a point that need not be the centre of mass.
+
+        Args:
+            point: In the body's frame [m], (3,).
+
+        Returns:
+            [kg m^2], (3, 3).
+
+        Reference: Modern Robotics, equation 8.28 (Steiner).
+        """
+        return self.inertia + parallel_axis(self.mass, self.com - checked_array(point, (3,), "point"))
+
+    def spatial_inertia(self, pose_a_b: Any = None) -> Array:
+        """The 6 x 6 matrix G that takes a twist to momentum, in any frame.
+
+        Args:
+            pose_a_b: Pose of the body's frame b in the wanted frame a, (4, 4); translation [m]. None: the body's own.
+
+        Returns:
+            (6, 6), (angular, linear): kg m^2 in the upper left block, kg m off the diagonal, kg in the lower right.
+
+        Reference: Modern Robotics, equations 8.32 and 8.42.
+        """
+        lever = self.mass * skew(self.com)
+        own = np.zeros((6, 6))
+        own[:3, :3] = self.inertia_about(np.zeros(3))
+        own[:3, 3:], own[3:, :3] = lever, lever.T
+        own[3:, 3:] = self.mass * np.eye(3)
+        if pose_a_b is None:
+            return own
+        back = adjoint(inverse_pose(pose_a_b))
+        return np.asarray(back.T @ own @ back)
+
+    def principal_axes(self) -> tuple[Array, Array]:
+        """Principal moments and their axes.
+
+        Returns:
+            Moments about the centre of mass, smallest first [kg m^2], (3,), and a rotation matrix whose columns are
+            their axes [-], (3, 3).
+        """
+        moments, axes = np.linalg.eigh(self.inertia)
+        axes[:, 2] *= np.sign(np.linalg.det(axes))
+        return moments, nearest_rotation(axes)
+
+
+def combined(bodies: Iterable[RigidBody]) -> RigidBody:
+    """The bodies fixed together, all given in one frame.
+
+    Args:
+        bodies: Each with mass [kg]; one with negative mass and inertia is taken away.
+
+    Returns:
+        One body in the same frame. Its centre of mass is that of the first body when the masses sum to zero.
+    """
+    parts = tuple(bodies)
+    mass = sum(part.mass for part in parts)
+    if mass == 0.0:
+        centre = parts[0].com if parts else np.zeros(3)
+    else:
+        # From the first centre, so that adding nothing changes nothing, to the bit.
+        centre = parts[0].com + sum(part.mass * (part.com - parts[0].com) for part in parts[1:]) / mass
+    inertia = sum((part.inertia_about(centre) for part in parts), np.zeros((3, 3)))
+    return RigidBody(mass, centre, inertia)
 
 
 def parallel_axis(mass: float, offset: Any) -> Array:
@@ -26,6 +131,55 @@ def parallel_axis(mass: float, offset: Any) -> Array:
     return np.asarray(-mass * (cross @ cross))
 
 
+def cuboid(mass: float, length: float, width: float, height: float) -> RigidBody:
+    """A uniform box, its centre at the origin, edges along the axes.
+
+    Args:
+        mass: [kg].
+        length, width, height: Edges along x, y and z [m].
+
+    Returns:
+        The body.
+
+    Reference: Modern Robotics, figure 8.5.
+    """
+    x, y, z = length**2, width**2, height**2
+    return RigidBody(mass, np.zeros(3), mass / 12.0 * np.diag([y + z, x + z, x + y]))
+
+
+def cylinder(mass: float, radius: float, height: float) -> RigidBody:
+    """A uniform round cylinder about z, its centre at the origin.
+
+    Args:
+        mass: [kg].
+        radius: [m].
+        height: Along z [m].
+
+    Returns:
+        The body.
+
+    Reference: Modern Robotics, figure 8.5.
+    """
+    across = mass * (3.0 * radius**2 + height**2) / 12.0
+    return RigidBody(mass, np.zeros(3), np.diag([across, across, 0.5 * mass * radius**2]))
+
+
+def ellipsoid(mass: float, a: float, b: float, c: float) -> RigidBody:
+    """A uniform ellipsoid, its centre at the origin; a ball when the half axes agree.
+
+    Args:
+        mass: [kg].
+        a, b, c: Half axes along x, y and z [m].
+
+    Returns:
+        The body.
+
+    Reference: Modern Robotics, figure 8.5.
+    """
+    x, y, z = a * a, b * b, c * c
+    return RigidBody(mass, np.zeros(3), mass / 5.0 * np.diag([y + z, x + z, x + y]))
+
+
 def triangle_excess(inertia: Any) -> float:
     """By how much the largest principal moment passes the sum of the two others, as a share of their total.
 
@@ -37,10 +191,11 @@ def triangle_excess(inertia: Any) -> float:
         inertia: About the centre of mass [kg m^2], (3, 3), symmetric.
 
     Returns:
-        Excess [-]; 0 for a flat plate, -1/3 for a sphere, infinite when the trace is not positive but the tensor is
-        not zero, and -1/3 for a point mass (zero tensor).
+        Excess [-]; 0 for a flat plate, -1/3 for a ball and for a point mass (zero tensor), infinite when the moments
+        sum to nothing or less.
 
-    Reference: Modern Robotics, section 8.2.1; Wensing, Kim, Slotine, RA-L 3 (2018) 60-67, equation 13.
+    Reference: Wensing, Kim and Slotine, Linear matrix inequalities for physically consistent inertial parameter
+        identification, IEEE Robotics and Automation Letters 3 (2018) 60-67.
     """
     tensor = checked_array(inertia, (3, 3), "inertia")
     if not tensor.any():
@@ -50,3 +205,18 @@ def triangle_excess(inertia: Any) -> float:
     if total <= 0.0:
         return float("inf")
     return float(2.0 * moments[2] - total) / total
+
+
+def half_axes(mass: float, inertia: Any) -> Array:
+    """The half axes of the uniform ellipsoid that has this mass and inertia.
+
+    Args:
+        mass: Positive [kg].
+        inertia: About the centre of mass [kg m^2], (3, 3).
+
+    Returns:
+        Half axes, largest first [m], (3,); zero along a direction in which the tensor has no (or negative) spread.
+    """
+    moments = np.linalg.eigvalsh(checked_array(inertia, (3, 3), "inertia"))
+    spread = np.clip(0.5 * moments.sum() - moments, 0.0, None)
+    return np.asarray(np.sqrt(5.0 * spread / mass))

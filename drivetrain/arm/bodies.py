@@ -1,0 +1,98 @@
+"""An arm with a body added to a link, or taken away: a drive, a payload."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.checks import checked_inertia, warn_of_inertias
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.inertia import RigidBody, combined
+
+
+def with_body(arm: Arm, link: int, mass: float, com: Any, inertia: Any) -> Arm:
+    """The arm with a body rigidly added to a link, or taken away from it.
+
+    The link's home frame moves to the new centre of mass and keeps its directions; rotors, tip and joints stay where
+    they are.
+
+    Args:
+        arm: The arm.
+        link: Index of the link; -1 is the base, where a body changes nothing.
+        mass: [kg]; negative takes the body away, its inertia with it.
+        com: Centre of mass of the body, base frame, all joints zero [m], (3,).
+        inertia: The body's own, about its centre of mass, base axes [kg m^2], (3, 3); not negative, also when the
+            body is taken away.
+
+    Returns:
+        The arm with the changed link; exact, so that taking away what was added gives the link back to rounding.
+
+    Raises:
+        InputError: No such link; no body; or more taken away than the link has.
+    """
+    body = RigidBody(mass, com, checked_inertia(inertia, "inertia"))
+    if isinstance(link, bool) or not isinstance(link, (int, np.integer)) or not -1 <= link < arm.n:
+        raise InputError(Fault("link", f"must be between -1 (the base) and {arm.n - 1}", link))
+    if link == -1:
+        return arm
+    if body.mass < 0.0:
+        body = RigidBody(body.mass, body.com, -body.inertia)
+    old_home = arm.home[link]
+    own = RigidBody(arm.masses[link], np.zeros(3), arm.inertias[link]).seen_from(old_home)
+    whole = combined([own, body])
+    rotation = old_home[:3, :3]
+    tensor = rotation.T @ whole.inertia @ rotation
+    if body.mass < 0.0:
+        _check_remainder(arm, link, whole.mass, tensor)
+    new_home = old_home.copy()
+    new_home[:3, 3] = whole.com
+    return replace(
+        arm,
+        home=_replaced(arm.home, link, new_home),
+        masses=_replaced(arm.masses, link, whole.mass),
+        inertias=_replaced(arm.inertias, link, 0.5 * (tensor + tensor.T)),
+    )
+
+
+def with_payload(arm: Arm, mass: float, com: Any, inertia: Any) -> Arm:
+    """The arm with a body fixed to its tip.
+
+    Args:
+        arm: The arm.
+        mass: [kg]; negative takes a payload away.
+        com: Centre of mass in the tip frame [m], (3,).
+        inertia: About the centre of mass, tip axes [kg m^2], (3, 3).
+
+    Returns:
+        The arm; its last link carries the payload.
+
+    Raises:
+        InputError: As of with_body.
+    """
+    tensor = checked_inertia(inertia, "inertia")
+    body = RigidBody(mass, checked_array(com, (3,), "com"), tensor).seen_from(arm.tip)
+    return with_body(arm, arm.n - 1, body.mass, body.com, 0.5 * (body.inertia + body.inertia.T))
+
+
+def _check_remainder(arm: Arm, link: int, mass: float, tensor: Array) -> None:
+    """A link must keep some mass, and a spread of it that could be."""
+    name = arm.link_names[link]
+    if mass <= 0.0:
+        problem = f"must leave the link some mass; it has {arm.masses[link]:.6g} kg"
+        raise InputError(Fault(f"link {name}", problem, f"{mass:.6g} kg left"))
+    if (np.diag(tensor) < 0.0).any():
+        problem = "must leave the link no negative moment of inertia [kg m^2]"
+        raise InputError(Fault(f"link {name}", problem, np.diag(tensor).tolist()))
+    warn_of_inertias(tensor[np.newaxis], [name])
+
+
+def _replaced(values: Array, index: int, value: Any) -> Array:
+    """A read-only copy with one entry changed."""
+    copy = values.copy()
+    copy[index] = value
+    copy.setflags(write=False)
+    return copy

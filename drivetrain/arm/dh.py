@@ -1,0 +1,155 @@
+"""Arms from Denavit-Hartenberg tables, classic or modified: the table does not say which, so the user must."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.checks import Faults, checked_pose
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.poses import pose
+from drivetrain.spatial.rotations import exp_rotation
+
+
+class DHConvention(StrEnum):
+    """Where the frame of link i sits.
+
+    CLASSIC: at its far end, z along joint i + 1; row i is turn theta about and move d along the old z, then move a
+    along and turn alpha about the new x (Denavit and Hartenberg; Paul; Corke's "standard"). MODIFIED: at its near end,
+    z along joint i; row i holds a and alpha of the link before, done first (Craig; Modern Robotics, appendix C).
+    """
+
+    CLASSIC = "classic"
+    MODIFIED = "modified"
+
+
+class JointKind(StrEnum):
+    """What a joint's position adds to: REVOLUTE to theta [rad], PRISMATIC to d [m]."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+
+
+@dataclass(frozen=True, eq=False)
+class DHRow:
+    """One row of a Denavit-Hartenberg table, with the link it moves.
+
+    Attributes:
+        a: Move along x [m].
+        alpha: Turn about x [rad].
+        d: Move along z with the joint at zero [m].
+        theta: Turn about z with the joint at zero [rad].
+        kind: Whether the joint's position adds to theta or to d.
+        mass: Of the link [kg].
+        com: Centre of mass in the link's frame, the one this row leads to [m], (3,).
+        inertia: About the centre of mass, axes of the link's frame [kg m^2], (3, 3).
+        lower, upper: Position limits [rad or m].
+        speed_limit: [rad/s or m/s].
+    """
+
+    a: float
+    alpha: float
+    d: float
+    theta: float = 0.0
+    kind: JointKind = JointKind.REVOLUTE
+    mass: float = 0.0
+    com: Any = (0.0, 0.0, 0.0)
+    inertia: Any = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    lower: float = -inf
+    upper: float = inf
+    speed_limit: float = inf
+
+
+def arm_from_dh(
+    rows: Sequence[DHRow],
+    *,
+    convention: DHConvention,
+    base: Any = None,
+    tool: Any = None,
+    gravity: Any = STANDARD_GRAVITY,
+    joint_names: Sequence[str] | None = None,
+    link_names: Sequence[str] | None = None,
+    name: str = "arm",
+    notes: Sequence[str] = (),
+    check_inertias: bool = True,
+) -> Arm:
+    """The arm of a Denavit-Hartenberg table.
+
+    Args:
+        rows: One a joint, base first, (n,).
+        convention: Classic or modified.
+        base: Frame 0 of the table in the arm's base frame, (4, 4); translation [m]. None: the same.
+        tool: Tip in the last link's frame, (4, 4); translation [m]. None: that frame.
+        gravity: Acceleration of free fall in the arm's base frame [m/s^2], (3,).
+        joint_names, link_names: n each; None: numbered.
+        name: What to call the arm.
+        notes: What the reader of a report should know.
+        check_inertias: Whether to warn of inertias that no body can have.
+
+    Returns:
+        The arm. Each joint sits where its axis passes nearest to its link's centre of mass.
+
+    Raises:
+        InputError: An unknown convention or joint kind, numbers that are none, or whatever Arm.from_screws finds.
+    """
+    order = _known(DHConvention, convention, "convention")
+    faults = Faults()
+    base_pose = np.eye(4) if base is None else faults.attempt(checked_pose, base, "base")
+    tool_pose = np.eye(4) if tool is None else faults.attempt(checked_pose, tool, "tool")
+    steps = [faults.attempt(_step, row, order, f"rows[{i}]") for i, row in enumerate(rows)]
+    coms = [faults.attempt(checked_array, row.com, (3,), f"rows[{i}].com") for i, row in enumerate(rows)]
+    faults.raise_any()
+    frame, screws, home = np.asarray(base_pose), [], []
+    for row, step, com in zip(rows, steps, coms, strict=True):
+        before, frame = frame, frame @ np.asarray(step)
+        axis_frame = before if order is DHConvention.CLASSIC else frame
+        screws.append(_screw(row.kind, axis_frame))
+        home.append(frame @ pose(point=com))
+    return Arm.from_screws(
+        home,
+        screws,
+        [row.mass for row in rows],
+        [row.inertia for row in rows],
+        frame @ np.asarray(tool_pose),
+        gravity,
+        joint_names=joint_names,
+        link_names=link_names,
+        lower=[row.lower for row in rows],
+        upper=[row.upper for row in rows],
+        speed_limits=[row.speed_limit for row in rows],
+        name=name,
+        notes=notes,
+        check_inertias=check_inertias,
+    )
+
+
+def _known(kinds: type[Any], value: object, place: str) -> Any:
+    try:
+        return kinds(value)
+    except ValueError:
+        known = " or ".join(member.value for member in kinds)
+        raise InputError(Fault(place, f"must be {known}", value)) from None
+
+
+def _step(row: DHRow, convention: DHConvention, place: str) -> Array:
+    """The pose of the row's frame in the frame before it, the joint at zero."""
+    _known(JointKind, row.kind, f"{place}.kind")
+    a, alpha, d, theta = checked_array([row.a, row.alpha, row.d, row.theta], (4,), f"{place} (a, alpha, d, theta)")
+    about_z = pose(exp_rotation([0.0, 0.0, theta]), [0.0, 0.0, d])
+    about_x = pose(exp_rotation([alpha, 0.0, 0.0]), [a, 0.0, 0.0])
+    return about_z @ about_x if convention is DHConvention.CLASSIC else about_x @ about_z
+
+
+def _screw(kind: JointKind, frame: Array) -> Array:
+    """Screw along the z axis of a frame."""
+    axis, point = frame[:3, 2], frame[:3, 3]
+    if JointKind(kind) is JointKind.PRISMATIC:
+        return np.concatenate([np.zeros(3), axis])
+    return np.concatenate([axis, np.cross(point, axis)])
