@@ -1,0 +1,183 @@
+"""Pictures of all joints together: every margin on one axis, power at the supply, temperatures side by side."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from drivetrain.report.quantities import convert, printed_unit, scaled, with_unit
+from drivetrain.report.svg import (
+    BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION, house_style, svg_text, thinned,
+)  # fmt: skip
+from drivetrain.sizing.results import Check, Evaluation
+
+LARGEST_DRAWN = 2.0  # utilisations above this are drawn at the edge with their number
+
+
+def margin_bars(evaluation: Evaluation, *, reserve: float, name: str = "margins") -> str:
+    """Every judged check of every joint on one axis, the tightest first.
+
+    Args:
+        evaluation: What was found.
+        reserve: Wanted below the limit, as a share.
+        name: Of the figure on the page.
+
+    Returns:
+        An SVG element.
+    """
+    groups = _by_check(evaluation)
+    order = sorted(groups, key=lambda check: (-max(share for _, share in groups[check]), check))
+    with house_style(name):
+        figure = Figure(figsize=(9.2, 0.95 + 0.3 * max(len(order), 1)))
+        axes = figure.subplots()
+        axes.axvspan(0, 1 - reserve, color=GREEN, alpha=0.07, linewidth=0)
+        axes.axvspan(1 - reserve, 1, color=ORANGE, alpha=0.14, linewidth=0)
+        axes.axvspan(1, LARGEST_DRAWN + 1, color=VERMILLION, alpha=0.10, linewidth=0)
+        axes.axvline(1.0, color=VERMILLION, linewidth=1.2)
+        largest = 0.0
+        for row, check in enumerate(order):
+            top = min(max(share for _, share in groups[check]), LARGEST_DRAWN)
+            largest = max(largest, top)
+            axes.barh(row, top, height=0.34, color=FAINT, linewidth=0, zorder=2)
+            for joint, share in sorted(groups[check], key=lambda pair: (pair[1], pair[0])):
+                _dot(axes, row, joint, share)
+        axes.set_ylim(len(order) - 0.4, -0.6)
+        axes.set_xlim(0, max(1.12, 1.06 * largest))
+        axes.set_yticks(range(len(order)), order)
+        axes.tick_params(axis="y", length=0)
+        axes.grid(axis="y", visible=False)
+        axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f}")
+        axes.set_xlabel("utilisation [% of the limit]")
+        _joint_legend(figure, axes, evaluation)
+        return svg_text(figure, name, "utilisation of every check of every joint, the tightest first")
+
+
+def _by_check(evaluation: Evaluation) -> dict[str, list[tuple[int, float]]]:
+    """(joint number, utilisation) by check name; the supply is joint number 0."""
+    groups: dict[str, list[tuple[int, float]]] = {}
+
+    def add(number: int, checks: tuple[Check, ...]) -> None:
+        for check in checks:
+            if check.utilisation is not None and np.isfinite(check.utilisation):
+                groups.setdefault(check.name, []).append((number, check.utilisation))
+
+    for i, joint in enumerate(evaluation.joints.values()):
+        add(i + 1, joint.checks)
+    add(0, evaluation.shared)
+    return groups
+
+
+def _colour(number: int) -> str:
+    """Of a joint; the supply is grey."""
+    return JOINT_COLOURS[(number - 1) % len(JOINT_COLOURS)] if number else MUTED
+
+
+def _dot(axes: object, row: int, number: int, share: float) -> None:
+    """A numbered dot; at the edge, with the number in words, when the limit is exceeded by far."""
+    at = min(share, LARGEST_DRAWN)
+    axes.plot(at, row, "o", markersize=9.5, color=_colour(number), markeredgecolor="white", markeredgewidth=0.8, zorder=3)  # type: ignore[attr-defined]
+    text = str(number) if number else "S"
+    axes.annotate(text, (at, row), ha="center", va="center_baseline", fontsize=6.5, color="white", weight="bold", zorder=4)  # type: ignore[attr-defined]
+    if share > LARGEST_DRAWN:
+        axes.annotate(f"{100 * share:.0f} %", (at, row), xytext=(-8, 0), textcoords="offset points", ha="right", va="center", fontsize=7)  # type: ignore[attr-defined]
+
+
+def _joint_legend(figure: Figure, axes: object, evaluation: Evaluation) -> None:
+    """Which number is which joint."""
+    marks = [
+        figure.axes[0].plot([], [], "o", color=_colour(i + 1), label=f"{i + 1}  {name}", markersize=7)[0]
+        for i, name in enumerate(evaluation.joints)
+    ]
+    if evaluation.shared:
+        marks.append(figure.axes[0].plot([], [], "o", color=MUTED, label="S  supply", markersize=7)[0])
+    figure.legend(handles=marks, loc="outside upper center", ncols=min(len(marks), 7), handletextpad=0.2)
+
+
+def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
+    """Power of all joints together over the cycle: drawn, and given back.
+
+    Args:
+        evaluation: What was found.
+        name: Of the figure on the page.
+
+    Returns:
+        An SVG element.
+    """
+    joints, supply = list(evaluation.joints.values()), evaluation.study.supply
+    time = joints[0].series.time
+    total = np.sum([joint.series.electrical_power for joint in joints], axis=0)
+    with house_style(name):
+        figure = Figure(figsize=(9.2, 3.0))
+        axes = figure.subplots()
+        near = supply.peak_power if supply.peak_power is not None and supply.peak_power < 4 * total.max() else None
+        power, unit = scaled(total, "W", near)
+        kept = thinned(power)
+        axes.fill_between(time[kept], np.maximum(power[kept], 0), 0, color=BLUE, alpha=0.25, linewidth=0, label="drawn")
+        axes.fill_between(
+            time[kept], np.minimum(power[kept], 0), 0, color=GREEN, alpha=0.35, linewidth=0, label="given back"
+        )
+        axes.plot(time[kept], power[kept], color=INK, linewidth=1.1)
+        axes.axhline(0, color=MUTED, linewidth=0.6)
+        if near is not None:
+            limit = float(convert(near, "W", unit))
+            axes.axhline(limit, color=VERMILLION, linestyle="--", linewidth=1, label=f"peak limit {with_unit(near, 'W')}")
+        elif supply.peak_power is not None:
+            axes.plot([], [], " ", label=f"peak limit {with_unit(supply.peak_power, 'W')}, far above")
+        axes.margins(x=0)
+        axes.set_xlabel("time in the cycle [s]")
+        axes.set_ylabel(f"power of all joints [{printed_unit(unit)}]")
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=4)
+        return svg_text(figure, name, "electrical power of all joints together over time")
+
+
+def temperatures(evaluation: Evaluation, *, name: str = "temperatures") -> str:
+    """Winding and housing of every joint in the periodic steady state, against the winding's limit.
+
+    Args:
+        evaluation: What was found.
+        name: Of the figure on the page.
+
+    Returns:
+        An SVG element, empty when no temperature could be computed.
+    """
+    joints = list(evaluation.joints.values())
+    if all(joint.series.winding_temperature is None for joint in joints):
+        return ""
+    ambient = evaluation.study.ambient
+    with house_style(name):
+        figure = Figure(figsize=(9.2, 0.95 + 0.36 * len(joints)))
+        axes = figure.subplots()
+        for row, joint in enumerate(joints):
+            _thermometer(axes, row, joint, ambient)
+        axes.axvline(ambient, color=MUTED, linewidth=1, linestyle=":")
+        axes.set_ylim(len(joints) - 0.4, -0.6)
+        axes.set_yticks(range(len(joints)), [joint.name for joint in joints])
+        axes.tick_params(axis="y", length=0)
+        axes.grid(axis="y", visible=False)
+        low, high = axes.get_xlim()
+        axes.set_xlim(min(low, ambient - 5), high + 0.04 * (high - low))
+        axes.set_xlabel("temperature in the periodic steady state [°C]")
+        marks = [
+            axes.plot([], [], color=BLUE, linewidth=6, label="housing")[0],
+            axes.plot([], [], color=ORANGE, linewidth=6, label="winding, up to its highest")[0],
+            axes.plot([], [], "|", color=VERMILLION, markersize=11, markeredgewidth=2, label="winding limit")[0],
+            axes.plot([], [], color=MUTED, linestyle=":", label="ambient")[0],
+        ]
+        figure.legend(handles=marks, loc="outside upper center", ncols=4)
+        return svg_text(figure, name, "winding and housing temperature of every joint against the limit")
+
+
+def _thermometer(axes: object, row: int, joint: object, ambient: float) -> None:
+    """One joint's bar from ambient to its hottest winding, with the limit as a tick."""
+    series, limit = joint.series, joint.drive.motor.max_winding_temperature  # type: ignore[attr-defined]
+    if series.winding_temperature is None:
+        axes.annotate("not computed", (ambient, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5, color=MUTED)  # type: ignore[attr-defined]
+        return
+    hottest = float(series.winding_temperature.max())
+    axes.barh(row, hottest - ambient, left=ambient, height=0.42, color=ORANGE, alpha=0.85, linewidth=0)  # type: ignore[attr-defined]
+    if series.housing_temperature is not None:
+        housing = float(series.housing_temperature.max())
+        axes.barh(row, housing - ambient, left=ambient, height=0.42, color=BLUE, linewidth=0)  # type: ignore[attr-defined]
+    axes.annotate(f"{hottest:.0f} °C", (hottest, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5)  # type: ignore[attr-defined]
+    if limit is not None:
+        axes.plot(limit, row, "|", color=VERMILLION, markersize=13, markeredgewidth=2)  # type: ignore[attr-defined]

@@ -1,0 +1,132 @@
+"""Numbers as engineers read them: revolutions a minute, millinewton metres, degrees Celsius, three digits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.units import from_si, readable_unit
+
+DASH = "–"  # what stands where a number is unknown
+# Units that the study's quantities carry, and what people say instead of the SI unit.
+_SPOKEN = {"rad/s": "rpm", "rad": "deg", "rad/s^2": "rad/s^2"}
+_PRINTED = {"C": "°C", "degC": "°C", "deg": "°", "ohm": "Ω", "mohm": "mΩ", "uH": "µH", "1": ""}
+
+
+def shown_unit(largest: float | None, unit: str) -> str:
+    """The unit a quantity is shown in.
+
+    Args:
+        largest: Of the values that share the unit, in ``unit``; None or NaN when unknown.
+        unit: Their SI unit (``C``, ``h`` and the pure number ``1`` stay).
+
+    Returns:
+        Such as ``rpm`` for rad/s or ``mN m`` for a small N m.
+    """
+    if unit in ("", "1", "C", "degC", "h"):
+        return unit
+    if unit in _SPOKEN:
+        return _SPOKEN[unit]
+    return unit if largest is None else readable_unit(float(largest), unit)
+
+
+def convert(values: Any, unit: str, shown: str) -> Array:
+    """SI values in the unit shown.
+
+    Args:
+        values: In ``unit``, any shape.
+        unit: Their SI unit.
+        shown: From ``shown_unit``.
+
+    Returns:
+        The values in ``shown``.
+    """
+    return np.asarray(values, dtype=np.float64) if unit == shown else from_si(values, unit, shown)
+
+
+def scaled(values: Array, unit: str, *others: float | None) -> tuple[Array, str]:
+    """A series in the unit that suits its largest value.
+
+    Args:
+        values: In ``unit``, (N,).
+        unit: Its SI unit.
+        others: Values that share the axis, such as limits, in ``unit``.
+
+    Returns:
+        The values and the shown unit (see ``printed_unit`` for how it is spelt).
+    """
+    finite = np.abs(values[np.isfinite(values)])
+    known = [abs(other) for other in others if other is not None and math.isfinite(other)]
+    largest = max([float(finite.max())] if len(finite) else [0.0], default=0.0)
+    shown = shown_unit(max([largest, *known]), unit)
+    return convert(values, unit, shown), shown
+
+
+def printed_unit(unit: str) -> str:
+    """A unit as it is printed.
+
+    Args:
+        unit: Plain text, such as ``kg m^2`` or ``C``.
+
+    Returns:
+        Such as ``kg m²`` or ``°C``; empty for a pure number.
+    """
+    return _PRINTED.get(unit, unit).replace("ohm", "Ω").replace("^2", "²")
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number with so many significant digits, whole digits never cut.
+
+    Args:
+        value: Any; None, NaN and infinity give a dash.
+        digits: Significant digits.
+
+    Returns:
+        Such as ``12.5``, ``1 250``, ``0.034``, ``2.1e-7``; a thin space groups thousands.
+    """
+    if value is None or not math.isfinite(value):
+        return DASH
+    size = abs(value)
+    if size == 0.0:
+        return "0"
+    if not 1e-4 <= size < 1e9:
+        return f"{value:.{digits - 1}e}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")
+    decimals = max(0, digits - 1 - math.floor(math.log10(size)))
+    return f"{value:,.{decimals}f}".replace(",", "\u202f").replace("-", "−")
+
+
+def with_unit(value: float | None, unit: str, *, shown: str = "") -> str:
+    """A value with its unit.
+
+    Args:
+        value: In ``unit``; None gives a dash.
+        unit: Its SI unit.
+        shown: The unit to print; chosen when empty.
+
+    Returns:
+        Such as ``2 300 rpm``.
+    """
+    if value is None or not math.isfinite(value):
+        return DASH
+    chosen = shown or shown_unit(value, unit)
+    return f"{number(float(convert(value, unit, chosen)))}\u00a0{printed_unit(chosen)}".strip("\u00a0")
+
+
+def percent(share: float | None) -> str:
+    """A utilisation in per cent.
+
+    Args:
+        share: 1 is the limit; None gives a dash.
+
+    Returns:
+        Such as ``87 %``; one decimal between 99 and 101 %, where the verdict turns.
+    """
+    if share is None or math.isnan(share):
+        return DASH
+    if share > 1e4:
+        return ">\u202f10⁶\u00a0%"
+    decimals = 1 if 0.99 < share < 1.01 and share != 1.0 else 0
+    return f"{100 * share:,.{decimals}f}\u00a0%".replace(",", "\u202f")

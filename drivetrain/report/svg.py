@@ -1,0 +1,189 @@
+"""One look for every picture, and pictures as text that can stand inside a page: same input, same bytes."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from html import escape
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from drivetrain.arrays import Array
+
+INK = "#1f2a37"
+MUTED = "#64748b"
+FAINT = "#dfe5ec"
+# Okabe and Ito's palette, told apart by every common kind of colour blindness.
+BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9"
+JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILLION, SKY, "#7f6a3f", "#444444")
+# The yellow end of viridis is lost on white paper.
+TIME_COLOURS = LinearSegmentedColormap.from_list("instants", mpl.colormaps["viridis"](np.linspace(0.0, 0.9, 64)))
+MOST_VECTOR_POINTS = 1000  # a scatter of more is drawn as an image inside the SVG
+
+_LOOK = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.5,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": MUTED,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.unicode_minus": True,
+    "grid.color": FAINT,
+    "grid.linewidth": 0.6,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "figure.constrained_layout.use": True,
+    "path.simplify_threshold": 0.2,
+    "savefig.facecolor": "none",
+    "figure.facecolor": "none",
+    "axes.facecolor": "white",
+    "svg.fonttype": "path",
+}
+
+
+@contextmanager
+def house_style(name: str) -> Iterator[None]:
+    """The look of all figures, whatever the user's own settings are; figures are made and written inside.
+
+    Args:
+        name: Of the figure; it salts the identifiers in the SVG so that two figures on a page do not clash.
+    """
+    defaults = {key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith("backend")}
+    with mpl.rc_context(defaults), mpl.rc_context({**_LOOK, "svg.hashsalt": name}):
+        yield
+
+
+def svg_text(figure: Figure, name: str, label: str) -> str:
+    """A figure as an SVG element for a page; call it inside ``house_style``.
+
+    Args:
+        figure: What to write.
+        name: The name given to ``house_style``; it also prefixes every identifier.
+        label: What the picture shows, for readers who cannot see it.
+
+    Returns:
+        ``<svg ...>...</svg>`` without size (the page decides), clock or file names.
+    """
+    out = io.StringIO()
+    figure.savefig(out, format="svg", dpi=160, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    text = out.getvalue()
+    text = _lean(text[text.index("<svg") :].strip())
+    text = re.sub(r'(\bid="|url\(#|xlink:href="#)', rf"\g<1>{name}-", text)
+    head, rest = text.split(">", 1)
+    head = re.sub(r'\s(?:width|height)="[^"]*pt"', "", head)
+    return f'{head} role="img" aria-label="{escape(label)}">{rest}'
+
+
+_SPARE_DIGITS = re.compile(r"-?\d+\.\d{3,}|\n")
+
+
+def _two_decimals(found: re.Match[str]) -> str:
+    """A coordinate of a path without the digits that nobody sees."""
+    return "" if found[0] == "\n" else f"{float(found[0]):.2f}".rstrip("0").rstrip(".")
+
+
+def _lean(text: str) -> str:
+    """The picture without what a page does not need: half of the bytes."""
+    text = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", text, flags=re.DOTALL)
+    text = re.sub(r' d="([^"]*)"', lambda path: f' d="{_SPARE_DIGITS.sub(_two_decimals, path[1])}"', text)
+    used = set(re.findall(r'(?:url\(#|xlink:href="#)([^")]*)', text))
+    text = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
+    return re.sub(r">\s+<", "><", text)
+
+
+def png_bytes(figure: Figure, dpi: float = 150) -> bytes:
+    """A figure as a PNG file on white; call it inside ``house_style``.
+
+    Args:
+        figure: What to write.
+        dpi: Pixels an inch.
+
+    Returns:
+        The file's bytes.
+    """
+    out = io.BytesIO()
+    figure.savefig(out, format="png", dpi=dpi, facecolor="white", metadata={"Software": None})
+    return out.getvalue()
+
+
+def thinned(values: Array, buckets: int = 500) -> Array:
+    """Samples enough to draw a curve without losing a peak: the smallest and largest of every bucket.
+
+    Args:
+        values: The curve, (N,).
+        buckets: How many pieces the curve is cut into.
+
+    Returns:
+        Indices in rising order, integers; all of them when the curve is short.
+    """
+    n = len(values)
+    if n <= 3 * buckets:
+        return np.arange(n)
+    edges = np.linspace(0, n, buckets + 1).astype(int)
+    kept = {0, n - 1}
+    for low, high in zip(edges[:-1], edges[1:], strict=True):
+        kept |= {low + int(np.argmin(values[low:high])), low + int(np.argmax(values[low:high]))}
+    return np.array(sorted(kept))
+
+
+def spread(positions: list[float], gap: float) -> list[float]:
+    """Label positions pushed apart so that none overlap, each as near as may be to its own.
+
+    Args:
+        positions: Where the labels want to be, in any order and unit.
+        gap: Smallest distance between two, same unit.
+
+    Returns:
+        The new positions in the same order.
+    """
+    order = sorted(range(len(positions)), key=lambda i: positions[i])
+    placed = [positions[i] for i in order]
+    for _ in range(50):
+        for i in range(len(placed) - 1):
+            overlap = gap - (placed[i + 1] - placed[i])
+            if overlap > 1e-9 * gap:
+                placed[i] -= overlap / 2
+                placed[i + 1] += overlap / 2
+    result = [0.0] * len(positions)
+    for i, position in zip(order, placed, strict=True):
+        result[i] = position
+    return result
+
+
+def cloud(axes: Axes, x: Array, y: Array, time: Array) -> object:
+    """The motion's samples on a plane, coloured by time.
+
+    Args:
+        axes: Where to draw.
+        x, y: Already in the units of the axes, (N,).
+        time: [s], (N,).
+
+    Returns:
+        The scatter, for a colour bar.
+    """
+    return axes.scatter(
+        x, y, c=time, s=6, cmap=TIME_COLOURS, linewidths=0, zorder=4, rasterized=len(time) > MOST_VECTOR_POINTS
+    )
