@@ -79,7 +79,7 @@ class JointTask:
         motor_friction: At the motor shaft, replacing the sheet's no-load data; None: from the sheet.
         amplifier: Of this joint.
         travel_per_turn: Of a prismatic joint, travel a radian of the gear's output [m/rad]; None for a revolute joint.
-        housing_to_ambient: Thermal resistance that replaces the sheet's [K/W], for the real mounting; None: the sheet's.
+        housing_to_ambient: Thermal resistance that replaces the sheet's [K/W], of the real mounting; None: the sheet's.
     """
 
     name: str

@@ -1,0 +1,173 @@
+"""A YAML file as data with the line of every entry; duplicate keys and syntax errors are faults with a line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drivetrain.errors import Fault, InputError
+
+Place = tuple[str | int, ...]  # keys and list positions from the top, such as ("joints", "elbow", "drive")
+
+_MERGE_KEY = "tag:yaml.org,2002:merge"
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """One YAML file, read.
+
+    Attributes:
+        path: As given by the caller.
+        content: Its bytes.
+        data: Nested dictionaries, lists, texts and numbers; keys are texts.
+        lines: Line of each entry, from 1, by place.
+    """
+
+    path: Path
+    content: bytes
+    data: dict[str, Any]
+    lines: dict[Place, int]
+
+    @property
+    def folder(self) -> Path:
+        """What relative file names in it start from."""
+        return self.path.parent
+
+    def where(self, place: Place) -> str:
+        """File and line of an entry, or of the nearest entry around it.
+
+        Args:
+            place: Of the entry.
+
+        Returns:
+            Such as ``study.yaml:12``.
+        """
+        for end in range(len(place), 0, -1):
+            line = self.lines.get(place[:end])
+            if line is not None:
+                return f"{self.path}:{line}"
+        return str(self.path)
+
+    def fault(self, place: Place, problem: str, value: object = None, hint: str = "") -> Fault:
+        """A fault of this file, with its line.
+
+        Args:
+            place: Of the entry at fault.
+            problem: What is wrong and what is allowed.
+            value: What was found.
+            hint: The mend.
+
+        Returns:
+            The fault.
+        """
+        return Fault(spelled(place), problem, value, hint, self.where(place))
+
+
+def spelled(place: Place) -> str:
+    """A place as text.
+
+    Args:
+        place: Keys and positions.
+
+    Returns:
+        Such as ``motions.pick.waypoints[2]``; ``the file`` for its top.
+    """
+    text = ""
+    for part in place:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text or "the file"
+
+
+def read_document(path: str | Path) -> Document:
+    """A YAML file with the line of each entry.
+
+    Args:
+        path: Of the file.
+
+    Returns:
+        Its content.
+
+    Raises:
+        InputError: No such file, not UTF-8, not YAML, not a mapping, or a key given twice; all doubles are listed.
+    """
+    file = Path(path)
+    content = _content(file)
+    node = _root(file, content)
+    if not isinstance(node, yaml.MappingNode):
+        problem = "must be a mapping of names to values, such as 'name: my arm'"
+        raise InputError(Fault("the file", problem, file=str(file)))
+    lines: dict[Place, int] = {}
+    faults: list[Fault] = []
+    data = _data(node, (), file, lines, faults)
+    if faults:
+        raise InputError(faults)
+    return Document(file, content, data, lines)
+
+
+def _content(file: Path) -> bytes:
+    try:
+        content = file.read_bytes()
+        content.decode("utf-8")
+    except (FileNotFoundError, IsADirectoryError):
+        raise InputError(Fault("the study file", "does not exist", str(file), "drivetrain init writes one")) from None
+    except UnicodeDecodeError as error:
+        raise InputError(Fault(f"byte {error.start}", "the file must be UTF-8 text", file=str(file))) from None
+    return content
+
+
+def _root(file: Path, content: bytes) -> yaml.Node | None:
+    try:
+        return yaml.compose(content.decode("utf-8"), Loader=yaml.SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"{file}:{mark.line + 1}" if mark else str(file)
+        column = f"column {mark.column + 1}" if mark else "the file"
+        words = " ".join(part for part in (error.problem, error.context) if part)
+        raise InputError(Fault(column, f"is not YAML: {words}", hint=_yaml_hint(words), file=where)) from None
+    except yaml.YAMLError as error:
+        raise InputError(Fault("the file", f"is not YAML: {error}", file=str(file))) from None
+
+
+def _yaml_hint(words: str) -> str:
+    if "\\t" in words:
+        return "indent with spaces, not tabs"
+    if "mapping values are not allowed" in words:
+        return "a colon inside a text needs quotes around the text, and entries must be indented alike"
+    return ""
+
+
+def _data(node: yaml.Node, place: Place, file: Path, lines: dict[Place, int], faults: list[Fault]) -> Any:
+    """The value of a node; fills the lines and the faults."""
+    lines.setdefault(place, node.start_mark.line + 1)
+    if isinstance(node, yaml.MappingNode):
+        return _mapping(node, place, file, lines, faults)
+    if isinstance(node, yaml.SequenceNode):
+        return [_data(item, (*place, i), file, lines, faults) for i, item in enumerate(node.value)]
+    try:
+        return yaml.SafeLoader("").construct_object(node)
+    except (yaml.YAMLError, ValueError) as error:
+        where = f"{file}:{node.start_mark.line + 1}"
+        faults.append(Fault(spelled(place), f"cannot be read: {error}", node.value, "put it in quotes", where))
+        return None
+
+
+def _mapping(
+    node: yaml.MappingNode, place: Place, file: Path, lines: dict[Place, int], faults: list[Fault]
+) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key_node, value_node in node.value:
+        where = f"{file}:{key_node.start_mark.line + 1}"
+        if not isinstance(key_node, yaml.ScalarNode) or key_node.tag == _MERGE_KEY:
+            faults.append(Fault(spelled(place), "keys must be plain names", hint="write the entries out", file=where))
+            continue
+        key = str(key_node.value)
+        inner = (*place, key)
+        if key in found:
+            first = lines[inner]
+            faults.append(Fault(spelled(inner), f"is given twice, first in line {first}", hint="keep one", file=where))
+        lines.setdefault(inner, key_node.start_mark.line + 1)
+        found[key] = _data(value_node, inner, file, lines, faults)
+    return found

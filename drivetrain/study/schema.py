@@ -1,0 +1,161 @@
+"""The study file as a whole: what it may say, and its JSON Schema for editors."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema
+
+from drivetrain.study import fields as f
+from drivetrain.study.form import Form
+from drivetrain.study.schema_parts import AmplifierForm, AssumptionsForm, JointForm, SafetyForm, SupplyForm
+from drivetrain.study.schema_rows import GearRow, MotorRow
+
+SCHEMA_VERSION = 1
+DEFAULT_JOINT = "default"  # the entry of `joints` that holds for all of them
+
+
+class ArmForm(Form):
+    """The arm: the name of a built-in one or a .urdf or .xacro file; or a table of DH parameters."""
+
+    source: f.Name | None = None
+    dh: f.Name | None = Field(default=None, description="CSV file of DH parameters")
+    convention: Literal["classic", "modified"] | None = None
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Self:
+        if (self.source is None) == (self.dh is None):
+            raise f.refused("must be a built-in arm, a .urdf file, or {dh: table.csv, convention: classic}")
+        if self.dh is not None and self.convention is None:
+            raise f.refused(
+                "a DH table needs its convention: classic or modified",
+                "classic (Paul) puts frame i at the far end of link i, modified (Craig) at its joint",
+            )
+        return self
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"anyOf": [{"type": "string"}, handler.resolve_ref_schema(handler(schema))]}
+
+
+class InertiaForm(Form):
+    """Inertia about the centre of mass, in axes parallel to the tip's."""
+
+    xx: f.Inertia
+    yy: f.Inertia
+    zz: f.Inertia
+    xy: f.InertiaProduct = 0.0
+    xz: f.InertiaProduct = 0.0
+    yz: f.InertiaProduct = 0.0
+
+
+class PayloadForm(Form):
+    """A body fixed to the tip; without inertia a point mass."""
+
+    mass: f.Mass
+    com: f.Position3 = (0.0, 0.0, 0.0)
+    inertia: InertiaForm | None = None
+
+
+class MotionForm(Form):
+    """One motion: a file of joint positions, waypoints with a profile, or a table of torque and speed."""
+
+    file: f.Name | None = None
+    smoothing: f.Duration | None = Field(
+        default=None, description="window in which the positions of `file` are smoothed"
+    )
+    table: f.Name | None = Field(
+        default=None, description="CSV file of torque and speed over time, when there is no arm"
+    )
+    waypoints: list[Any] | None = Field(default=None, description="one row a waypoint, one value a joint")
+    unit: f.Names | None = Field(
+        default=None, description="of bare numbers in the waypoints: one for all joints or one each"
+    )
+    profile: Literal["trapezoid", "quintic", "s_curve"] | None = None
+    speed: Any = Field(default=None, description="largest speed: one for all joints or a list")
+    acceleration: Any = Field(default=None, description="largest acceleration: one for all joints or a list")
+    jerk: Any = Field(default=None, description="largest jerk (s_curve): one for all joints or a list")
+    durations: list[f.Duration] | None = Field(default=None, description="of each move, instead of limits")
+    dwell: Annotated[float, f.Quantity("s", minimum=0.0)] = Field(0.0, description="rest at each waypoint")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        kinds = [name for name in ("file", "table", "waypoints") if getattr(self, name) is not None]
+        if len(kinds) != 1:
+            raise f.refused("must have one of: file, table, waypoints", found=kinds or None)
+        belongs = {
+            "file": {"smoothing"},
+            "table": set(),
+            "waypoints": {"unit", "profile", "speed", "acceleration", "jerk", "durations", "dwell"},
+        }
+        stray = sorted(self.model_fields_set - {kinds[0]} - belongs[kinds[0]])
+        if stray:
+            raise f.refused(f"{' and '.join(stray)} cannot go with {kinds[0]}")
+        if kinds[0] == "waypoints":
+            self._timed()
+        return self
+
+    def _timed(self) -> None:
+        """Waypoints need a profile, and either limits or durations."""
+        if self.profile is None:
+            raise f.refused("waypoints need a profile: trapezoid, quintic or s_curve")
+        limits = {"s_curve": ("speed", "acceleration", "jerk")}.get(self.profile, ("speed", "acceleration"))
+        missing = [name for name in limits if getattr(self, name) is None]
+        if self.durations is None and missing:
+            raise f.refused(f"profile {self.profile} needs durations, or the limits {', '.join(limits)}")
+
+
+class CycleForm(Form):
+    """One step of the repeated task: a motion or a dwell."""
+
+    motion: f.Name | None = None
+    dwell: f.Duration | None = None
+    repetitions: Annotated[int, Field(ge=1)] = 1
+    payload: f.Name | None = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if (self.motion is None) == (self.dwell is None):
+            raise f.refused("must have one of: motion, dwell")
+        return self
+
+
+def _arm(value: Any) -> Any:
+    """`arm: ur5` is short for `arm: {source: ur5}`."""
+    return {"source": value} if isinstance(value, str) else value
+
+
+class StudyForm(Form):
+    """A study: an arm or load tables, the repeated task, the electrics, and what may drive each joint."""
+
+    schema_version: Literal[1]
+    name: f.Name | None = None
+    description: str = ""
+    arm: Annotated[ArmForm | None, BeforeValidator(_arm)] = None
+    tip: f.Name | None = Field(default=None, description="link of the arm's file that carries the payload")
+    gravity: f.Acceleration3 | None = Field(default=None, description="in the base frame; default [0, 0, -9.81] m/s^2")
+    drive_mass: Literal["added", "included", "replaced"] | None = None
+    payloads: dict[str, PayloadForm] = Field(default_factory=dict)
+    motions: dict[str, MotionForm]
+    cycle: list[CycleForm] | None = None
+    supply: SupplyForm
+    amplifier: AmplifierForm = AmplifierForm()
+    ambient: f.Temperature = 25.0
+    safety: SafetyForm = SafetyForm()
+    objective: Literal["mass", "price"] = "mass"
+    catalogs: f.Names = ("shipped",)
+    motors: dict[str, MotorRow] = Field(default_factory=dict)
+    gears: dict[str, GearRow] = Field(default_factory=dict)
+    joints: dict[str, JointForm]
+    assumptions: AssumptionsForm = AssumptionsForm()
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of the study file, for completion and checks in editors.
+
+    Returns:
+        The schema, draft 2020-12, ready for ``json.dumps``.
+    """
+    schema = StudyForm.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "drivetrain study"}
