@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,10 +21,11 @@ T = TypeVar("T")
 
 
 class Faults:
-    """Collects the faults of several checks, so that all are told at once."""
+    """Collects the faults of several checks, so that all are told at once; ``file`` is where they stand, if any."""
 
-    def __init__(self) -> None:
+    def __init__(self, file: str = "") -> None:
         self.found: list[Fault] = []
+        self.file = file
 
     def add(self, place: str, problem: str, value: object = None, hint: str = "") -> None:
         """Note one fault.
@@ -34,7 +36,7 @@ class Faults:
             value: What was found there.
             hint: The mend.
         """
-        self.found.append(Fault(place, problem, value, hint))
+        self.found.append(Fault(place, problem, value, hint, self.file))
 
     def attempt(self, check: Callable[..., T], *values: Any) -> T | None:
         """What a check returns, or None with its faults noted.
@@ -48,7 +50,7 @@ class Faults:
         try:
             return check(*values)
         except InputError as error:
-            self.found.extend(error.faults)
+            self.found.extend(replace(fault, file=fault.file or self.file) for fault in error.faults)
             return None
 
     def raise_any(self) -> None:
@@ -150,8 +152,25 @@ def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, f
     return np.array([value for value in checked if value is not None])
 
 
+def triangle_doubt(inertia: Array, link: str) -> str:
+    """What to say of an inertia that no body can have.
+
+    Args:
+        inertia: About the centre of mass [kg m^2], (3, 3).
+        link: Whose it is.
+
+    Returns:
+        The sentence; empty when a body can have it.
+    """
+    if triangle_excess(inertia) <= TRIANGLE_TOLERANCE:
+        return ""
+    moments = ", ".join(f"{moment:.6g}" for moment in np.linalg.eigvalsh(inertia))
+    rule = "the largest may not pass the sum of the two others"
+    return f"link {link}: no body has principal moments {moments} kg m^2: {rule}"
+
+
 def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
-    """Warn of every link whose inertia no body could have.
+    """Warn of every link whose inertia no body can have.
 
     Args:
         inertias: About the centres of mass [kg m^2], (n, 3, 3).
@@ -160,14 +179,8 @@ def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
     Returns:
         The warnings' texts.
     """
-    texts = []
-    for tensor, link in zip(inertias, links, strict=True):
-        if triangle_excess(tensor) <= TRIANGLE_TOLERANCE:
-            continue
-        moments = ", ".join(f"{moment:.6g}" for moment in np.linalg.eigvalsh(tensor))
-        texts.append(
-            f"link {link}: no body has principal moments {moments} kg m^2: "
-            "the largest may not pass the sum of the two others"
-        )
-        warnings.warn(texts[-1], PhysicsWarning, stacklevel=3)
+    doubts = [triangle_doubt(tensor, link) for tensor, link in zip(inertias, links, strict=True)]
+    texts = [doubt for doubt in doubts if doubt]
+    for text in texts:
+        warnings.warn(text, PhysicsWarning, stacklevel=3)
     return texts

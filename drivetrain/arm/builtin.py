@@ -1,0 +1,154 @@
+"""The built-in arms; ``robots/SOURCES.md`` says where their numbers are from. Loading one warns of nothing."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.bodies import with_payload
+from drivetrain.arm.checks import triangle_doubt
+from drivetrain.arm.dh import DHConvention, DHRow, arm_from_dh
+from drivetrain.arm.rotors import Rotor
+from drivetrain.arm.urdf import arm_from_model
+from drivetrain.arm.urdf_model import read_model
+from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.inertia import cylinder
+from drivetrain.spatial.poses import pose, pose_from_xyz_rpy
+
+ROBOTS = Path(__file__).with_name("robots")
+
+
+def builtin_names() -> tuple[str, ...]:
+    """The names of the built-in arms [-], sorted."""
+    return tuple(sorted(_BUILDERS))
+
+
+def builtin_arm(name: str, *, tip: str | None = None, gravity: Any = None) -> Arm:
+    """A built-in arm.
+
+    Args:
+        name: One of builtin_names.
+        tip: Name of the link that is the end effector; only the arms that come from a URDF have links to choose.
+        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z; of planar-2r, along
+            -y, as in the book.
+
+    Returns:
+        The arm; puma560, kr300 and planar-2r have rotors.
+
+    Raises:
+        InputError: No such arm, or no such link.
+    """
+    if name not in _BUILDERS:
+        raise InputError(Fault("arm", "no built-in arm of that name; known: " + ", ".join(builtin_names()), name))
+    return _BUILDERS[name](tip, gravity)
+
+
+def _planar_2r(tip: str | None, gravity: Any) -> Arm:
+    """The book's 2R arm: unit links with unit point masses at their ends, a unit motor at each joint, gear ratio 10."""
+    _refuse_tip("planar-2r", tip)
+    home = [pose(point=[1.0, 0.0, 0.0]), pose(point=[2.0, 0.0, 0.0])]
+    screws = [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, -1.0, 0.0]]
+    # Link 1 carries motor 2 at its end: 1 kg, stator 0.005 kg m^2 about z. The book needs no moments across z; those
+    # of a disc keep the tensor possible.
+    stator = np.diag([0.0025, 0.0025, 0.005])
+    arm = Arm.from_screws(
+        home,
+        screws,
+        [2.0, 1.0],
+        [stator, np.zeros((3, 3))],
+        home[1],
+        (0.0, -9.81, 0.0) if gravity is None else gravity,
+        joint_points=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        name="planar-2r",
+        notes=["Modern Robotics, figure 8.1 with the motors of section 8.9.2, gear ratio 10; the motors' mass, rotors "
+               "included, is counted at the stators"],
+    )  # fmt: skip
+    return with_rotors(arm, [Rotor(10.0, 0.00125), Rotor(10.0, 0.00125)])
+
+
+def _ur5(tip: str | None, gravity: Any) -> Arm:
+    """The UR5 file as published, wrists and all."""
+    arm, _ = arm_from_model(read_model(ROBOTS / "ur5.urdf"), tip=tip or "tool0", gravity=gravity)
+    return _renamed(arm, "ur5", "the wrist inertias are kept as published; ur5-corrected mends them")
+
+
+def _ur5_corrected(tip: str | None, gravity: Any) -> Arm:
+    """The UR5 file with wrist cylinders of 0.06 m radius."""
+    model = read_model(ROBOTS / "ur5.urdf")
+    links = dict(model.links)
+    for name in ("wrist_1_link", "wrist_2_link", "wrist_3_link"):
+        body = links[name].body
+        if body is not None:
+            links[name] = replace(links[name], body=cylinder(body.mass, 0.06, 0.12))
+    arm, _ = arm_from_model(replace(model, links=links), tip=tip or "tool0", gravity=gravity)
+    return _renamed(arm, "ur5-corrected", "wrist links as cylinders of 0.06 m radius where the published file has 0.6")
+
+
+def _panda(tip: str | None, gravity: Any) -> Arm:
+    """The arm with its hand, fingers closed."""
+    arm, _ = arm_from_model(read_model(ROBOTS / "panda.urdf"), tip=tip or "panda_hand_tcp", gravity=gravity)
+    return arm
+
+
+def _from_table(file: str) -> Callable[[str | None, Any], Arm]:
+    def build(tip: str | None, gravity: Any) -> Arm:
+        return _table_arm(file, tip, gravity)
+
+    return build
+
+
+def _table_arm(file: str, tip: str | None, gravity: Any) -> Arm:
+    """An arm from one of our Denavit-Hartenberg tables, with its rotors."""
+    data = json.loads((ROBOTS / file).read_text(encoding="utf-8"))
+    _refuse_tip(data["name"], tip)
+    rows = [
+        DHRow(row["a"], row["alpha"], row["d"], row["theta"], mass=row["mass"], com=row["com"], inertia=_tensor(row))
+        for row in data["rows"]
+    ]
+    arm = arm_from_dh(
+        rows,
+        convention=DHConvention(data["convention"]),
+        base=pose_from_xyz_rpy([0.0, 0.0, 0.0], data["base_rpy"]),
+        gravity=STANDARD_GRAVITY if gravity is None else gravity,
+        joint_names=data["joint_names"],
+        name=data["name"],
+        notes=[*data["notes"], "source: " + data["source"]],
+        check_inertias=False,  # told below, in the notes
+    )
+    if "payload" in data:
+        arm = with_payload(arm, data["payload"]["mass"], data["payload"]["com"], np.zeros((3, 3)))
+    arm = with_rotors(arm, [Rotor(row["ratio"], row["rotor_inertia"]) for row in data["rows"]])
+    doubts = [triangle_doubt(tensor, link) for tensor, link in zip(arm.inertias, arm.link_names, strict=True)]
+    return replace(arm, notes=(*arm.notes, *filter(None, doubts)))
+
+
+def _tensor(row: dict[str, Any]) -> Array:
+    xx, yy, zz, xy, yz, xz = row["inertia"]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _refuse_tip(name: str, tip: str | None) -> None:
+    if tip is not None:
+        raise InputError(Fault("tip", f"{name} has no links to choose from; leave it out", tip))
+
+
+def _renamed(arm: Arm, name: str, note: str) -> Arm:
+    return replace(arm, name=name, notes=(note, *arm.notes))
+
+
+_BUILDERS: dict[str, Callable[[str | None, Any], Arm]] = {
+    "planar-2r": _planar_2r,
+    "ur5": _ur5,
+    "ur5-corrected": _ur5_corrected,
+    "panda": _panda,
+    "puma560": _from_table("puma560.json"),
+    "kr300": _from_table("kr300.json"),
+}

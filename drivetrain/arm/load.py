@@ -1,0 +1,67 @@
+"""An arm by the name of a built-in one, or from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.builtin import builtin_arm, builtin_names
+from drivetrain.arm.rotors import Rotor
+from drivetrain.arm.urdf import arm_from_model, warn_each
+from drivetrain.arm.urdf_drives import UrdfDrive
+from drivetrain.arm.urdf_model import read_model
+from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.errors import Fault, InputError, nearest
+
+SUFFIXES = (".urdf", ".xacro", ".xml")
+
+
+def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None) -> Arm:
+    """The arm of a name or a file.
+
+    A URDF that gives both gear ratio and rotor inertia of a joint gives the arm a rotor there, on the joint's axis
+    and carried by the link before, with inertia about its axis only.
+
+    Args:
+        source: Name of a built-in arm, or path of a ``.urdf`` or ``.xacro`` file.
+        tip: Name of the link that is the end effector. None: the end of the one chain.
+        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z (planar-2r: -y).
+
+    Returns:
+        The arm; its notes hold what was ignored, assumed, or is hard to believe (for a file, the last also warns).
+
+    Raises:
+        InputError: No such arm or file, or everything that is wrong with the file, at once.
+    """
+    if str(source) in builtin_names():
+        return builtin_arm(str(source), tip=tip, gravity=gravity)
+    path = Path(source)
+    if path.suffix.lower() not in SUFFIXES and not path.is_file():
+        problem = "neither a built-in arm nor the path of a .urdf or .xacro file"
+        raise InputError(Fault("arm", problem, str(source), nearest(str(source), builtin_names())))
+    model = read_model(path)
+    arm, doubtful = arm_from_model(model, tip=tip, gravity=gravity)
+    warn_each(doubtful)
+    return _with_stated_rotors(arm, model.drives)
+
+
+def _with_stated_rotors(arm: Arm, drives: Mapping[str, UrdfDrive]) -> Arm:
+    """The arm with the rotors that its file states, told in its notes."""
+    rotors: list[Rotor | None] = []
+    half_stated = []
+    for name in arm.joint_names:
+        drive = drives[name]
+        if drive.rotor_inertia and drive.ratio is None:
+            half_stated.append(name)
+        stated = drive.rotor_inertia and drive.ratio
+        rotors.append(Rotor(drive.ratio, drive.rotor_inertia) if stated else None)  # type: ignore[arg-type]
+    notes = []
+    if half_stated:
+        notes.append("rotor inertia without gear ratio, not used: " + ", ".join(half_stated))
+    driven = [name for name, rotor in zip(arm.joint_names, rotors, strict=True) if rotor is not None]
+    if driven:
+        notes.append("rotors from the file, on the joint axes, carried by the link before: " + ", ".join(driven))
+    return replace(with_rotors(arm, rotors), notes=(*arm.notes, *notes))

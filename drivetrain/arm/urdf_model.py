@@ -1,0 +1,265 @@
+"""What a URDF file says, before any chain is chosen: links, joints, drives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from drivetrain.arm.checks import checked_inertia
+from drivetrain.arm.urdf_drives import UrdfDrive, read_drives
+from drivetrain.arm.urdf_xml import Reader, read_document
+from drivetrain.arrays import Array
+from drivetrain.errors import nearest
+from drivetrain.spatial.inertia import RigidBody
+from drivetrain.spatial.poses import pose_from_xyz_rpy
+
+REVOLUTE, PRISMATIC = ("revolute", "continuous"), ("prismatic",)
+MOVABLE = (*REVOLUTE, *PRISMATIC)
+REFUSED = ("floating", "planar")
+KINDS = (*MOVABLE, "fixed", *REFUSED)
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfLink:
+    """One link as written.
+
+    Attributes:
+        name: Of the link.
+        body: Its mass [kg], centre of mass [m] and inertia [kg m^2] in the link's frame; None: no ``inertial``.
+    """
+
+    name: str
+    body: RigidBody | None
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfJoint:
+    """One joint as written.
+
+    Attributes:
+        name: Of the joint.
+        kind: revolute, continuous, prismatic, fixed, floating or planar.
+        parent, child: Links it joins.
+        origin: Frame of joint and child in the parent's frame, joint at zero, (4, 4); translation [m].
+        axis: Unit direction in the joint's frame [-], (3,).
+        lower, upper: Position limits [rad or m].
+        speed_limit: [rad/s or m/s].
+        mimics: Joint that it is said to follow; empty: none.
+        unsaid: What the file leaves open, in words; empty: nothing.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: Array
+    axis: Array
+    lower: float
+    upper: float
+    speed_limit: float
+    mimics: str
+    unsaid: str
+
+    @property
+    def movable(self) -> bool:
+        """Whether it has a position [rad or m]."""
+        return self.kind in MOVABLE
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfModel:
+    """All that was read from one file.
+
+    Attributes:
+        name: Of the robot.
+        file: Path of the file.
+        links: By name, as in the file.
+        joints: By name, as in the file.
+        drives: What the file says of each movable joint's friction and drive, by joint name.
+        notes: What was ignored, in words.
+    """
+
+    name: str
+    file: str
+    links: dict[str, UrdfLink]
+    joints: dict[str, UrdfJoint]
+    drives: dict[str, UrdfDrive]
+    notes: tuple[str, ...]
+
+
+def read_model(path: Path) -> UrdfModel:
+    """The contents of a URDF or xacro file.
+
+    Args:
+        path: Of the file.
+
+    Returns:
+        What it says [SI].
+
+    Raises:
+        InputError: Everything that is wrong with it, at once.
+    """
+    root = read_document(path)
+    reader = Reader(str(path))
+    reader.count_ignored(root, ("link", "joint", "transmission", "ros2_control"), ("name", "version"))
+    links = _by_name(reader, root, "link")
+    joints = _by_name(reader, root, "joint")
+    if not links:
+        reader.faults.add("robot", "has no <link>")
+    model_links = {name: _link(reader, name, element) for name, element in links.items()}
+    model_joints = {name: _joint(reader, name, element) for name, element in joints.items()}
+    _check_names(reader, model_links, model_joints)
+    drives, drive_notes = read_drives(reader, root, {n: joints[n] for n, j in model_joints.items() if j.movable})
+    reader.faults.raise_any()
+    notes = tuple(note for note in (reader.ignored_note(), *drive_notes) if note)
+    return UrdfModel(root.get("name", path.stem), str(path), model_links, model_joints, drives, notes)
+
+
+def _by_name(reader: Reader, root: ElementTree.Element, tag: str) -> dict[str, ElementTree.Element]:
+    """The elements of one tag by their names, which must differ."""
+    found: dict[str, ElementTree.Element] = {}
+    for i, element in enumerate(root.findall(tag)):
+        name = reader.text(element, "name", f"{tag} number {i + 1}")
+        if name in found:
+            reader.faults.add(f"{tag} {name}", f"the name of a {tag} must not be used twice")
+        elif name:
+            found[name] = element
+    return found
+
+
+def _link(reader: Reader, name: str, element: ElementTree.Element) -> UrdfLink:
+    reader.count_ignored(element, ("inertial",), ("name",))
+    inertial = element.find("inertial")
+    if inertial is None:
+        return UrdfLink(name, None)
+    place = f"link {name}"
+    reader.count_ignored(inertial, ("origin", "mass", "inertia"))
+    origin = _origin(reader, inertial, place)
+    mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
+    for tag, child in (("mass", mass_element), ("inertia", inertia_element)):
+        if child is None:
+            reader.faults.add(place, f"<inertial> needs <{tag}>")
+    mass = 0.0 if mass_element is None else reader.number(mass_element, "value", place)
+    if mass < 0.0:
+        reader.faults.add(place, "its mass must not be negative [kg]", mass)
+    tensor = np.zeros((3, 3)) if inertia_element is None else _tensor(reader, inertia_element, place)
+    return UrdfLink(name, RigidBody(mass, np.zeros(3), tensor).seen_from(origin))
+
+
+def _tensor(reader: Reader, element: ElementTree.Element, place: str) -> Array:
+    tensor = np.zeros((3, 3))
+    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        tensor[i, j] = tensor[j, i] = reader.number(element, f"i{'xyz'[i]}{'xyz'[j]}", place)
+    checked = reader.faults.attempt(checked_inertia, tensor, f"{place}, <inertia>")
+    return tensor if checked is None else checked
+
+
+def _origin(reader: Reader, element: ElementTree.Element, place: str) -> Array:
+    origin = element.find("origin")
+    if origin is None:
+        return np.eye(4)
+    reader.count_ignored(origin, (), ("xyz", "rpy"))
+    return pose_from_xyz_rpy(
+        reader.numbers(origin, "xyz", place, [0.0] * 3), reader.numbers(origin, "rpy", place, [0.0] * 3)
+    )
+
+
+def _joint(reader: Reader, name: str, element: ElementTree.Element) -> UrdfJoint:
+    place = f"joint {name}"
+    known = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")
+    reader.count_ignored(element, (*known, "drake:rotor_inertia", "drake:gear_ratio"), ("name", "type"))
+    kind = reader.text(element, "type", place)
+    if kind and kind not in KINDS:
+        reader.faults.add(place, f"its type must be one of {', '.join(MOVABLE)} or fixed", kind, nearest(kind, KINDS))
+    axis, no_axis = _axis(reader, element, place)
+    lower, upper, speed, no_limit = _limits(reader, element, kind, place)
+    mimic = element.find("mimic")
+    unsaid = [phrase for phrase in (no_axis, no_limit) if phrase and kind in MOVABLE]
+    return UrdfJoint(
+        name,
+        kind,
+        _end(reader, element, "parent", place),
+        _end(reader, element, "child", place),
+        _origin(reader, element, place),
+        axis,
+        lower,
+        upper,
+        speed,
+        "" if mimic is None else mimic.get("joint", "?"),
+        " and ".join(unsaid),
+    )
+
+
+def _end(reader: Reader, element: ElementTree.Element, tag: str, place: str) -> str:
+    """The link at one end of a joint."""
+    end = element.find(tag)
+    if end is None:
+        reader.faults.add(place, f"needs <{tag}>")
+        return ""
+    return reader.text(end, "link", place)
+
+
+def _axis(reader: Reader, element: ElementTree.Element, place: str) -> tuple[Array, str]:
+    """Unit direction of a joint, and what the file leaves open."""
+    child = element.find("axis")
+    if child is None:
+        return np.array([1.0, 0.0, 0.0]), "no <axis>: taken along x, URDF's default"
+    axis = reader.numbers(child, "xyz", place, [1.0, 0.0, 0.0])
+    length = float(np.linalg.norm(axis))
+    if length < 1e-9:
+        reader.faults.add(place, "its axis must have a direction", child.get("xyz"))
+        return np.array([1.0, 0.0, 0.0]), ""
+    return axis / length, ""
+
+
+def _limits(reader: Reader, element: ElementTree.Element, kind: str, place: str) -> tuple[float, float, float, str]:
+    """Lower, upper and speed limit, and what the file leaves open."""
+    limit = element.find("limit")
+    if limit is None:
+        return -inf, inf, inf, "" if kind == "continuous" else "no <limit>: taken as unlimited"
+    reader.count_ignored(limit, (), ("lower", "upper", "velocity"))
+    speed = reader.limit(limit, "velocity", place, inf)
+    # A speed of zero or less is the usual way to write "none".
+    speed = speed if speed > 0.0 else inf
+    if kind == "continuous":
+        return -inf, inf, speed, ""
+    lower, upper = reader.limit(limit, "lower", place, 0.0), reader.limit(limit, "upper", place, 0.0)
+    if lower > upper:
+        reader.faults.add(place, "its lower limit must not be above its upper limit", (lower, upper))
+    if lower == upper:
+        return -inf, inf, speed, f"limits both {lower:g}: taken as unlimited"
+    return lower, upper, speed, ""
+
+
+def _check_names(reader: Reader, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint]) -> None:
+    """Joints name links that are there, and no link hangs on two joints."""
+    holder: dict[str, str] = {}
+    for joint in joints.values():
+        for end in (joint.parent, joint.child):
+            if end and end not in links:
+                reader.faults.add(f"joint {joint.name}", "names a link that is not there", end, nearest(end, links))
+        if joint.child in holder:
+            problem = f"is the child of two joints, {holder[joint.child]} and {joint.name}: closed chains are not read"
+            reader.faults.add(f"link {joint.child}", problem)
+        holder.setdefault(joint.child, joint.name)
+    looped = [name for name in links if _hangs_on_itself(name, holder, joints)]
+    if looped:
+        reader.faults.add("links", "hang on each other in a loop", looped)
+    for joint in joints.values():
+        if joint.mimics and joint.mimics not in joints:
+            hint = nearest(joint.mimics, joints)
+            reader.faults.add(f"joint {joint.name}", "mimics a joint that is not there", joint.mimics, hint)
+
+
+def _hangs_on_itself(link: str, holder: dict[str, str], joints: dict[str, UrdfJoint]) -> bool:
+    """Whether the way from a link towards the root comes back to it."""
+    seen: set[str] = set()
+    above = link
+    while above in holder and above not in seen:
+        seen.add(above)
+        above = joints[holder[above]].parent
+    return above == link and above in seen

@@ -1,0 +1,171 @@
+"""The XML of a robot description: parsed without namespaces, its numbers read, what nobody reads counted."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.parsers import expat
+
+import numpy as np
+
+from drivetrain.arm.checks import Faults
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+
+
+def read_document(path: Path) -> ElementTree.Element:
+    """The root element of a URDF file, or of a xacro file once expanded.
+
+    Tags keep their prefix as written (``drake:gear_ratio``), whether or not the file declares it: many do not.
+
+    Args:
+        path: Of a ``.urdf`` file, or a ``.xacro`` file, which needs the package of that name.
+
+    Returns:
+        The ``robot`` element [-].
+
+    Raises:
+        InputError: No such file, malformed XML, no robot, or a xacro file that cannot be expanded.
+    """
+    if not path.is_file():
+        raise InputError(Fault(str(path), "no such file"))
+    text = _expanded(path) if path.suffix == ".xacro" else path.read_bytes()
+    builder = ElementTree.TreeBuilder()
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.CharacterDataHandler = builder.data
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        place = f"line {error.lineno}, column {error.offset}"
+        raise InputError(Fault(place, f"malformed XML: {expat.ErrorString(error.code)}", file=str(path))) from None
+    root = builder.close()
+    if root.tag != "robot":
+        raise InputError(Fault("root", "must be a <robot> element", f"<{root.tag}>", file=str(path)))
+    return root
+
+
+def _expanded(path: Path) -> bytes:
+    """The URDF that a xacro file stands for."""
+    try:
+        import xacro
+    except ImportError:
+        problem = "a xacro file needs the package xacro"
+        raise InputError(Fault(str(path), problem, hint='install it with: pip install "drivetrain[xacro]"')) from None
+    try:
+        return bytes(xacro.process_file(str(path)).toxml(encoding="utf-8"))
+    except Exception as error:  # whatever a macro's own expressions raise
+        raise InputError(Fault(str(path), f"xacro cannot expand it: {error}")) from error
+
+
+class Reader:
+    """Reads numbers out of elements, notes every fault, and counts the tags and attributes that nobody reads."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.faults = Faults(file)
+        self.ignored: Counter[str] = Counter()
+
+    def text(self, element: ElementTree.Element, attribute: str, place: str) -> str:
+        """A required attribute.
+
+        Args:
+            element: Where it should stand.
+            attribute: Its name.
+            place: What to call the element in an error.
+
+        Returns:
+            Its text; empty, and a fault, when it is missing.
+        """
+        value = element.get(attribute, "").strip()
+        if not value:
+            self.faults.add(place, f'<{element.tag}> needs the attribute "{attribute}"')
+        return value
+
+    def numbers(self, element: ElementTree.Element, attribute: str, place: str, default: Iterable[float]) -> Array:
+        """An attribute that holds as many finite numbers as its default.
+
+        Args:
+            element: Where it may stand.
+            attribute: Its name.
+            place: What to call the element in an error.
+            default: Taken when it is missing, unit as the tag says.
+
+        Returns:
+            The numbers; the default, and a fault, when they are none.
+        """
+        fallback = np.array([*default])
+        written = element.get(attribute)
+        if written is None:
+            return fallback
+        try:
+            values = np.array([float(word) for word in written.split()])
+        except ValueError:
+            values = np.empty(0)
+        if values.shape != fallback.shape or not np.isfinite(values).all():
+            hint = "a xacro expression: give the file the suffix .xacro" if "${" in written else ""
+            wanted = f"<{element.tag} {attribute}=...> must be {len(fallback)} finite number(s)"
+            self.faults.add(place, wanted, written, hint)
+            return fallback
+        return values
+
+    def number(self, element: ElementTree.Element, attribute: str, place: str) -> float:
+        """A required attribute that holds one number.
+
+        Args:
+            element: Where it should stand.
+            attribute: Its name.
+            place: What to call the element in an error.
+
+        Returns:
+            The number, unit as the tag says; 0, and a fault, when there is none.
+        """
+        if not self.text(element, attribute, place):
+            return 0.0
+        return float(self.numbers(element, attribute, place, [0.0])[0])
+
+    def limit(self, element: ElementTree.Element, attribute: str, place: str, default: float) -> float:
+        """A limit, which may be infinite.
+
+        Args:
+            element: Where it may stand.
+            attribute: Its name.
+            place: What to call the element in an error.
+            default: Taken when it is missing [rad, m, rad/s or m/s].
+
+        Returns:
+            The limit, in the unit of the default.
+        """
+        written = element.get(attribute, str(default))
+        try:
+            value = float(written)
+        except ValueError:
+            value = math.nan
+        if math.isnan(value):
+            self.faults.add(place, f"<{element.tag} {attribute}=...> must be a number", written)
+            return default
+        return value
+
+    def count_ignored(self, element: ElementTree.Element, tags: Iterable[str], attributes: Iterable[str] = ()) -> None:
+        """Count the children and attributes of an element that nobody reads.
+
+        Args:
+            element: Whose children and attributes to look at.
+            tags: Of the children that are read.
+            attributes: That are read.
+        """
+        known = set(tags)
+        inside = f"<{element.tag}>/" if element.tag == "ros2_control" else ""
+        self.ignored.update(f"{inside}<{child.tag}>" for child in element if child.tag not in known)
+        strangers = set(element.keys()) - set(attributes)
+        self.ignored.update(f"<{element.tag} {name}=...>" for name in strangers if not name.startswith("xmlns"))
+
+    def ignored_note(self) -> str:
+        """What was ignored, in words, with counts; empty when nothing was."""
+        if not self.ignored:
+            return ""
+        return "ignored: " + ", ".join(f"{tag} ({count})" for tag, count in sorted(self.ignored.items()))
