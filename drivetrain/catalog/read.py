@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, TypeVar
 
+from drivetrain.catalog.convention import dc_equivalent
+from drivetrain.catalog.schema import GEARS, MOTORS, PAIRS, TABLES
+from drivetrain.catalog.table import Cell, Row, Table, read_table
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.shipped import shipped
+
+CONFIRM = "Catalogue rows are for sizing studies: confirm each against the maker's current data sheet."
+MOST_HINTS = 10
+
+Sheet = TypeVar("Sheet", Motor, Gear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,3 +36,198 @@ class Catalog:
     gears: dict[str, Gear] = field(default_factory=dict)
     pairs: dict[str, frozenset[str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class FramelessRule:
+    """Which frameless motor fits which gear, where nobody publishes pairs.
+
+    A frameless motor is built around its gear, so only room decides: the stator must stay inside the outline of the
+    gear. Housed strain-wave units are about 1.5 to 2 times as wide as the pitch circle of their teeth, which is size/10
+    inch. Where only the gear's outer diameter is known, the motor may be as wide as that.
+
+    Attributes:
+        max_diameter_ratio: Motor outer diameter over gear pitch diameter, at most.
+        min_diameter_ratio: The same, at least: a much smaller motor cannot use the gear and only lengthens the search.
+        kinds: Gear kinds built around a frameless motor.
+    """
+
+    max_diameter_ratio: float = 1.7
+    min_diameter_ratio: float = 0.5
+    kinds: tuple[str, ...] = ("strain_wave", "rv")
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.min_diameter_ratio <= self.max_diameter_ratio:
+            problem = "must be 0 or more, and the smallest at most the largest"
+            raise InputError(Fault("frameless rule", problem, (self.min_diameter_ratio, self.max_diameter_ratio)))
+
+
+# ---------------------------------------------------------------- reading
+
+
+def read_catalog(*folders: str | Path) -> Catalog:
+    """Motors, gears and published pairs of one or more folders, in SI and in the DC-equivalent convention.
+
+    Args:
+        folders: Each with ``motors.csv``, ``gears.csv`` and ``compatibility.csv``, or some of them; a row of a later
+            folder replaces the row of the same key in an earlier one. None: the shipped catalogue.
+
+    Returns:
+        The rows, with notes on what was replaced.
+
+    Raises:
+        InputError: Every fault in any of the files, with file, row and column.
+    """
+    tables, faults = _read_tables([Path(folder) for folder in folders] or [shipped("catalogs")])
+    notes: list[str] = []
+    motors = _merge(tables[MOTORS], Motor, faults, notes)
+    gears = _merge(tables[GEARS], Gear, faults, notes)
+    pairs = _read_pairs(tables[PAIRS], motors, gears, faults)
+    if faults:
+        raise InputError(faults)
+    return Catalog(motors, gears, pairs, (*notes, CONFIRM))
+
+
+def _read_tables(folders: Iterable[Path]) -> tuple[dict[str, list[Table]], list[Fault]]:
+    """The tables of all folders by file name, and the faults of their texts and cells."""
+    tables: dict[str, list[Table]] = {name: [] for name in TABLES}
+    faults: list[Fault] = []
+    for folder in folders:
+        present = [name for name in TABLES if (folder / name).is_file()]
+        if not present:
+            problem = "holds no catalogue table" if folder.is_dir() else "is no folder"
+            faults.append(Fault(str(folder), problem, hint="it should hold " + ", ".join(TABLES)))
+        for name in present:
+            tables[name].append(read_table(folder / name, TABLES[name]))
+    faults += [fault for group in tables.values() for table in group for fault in map(table.fault, table.faults)]
+    return tables, faults
+
+
+def _merge(tables: Iterable[Table], kind: type[Sheet], faults: list[Fault], notes: list[str]) -> dict[str, Sheet]:
+    """The sheets of all tables by key; adds to faults and notes."""
+    merged: dict[str, Sheet] = {}
+    for table in tables:
+        name = f"{table.path.parent.name}/{table.path.name}"
+        replaced: list[str] = []
+        for row in table.rows if not table.faults else ():
+            try:
+                sheet = _sheet(row, kind, name)
+            except InputError as error:
+                faults += [table.at(row, fault.place, fault.problem, fault.value, fault.hint) for fault in error.faults]
+                continue
+            replaced += [sheet.key] * (sheet.key in merged)
+            merged[sheet.key] = sheet
+        makers = Counter(row.text("maker") or "no maker stated" for row in table.rows)
+        listed = ", ".join(f"{maker} {count}" for maker, count in makers.items())
+        notes.append(f"{name}: {len(table.rows)} rows ({listed}).")
+        if replaced:
+            notes.append(f"{name} replaces rows of earlier folders: {', '.join(replaced)}.")
+    return merged
+
+
+def _sheet(row: Row, kind: type[Sheet], file: str) -> Sheet:
+    """One row as a Motor or Gear."""
+    cells: Mapping[str, Cell] = dc_equivalent(row.cells) if kind is Motor else row.cells
+    known = {item.name for item in fields(kind)}
+    values: dict[str, Any] = {name: cell for name, cell in cells.items() if name in known and cell is not None}
+    if "frameless" in values:
+        values["frameless"] = values["frameless"] == "yes"
+    if "stages" in values:
+        values["stages"] = int(values["stages"])
+    told = "; ".join(filter(None, (row.text("edition"), row.text("source"), row.text("notes"))))
+    values["source"] = f"{file} row {row.line}" + (f": {told}" if told else "")
+    return kind(**values)
+
+
+def _read_pairs(
+    tables: Iterable[Table], motors: Mapping[str, Motor], gears: Mapping[str, Gear], faults: list[Fault]
+) -> dict[str, frozenset[str]]:
+    """Gear keys by motor key; keys that no table has are faults, unless the tables are faulty themselves."""
+    pairs: dict[str, frozenset[str]] = {}
+    complete = not faults
+    for table in tables:
+        for row in table.rows:
+            motor, listed = row.text("motor_key"), row.text("gear_keys").split()
+            pairs[motor] = pairs.get(motor, frozenset()).union(listed)
+            if complete:
+                faults += _strangers(table, row, "motor_key", [motor], motors, len(faults))
+                faults += _strangers(table, row, "gear_keys", listed, gears, len(faults))
+    return pairs
+
+
+def _strangers(
+    table: Table, row: Row, column: str, keys: Iterable[str], known: Collection[str], so_far: int
+) -> list[Fault]:
+    """Keys that no table has; the search for the nearest known name is dear, so only the first faults get one."""
+    unknown = [key for key in keys if key not in known]
+    what = f"no {column.split('_')[0]} has this key"
+    hints = [nearest(key, known) if so_far + i < MOST_HINTS else "" for i, key in enumerate(unknown)]
+    return [table.at(row, column, what, key, hint) for key, hint in zip(unknown, hints, strict=True)]
+
+
+# ---------------------------------------------------------------- pairing
+
+
+def fits(motor: Motor, gear: Gear, rule: FramelessRule) -> bool:
+    """Whether the geometric rule lets a frameless motor drive a gear.
+
+    Args:
+        motor: Its ``frameless`` and ``diameter`` are looked at.
+        gear: Its ``kind``, ``pitch_diameter`` and, failing that, ``diameter`` are looked at.
+        rule: The limits.
+
+    Returns:
+        False as well when a diameter is unknown.
+    """
+    if not motor.frameless or motor.diameter is None or gear.kind not in rule.kinds:
+        return False
+    if gear.pitch_diameter is not None:
+        ratio = motor.diameter / gear.pitch_diameter
+        return rule.min_diameter_ratio <= ratio <= rule.max_diameter_ratio
+    return gear.diameter is not None and motor.diameter <= gear.diameter
+
+
+def compatible_pairs(
+    catalog: Catalog,
+    motors: Iterable[str] | None = None,
+    gears: Collection[str] | None = None,
+    rule: FramelessRule = FramelessRule(),
+) -> list[tuple[str, str]]:
+    """The motor-gear pairs that may be built: published ones, and frameless motors by the geometric rule.
+
+    Args:
+        catalog: The rows.
+        motors: Keys to consider; None: all.
+        gears: Keys to consider; None: all.
+        rule: For frameless motors.
+
+    Returns:
+        (motor key, gear key), motors in the order given and for each the gears in the order given. Direct drives are
+        not among them.
+
+    Raises:
+        InputError: A key that the catalogue does not have.
+    """
+    motor_keys = list(catalog.motors) if motors is None else list(motors)
+    gear_keys = list(catalog.gears) if gears is None else list(gears)
+    _refuse_strangers("motor", motor_keys, catalog.motors)
+    _refuse_strangers("gear", gear_keys, catalog.gears)
+    order = {key: index for index, key in enumerate(gear_keys)}
+    around = [(key, catalog.gears[key]) for key in gear_keys if catalog.gears[key].kind in rule.kinds]
+    pairs: list[tuple[str, str]] = []
+    for key in motor_keys:
+        motor = catalog.motors[key]
+        chosen = {gear for gear in catalog.pairs.get(key, ()) if gear in order}
+        if motor.frameless:
+            chosen.update(gear_key for gear_key, gear in around if fits(motor, gear, rule))
+        pairs += [(key, gear) for gear in sorted(chosen, key=order.__getitem__)]
+    return pairs
+
+
+def _refuse_strangers(what: str, keys: Iterable[str], known: Collection[str]) -> None:
+    """Raises for keys that the catalogue does not have."""
+    faults = [
+        Fault(f"{what} key", "is not in the catalogue", key, nearest(key, known)) for key in keys if key not in known
+    ]
+    if faults:
+        raise InputError(faults)

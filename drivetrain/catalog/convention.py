@@ -1,0 +1,37 @@
+"""From the convention a sheet is printed in to the equivalent DC machine between two terminals, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from drivetrain.catalog.table import Cell
+from drivetrain.drive.amplifier import line_to_line, to_dc, torque_constant_to_dc
+
+CURRENTS = ("no_load_current", "nominal_current", "stall_current", "peak_current")
+PHASE_VALUES = ("resistance", "inductance")
+
+
+def dc_equivalent(cells: Mapping[str, Cell]) -> dict[str, Cell]:
+    """The cells of a motor with currents, torque constant, resistance and inductance as of the DC equivalent.
+
+    Args:
+        cells: Of one row; ``current_basis`` and ``winding_basis`` say what is printed. Where one of them is missing,
+            the values it governs stay as they are.
+
+    Returns:
+        A copy.
+    """
+    converted = dict(cells)
+    basis = cells.get("current_basis")
+    for name in CURRENTS:
+        value = cells.get(name)
+        if isinstance(basis, str) and isinstance(value, float):
+            converted[name] = to_dc(value, basis)
+    constant = cells.get("torque_constant")
+    if isinstance(basis, str) and isinstance(constant, float):
+        converted["torque_constant"] = torque_constant_to_dc(constant, basis)
+    for name in PHASE_VALUES:
+        value = cells.get(name)
+        if cells.get("winding_basis") == "phase" and isinstance(value, float):
+            converted[name] = line_to_line(value)
+    return converted

@@ -1,0 +1,91 @@
+"""What the lint says of a row, and the limits and unit slips that its rules share."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+LIMIT = 0.10  # largest believable difference between a printed value and the one its neighbours imply
+UNIT_SLIPS = (
+    (60.0 / (2.0 * math.pi), "rpm against rad/s"),
+    (1e3, "a prefix, such as m or k"),
+    (1e6, "a prefix, such as u or M"),
+    (1e-4 / 1e-7, "g cm^2 against kg m^2 with a slipped power of ten"),
+    (10.0, "a power of ten, such as N cm against mN m"),
+    (9.80665, "kgf against N"),
+    (2.0, "phase against line-to-line"),
+    (math.sqrt(3.0), "phase against line-to-line voltage"),
+    (math.sqrt(2.0), "rms against peak"),
+    (math.sqrt(1.5), "rms against dc ampere"),
+    (math.sqrt(4.0 / 3.0), "peak against dc ampere"),
+)
+SLIP_TOLERANCE = 0.03
+
+
+class Severity(StrEnum):
+    """ERROR: the row cannot be right. WARNING: unusual, look at the sheet."""
+
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something wrong with one row.
+
+    Attributes:
+        column: Where it shows.
+        severity: How sure the rule is.
+        problem: What is wrong, in words.
+        predicted: The value the rest of the row implies, in SI and in the row's own convention; None: no single value.
+    """
+
+    column: str
+    severity: Severity
+    problem: str
+    predicted: float | None = None
+
+
+def error(column: str, problem: str, predicted: float | None = None) -> Finding:
+    """A finding that cannot be right.
+
+    Args:
+        column: Where it shows.
+        problem: What is wrong.
+        predicted: The value implied, in SI.
+
+    Returns:
+        The finding.
+    """
+    return Finding(column, Severity.ERROR, problem, predicted)
+
+
+def warning(column: str, problem: str, predicted: float | None = None) -> Finding:
+    """A finding that is unusual.
+
+    Args:
+        column: Where it shows.
+        problem: What is unusual.
+        predicted: The value implied, in SI.
+
+    Returns:
+        The finding.
+    """
+    return Finding(column, Severity.WARNING, problem, predicted)
+
+
+def slip(ratio: float) -> str:
+    """The unit slip that a wrong value may come from.
+
+    Args:
+        ratio: Printed over predicted value.
+
+    Returns:
+        A phrase, empty when the ratio is none of the known ones.
+    """
+    size = max(abs(ratio), 1.0 / abs(ratio)) if ratio else 0.0
+    for factor, words in UNIT_SLIPS:
+        if size and abs(size / factor - 1.0) <= SLIP_TOLERANCE:
+            return f"about a factor {factor:.4g}: {words}?"
+    return ""

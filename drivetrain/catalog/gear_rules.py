@@ -1,0 +1,184 @@
+"""What the numbers of one gear, and of the gears of one maker, must obey together."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+
+from drivetrain.catalog.findings import LIMIT, Finding, error, slip, warning
+from drivetrain.catalog.table import Cell, Row
+
+Values = Mapping[str, float]
+
+TORQUES = ("continuous_torque", "average_torque_limit", "repeated_peak_torque", "momentary_torque")
+ROUNDING = 1e-6  # torques printed equal may differ by this after conversion
+RATIO_ROUNDING = 0.025  # a printed ratio is rounded to two digits
+FAMILY = 5  # gears of one maker with the same numerator, from which on another denominator is odd
+STAGE_RATIO = {  # rows in the data this was measured on: 2616, 24, 229, 118
+    "planetary": (2.0, 12.0),
+    "koaxdrive": (4.0, 40.0),
+    "spur": (1.1, 12.0),
+    "strain_wave": (25.0, 400.0),
+}
+STAGE_EFFICIENCY = (0.65, 0.99)
+SIZE_STEP = 2.54e-3  # m of pitch diameter for one size number of a strain-wave gear: size/10 inch
+PITCH_LIMIT = 0.05
+
+
+def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
+    """Everything that one gear's row says against itself.
+
+    Args:
+        cells: Of the row, numbers in SI, as printed.
+
+    Returns:
+        Errors and warnings; empty for a consistent row.
+    """
+    values = {name: value for name, value in cells.items() if isinstance(value, float)}
+    rules = (_torque_order, _torques_present, _speeds, _stiffness, _efficiencies, _no_load, _pitch)
+    findings = [finding for rule in rules for finding in rule(values)]
+    kind = cells.get("kind")
+    return findings + list(_stages(values, str(kind))) + list(_ratio_fraction(cells))
+
+
+def _torque_order(values: Values) -> Iterator[Finding]:
+    present = [name for name in TORQUES if name in values]
+    for smaller, larger in zip(present, present[1:], strict=False):
+        if values[smaller] > values[larger] * (1.0 + ROUNDING):
+            words = f"is larger than the {larger.replace('_', ' ')}"
+            hint = slip(values[smaller] / values[larger])
+            yield error(smaller, words + (f"; {hint}" if hint else ""))
+
+
+def _torques_present(values: Values) -> Iterator[Finding]:
+    present = [name for name in TORQUES if name in values]
+    if not present:
+        yield error("continuous_torque", "no torque limit is given, so nothing can be checked")
+    elif present == ["continuous_torque"]:
+        yield warning("repeated_peak_torque", "is empty: the peaks cannot be checked")
+    elif "continuous_torque" not in present and len(present) == 1:
+        yield error("continuous_torque", f"is empty, and only the {present[0].replace('_', ' ')} is given")
+    elif "continuous_torque" not in present:
+        yield warning("continuous_torque", "is empty: the lasting load cannot be checked")
+
+
+def _speeds(values: Values) -> Iterator[Finding]:
+    for name in ("average_input_speed_limit", "rated_speed"):
+        if name in values and "max_input_speed" in values and values[name] > values["max_input_speed"]:
+            yield warning(name, "is larger than the max input speed")
+
+
+def _stiffness(values: Values) -> Iterator[Finding]:
+    for smaller, larger in (("stiffness_1", "stiffness_2"), ("stiffness_2", "stiffness_3"), ("torque_1", "torque_2")):
+        if smaller in values and larger in values and values[smaller] > values[larger]:
+            yield error(smaller, f"is larger than {larger}: a gear stiffens with torque")
+
+
+def _efficiencies(values: Values) -> Iterator[Finding]:
+    if all(name in values for name in ("efficiency", "backdriving_efficiency")):
+        if values["backdriving_efficiency"] > values["efficiency"]:
+            yield warning("backdriving_efficiency", "is larger than the efficiency when the motor drives")
+
+
+def _no_load(values: Values) -> Iterator[Finding]:
+    if all(name in values for name in ("no_load_torque", "ratio", "continuous_torque")):
+        if values["no_load_torque"] * abs(values["ratio"]) > values["continuous_torque"]:
+            yield error("no_load_torque", "times the ratio is larger than the continuous torque: it is at the input")
+
+
+def _pitch(values: Values) -> Iterator[Finding]:
+    if "size" in values and "pitch_diameter" in values:
+        predicted = values["size"] * SIZE_STEP
+        difference = values["pitch_diameter"] / predicted - 1.0
+        if abs(difference) > PITCH_LIMIT:
+            yield warning("pitch_diameter", f"differs by {100.0 * difference:+.1f} % from size/10 inch", predicted)
+
+
+def _stages(values: Values, kind: str) -> Iterator[Finding]:
+    """Ratio and efficiency of one stage, were all alike."""
+    stages = values.get("stages")
+    if not stages:
+        return
+    low, high = STAGE_RATIO.get(kind, (0.0, float("inf")))
+    if "ratio" in values:
+        each = abs(values["ratio"]) ** (1.0 / stages)
+        if not low <= each <= high:
+            yield warning("ratio", f"makes {each:.3g} a stage; usual: {low:g} to {high:g}")
+    if "efficiency" in values and kind != "strain_wave":
+        share = values["efficiency"] ** (1.0 / stages)
+        if not STAGE_EFFICIENCY[0] <= share <= STAGE_EFFICIENCY[1]:
+            yield warning(
+                "efficiency", f"makes {share:.2f} a stage; usual: {STAGE_EFFICIENCY[0]} to {STAGE_EFFICIENCY[1]}"
+            )
+
+
+def _ratio_fraction(cells: Mapping[str, Cell]) -> Iterator[Finding]:
+    """The printed ratio against the exact one."""
+    text, ratio = cells.get("ratio_exact"), cells.get("ratio")
+    if not isinstance(text, str):
+        return
+    exact = exact_ratio(text)
+    if exact is None:
+        yield error("ratio_exact", "must be a fraction such as 57/13 or a whole number")
+    elif isinstance(ratio, float):
+        predicted = float(exact) if ratio > 0.0 else -float(exact)
+        difference = ratio / predicted - 1.0
+        words = f"differs by {100.0 * difference:+.1f} % from the fraction {text}"
+        if abs(difference) > LIMIT:
+            yield error("ratio", words, predicted)
+        elif abs(difference) > RATIO_ROUNDING and abs(ratio - predicted) > 0.5:
+            yield warning("ratio", words, predicted)
+
+
+def exact_ratio(text: str) -> Fraction | None:
+    """The fraction a text such as ``57/13`` stands for.
+
+    Args:
+        text: Numerator, slash, denominator; or a whole number.
+
+    Returns:
+        None when it is no fraction, or not positive.
+    """
+    try:
+        value = Fraction(text.replace(" ", ""))
+    except (ValueError, ZeroDivisionError):
+        return None
+    return value if value > 0 else None
+
+
+def check_families(rows: Iterable[Row]) -> list[tuple[Row, Finding]]:
+    """Misprinted fractions: makers build their gears from few stages, so the same numerator has the same denominator.
+
+    Args:
+        rows: Of one table of gears.
+
+    Returns:
+        The rows whose denominator none of the other gears of the maker with that numerator has: an error when one
+        digit makes the difference, a warning otherwise.
+    """
+    families: dict[tuple[str, float | None, str], list[tuple[Row, str]]] = defaultdict(list)
+    for row in rows:
+        numerator, slash, denominator = row.text("ratio_exact").replace(" ", "").partition("/")
+        if slash and exact_ratio(f"{numerator}/{denominator}") is not None:
+            families[row.text("maker"), row.number("stages"), numerator].append((row, denominator))
+    return [found for (*_, top), members in families.items() for found in _odd_members(top, members)]
+
+
+def _odd_members(numerator: str, members: list[tuple[Row, str]]) -> Iterator[tuple[Row, Finding]]:
+    """Members of one family whose denominator stands alone against at least FAMILY others."""
+    counts = Counter(denominator for _, denominator in members)
+    usual, most = counts.most_common(1)[0]
+    for row, denominator in members:
+        predicted = float(Fraction(int(numerator), int(usual)))
+        difference = float(Fraction(int(numerator), int(denominator))) / predicted - 1.0
+        if counts[denominator] > 1 or most < FAMILY or abs(difference) <= LIMIT:
+            continue
+        words = f"{most} gears of this maker print {numerator}/{usual}, which is {predicted:.6g}: misprint?"
+        finding = error if _one_digit_apart(denominator, usual) else warning
+        yield row, finding("ratio_exact", words)
+
+
+def _one_digit_apart(one: str, other: str) -> bool:
+    """Whether two numbers of the same length differ in exactly one digit."""
+    return len(one) == len(other) and sum(a != b for a, b in zip(one, other, strict=True)) == 1

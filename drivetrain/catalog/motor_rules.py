@@ -1,0 +1,204 @@
+"""What the numbers of one motor must obey together: its sheet is redundant, so a slip shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+from drivetrain.catalog.convention import dc_equivalent
+from drivetrain.catalog.findings import LIMIT, Finding, error, slip, warning
+from drivetrain.catalog.table import Cell
+from drivetrain.drive.motor import COPPER_COEFFICIENT
+
+Values = Mapping[str, float]
+
+ELECTRICAL_TIME = (1e-6, 2e-2)  # s; 1051 sheets print 1.8e-6 to 7.0e-3
+MECHANICAL_TIME = (1e-4, 0.5)  # s; 1043 sheets imply 4.8e-4 to 0.126
+RADIUS_SHARE = (2e-3, 0.5)  # rotor inertia over mass times outer radius squared; 873 sheets print 0.0096 to 0.32
+NOMINAL_TORQUE = (-0.10, 0.30)  # flat motors print up to 24 % more than kt (I - I0), none prints 10 % less
+THERMAL_SURPLUS = 0.15  # nominal current above the thermal limit; 638 sheets: at most 14 % above, down to 51 % below
+FRICTION_LIMIT = 0.15  # 67 sheets: at most 8.8 %
+PEAK_LIMITS = (-0.35, 0.10)  # iron saturates, so the printed peak torque is the smaller one
+
+
+@dataclass(frozen=True)
+class _Relation:
+    """One printed value that others imply."""
+
+    column: str
+    law: str
+    needs: tuple[str, ...]
+    predict: Callable[[Values], float]
+
+
+_RELATIONS = (
+    _Relation(
+        "no_load_speed",
+        "(V - R I0)/kt",
+        ("nominal_voltage", "resistance", "torque_constant"),
+        lambda v: (v["nominal_voltage"] - v["resistance"] * v.get("no_load_current", 0.0)) / v["torque_constant"],
+    ),
+    _Relation(
+        "stall_torque",
+        "kt V/R",
+        ("nominal_voltage", "resistance", "torque_constant"),
+        lambda v: v["torque_constant"] * v["nominal_voltage"] / v["resistance"],
+    ),
+    _Relation(
+        "stall_current",
+        "V/R",
+        ("nominal_voltage", "resistance"),
+        lambda v: v["nominal_voltage"] / v["resistance"],
+    ),
+    _Relation(
+        "speed_torque_gradient",
+        "R/kt^2",
+        ("resistance", "torque_constant"),
+        lambda v: v["resistance"] / v["torque_constant"] ** 2,
+    ),
+    _Relation(
+        "mechanical_time_constant",
+        "R J/kt^2",
+        ("resistance", "torque_constant", "rotor_inertia"),
+        lambda v: v["resistance"] * v["rotor_inertia"] / v["torque_constant"] ** 2,
+    ),
+    _Relation("speed_constant", "1/kt", ("torque_constant",), lambda v: 1.0 / v["torque_constant"]),
+)
+
+# (smaller, larger, whether the reverse is impossible): printed values in this order
+_ORDERS = (
+    ("no_load_current", "nominal_current", True),
+    ("nominal_current", "stall_current", True),
+    ("nominal_current", "peak_current", True),
+    ("nominal_torque", "stall_torque", True),
+    ("nominal_torque", "peak_torque", True),
+    ("nominal_speed", "no_load_speed", False),
+    ("winding_time_constant", "housing_time_constant", False),
+)
+
+
+def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
+    """Everything that one motor's row says against itself.
+
+    Args:
+        cells: Of the row, numbers in SI, as printed.
+
+    Returns:
+        Errors and warnings; empty for a consistent row.
+    """
+    values = {name: value for name, value in dc_equivalent(cells).items() if isinstance(value, float)}
+    rules = (_redundancy, _peak_torque, _orders, _nominal_torque, _thermal, _friction, _time_constants, _rotor)
+    findings = [finding for rule in rules for finding in rule(values)]
+    return [_as_in_row(finding, cells, values) for finding in findings] + list(_convention(cells))
+
+
+def _as_in_row(finding: Finding, cells: Mapping[str, Cell], values: Values) -> Finding:
+    """The finding with its prediction in the row's own convention instead of the DC equivalent."""
+    printed, converted = cells.get(finding.column), values.get(finding.column)
+    if finding.predicted is None or not isinstance(printed, float) or not converted:
+        return finding
+    return Finding(finding.column, finding.severity, finding.problem, finding.predicted * printed / converted)
+
+
+def _told(difference: float, law: str) -> str:
+    """A difference in words, with the unit slip it may come from."""
+    hint = slip(1.0 + difference)
+    return f"differs by {100.0 * difference:+.1f} % from {law}" + (f"; {hint}" if hint else "")
+
+
+def _redundancy(values: Values) -> Iterator[Finding]:
+    for relation in _RELATIONS:
+        if relation.column in values and all(name in values for name in relation.needs):
+            predicted = relation.predict(values)
+            difference = values[relation.column] / predicted - 1.0
+            if abs(difference) > LIMIT:
+                yield error(relation.column, _told(difference, relation.law), predicted)
+
+
+def _peak_torque(values: Values) -> Iterator[Finding]:
+    if all(name in values for name in ("peak_torque", "peak_current", "torque_constant")):
+        predicted = values["torque_constant"] * values["peak_current"]
+        difference = values["peak_torque"] / predicted - 1.0
+        if not PEAK_LIMITS[0] <= difference <= PEAK_LIMITS[1]:
+            yield error("peak_torque", _told(difference, "kt times the peak current"), predicted)
+        elif difference < -LIMIT:
+            yield warning("peak_torque", _told(difference, "kt times the peak current"), predicted)
+
+
+def _orders(values: Values) -> Iterator[Finding]:
+    for smaller, larger, impossible in _ORDERS:
+        if smaller in values and larger in values and values[smaller] > values[larger]:
+            problem = f"is larger than the {larger.replace('_', ' ')}"
+            yield error(smaller, problem) if impossible else warning(smaller, problem)
+
+
+def _nominal_torque(values: Values) -> Iterator[Finding]:
+    if all(name in values for name in ("nominal_torque", "nominal_current", "no_load_current", "torque_constant")):
+        predicted = values["torque_constant"] * (values["nominal_current"] - values["no_load_current"])
+        difference = values["nominal_torque"] / predicted - 1.0 if predicted > 0.0 else 0.0
+        if not NOMINAL_TORQUE[0] <= difference <= NOMINAL_TORQUE[1]:
+            yield warning("nominal_torque", _told(difference, "kt (I - I0)"), predicted)
+
+
+def _thermal(values: Values) -> Iterator[Finding]:
+    """The continuous current against what heats the winding to its limit, in air of 25 C."""
+    resistances = [values.get("resistance_winding_housing"), values.get("resistance_housing_ambient")]
+    total = values.get("resistance_winding_ambient")
+    if resistances[0] is not None and resistances[1] is not None:
+        total = resistances[0] + resistances[1]
+    limit = values.get("max_winding_temperature")
+    if total is None or limit is None or "nominal_current" not in values or "resistance" not in values:
+        return
+    reference = values.get("reference_temperature", 25.0)
+    hot = values["resistance"] * (1.0 + COPPER_COEFFICIENT * (limit - reference))
+    predicted = math.sqrt(max(limit - 25.0, 0.0) / (hot * total))
+    if values["nominal_current"] > (1.0 + THERMAL_SURPLUS) * predicted:
+        difference = values["nominal_current"] / predicted - 1.0
+        yield warning(
+            "nominal_current", _told(difference, "the current that heats the winding to its limit"), predicted
+        )
+
+
+def _friction(values: Values) -> Iterator[Finding]:
+    names = ("coulomb_friction", "viscous_friction", "no_load_speed", "no_load_current", "torque_constant")
+    if all(name in values for name in names):
+        friction = values["coulomb_friction"] + values["viscous_friction"] * values["no_load_speed"]
+        predicted = friction / values["torque_constant"]
+        difference = values["no_load_current"] / predicted - 1.0
+        if abs(difference) > FRICTION_LIMIT:
+            yield warning("no_load_current", _told(difference, "the friction at no-load speed over kt"), predicted)
+
+
+def _time_constants(values: Values) -> Iterator[Finding]:
+    if "inductance" in values and "resistance" in values:
+        time = values["inductance"] / values["resistance"]
+        if not ELECTRICAL_TIME[0] <= time <= ELECTRICAL_TIME[1]:
+            yield error("inductance", f"makes L/R = {time:.2g} s; motors have {_span(ELECTRICAL_TIME)} s")
+    if all(name in values for name in ("rotor_inertia", "resistance", "torque_constant")):
+        time = values["rotor_inertia"] * values["resistance"] / values["torque_constant"] ** 2
+        if not MECHANICAL_TIME[0] <= time <= MECHANICAL_TIME[1]:
+            yield error("rotor_inertia", f"makes R J/kt^2 = {time:.2g} s; motors have {_span(MECHANICAL_TIME)} s")
+
+
+def _rotor(values: Values) -> Iterator[Finding]:
+    if all(name in values for name in ("rotor_inertia", "mass", "diameter")):
+        whole = values["mass"] * (0.5 * values["diameter"]) ** 2
+        share = values["rotor_inertia"] / whole
+        if share > 1.0:
+            problem = "is larger than that of the motor's whole mass at its outer radius"
+            yield error("rotor_inertia", problem, RADIUS_SHARE[1] * whole)
+        elif not RADIUS_SHARE[0] <= share <= RADIUS_SHARE[1]:
+            yield warning("rotor_inertia", f"is {share:.2g} of mass times outer radius squared; usual: 0.01 to 0.3")
+
+
+def _convention(cells: Mapping[str, Cell]) -> Iterator[Finding]:
+    if cells.get("kind") == "brushed":
+        if cells.get("current_basis") in ("rms", "peak"):
+            yield error("current_basis", "a brushed motor carries direct current: dc")
+        if cells.get("winding_basis") == "phase":
+            yield error("winding_basis", "a brushed motor has no phases: line_line")
+
+
+def _span(limits: tuple[float, float]) -> str:
+    return f"{limits[0]:.2g} to {limits[1]:.2g}"

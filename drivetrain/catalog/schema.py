@@ -1,0 +1,190 @@
+"""The columns of the three catalogue tables: the one list that the reader, the lint and the importers follow.
+
+A table is a CSV file with one header row. Every physical column carries its unit in brackets in the header, in any
+unit of the right dimension (``torque_constant [mNm/A]``, ``no_load_speed [rpm]``); an unknown value is an empty cell,
+never 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from drivetrain.drive.amplifier import CurrentBasis
+from drivetrain.drive.gear import GEAR_KINDS
+from drivetrain.drive.motor import MOTOR_KINDS
+
+MOTORS, GEARS, PAIRS = "motors.csv", "gears.csv", "compatibility.csv"
+
+CURRENT_BASES = tuple(str(basis) for basis in CurrentBasis)
+WINDING_BASES = ("line_line", "phase")
+YES_NO = ("yes", "no")
+
+TEXT, NUMBER, CHOICE = "text", "number", "choice"
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes:
+        name: In the header, before the unit.
+        meaning: What stands in it, as the documentation tells it.
+        content: ``text``, ``number`` or ``choice``.
+        unit: SI unit of a number, ``1`` for a pure one; its dimension is what the header's unit must have. Empty: the
+            header's unit is not looked at (a currency).
+        low, high: Smallest and largest believable number [in ``unit``]; outside, the reader refuses it.
+        choices: The words that may stand in a ``choice``.
+        needed: A row with this cell empty is refused.
+        lint_only: The reader checks it and throws it away: it serves the lint alone.
+        why_needed: What to tell a user whose cell is empty.
+    """
+
+    name: str
+    meaning: str
+    content: str = TEXT
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[str, ...] = ()
+    needed: bool = False
+    lint_only: bool = False
+    why_needed: str = ""
+
+
+def _text(name: str, meaning: str, *, needed: bool = False, lint_only: bool = False) -> Column:
+    return Column(name, meaning, needed=needed, lint_only=lint_only)
+
+
+def _choice(name: str, meaning: str, choices: tuple[str, ...], *, needed: bool = False, why: str = "") -> Column:
+    return Column(name, meaning, CHOICE, choices=choices, needed=needed, why_needed=why)
+
+
+def _number(
+    name: str, unit: str, low: float, high: float, meaning: str, *, needed: bool = False, lint_only: bool = False
+) -> Column:
+    return Column(name, meaning, NUMBER, unit, low, high, needed=needed, lint_only=lint_only)
+
+
+_CURRENT_WHY = (
+    "say what kind of ampere the torque constant and the currents are per: dc (equivalent DC machine between two "
+    "terminals, block commutation), rms or peak (of a phase); they differ by up to 41 %, so it is not guessed"
+)
+_WINDING_WHY = (
+    "say whether resistance and inductance are line_line (between two terminals) or phase; they differ by a factor 2, "
+    "so it is not guessed"
+)
+
+_PROVENANCE = (
+    Column("price", "In your own currency; empty in the shipped catalogue.", NUMBER, "", 0.0, 1e9),
+    _text("source", "Where the numbers were read."),
+    _text("source_url", "The maker's page, where known.", lint_only=True),
+    _text("edition", "Edition or date of the sheet."),
+    _text("source_quality", "A: the maker's page; B: cited in another database; C: found in code.", lint_only=True),
+    _text("notes", "Doubts, and what the numbers may be used for.", lint_only=True),
+)
+
+MOTOR_COLUMNS = (
+    _text("key", "Unique name in the catalogue.", needed=True),
+    _text("maker", "As printed."),
+    _text("series", "As printed."),
+    _text("part_number", "As printed."),
+    _choice("kind", "How it is commutated.", MOTOR_KINDS, needed=True),
+    _choice("frameless", "Sold as rotor and stator, without housing and bearings.", YES_NO),
+    _choice("current_basis", "What kind of ampere is printed.", CURRENT_BASES, needed=True, why=_CURRENT_WHY),
+    _choice("winding_basis", "What R and L are measured between.", WINDING_BASES, needed=True, why=_WINDING_WHY),
+    _text("basis_evidence", "How the two conventions are known.", lint_only=True),
+    _number("nominal_voltage", "V", 0.5, 1000.0, "Supply at which no-load and stall values hold."),
+    _number("no_load_speed", "rad/s", 0.5, 2e4, "At nominal voltage."),
+    _number("no_load_current", "A", 1e-5, 50.0, "At nominal voltage."),
+    _number("nominal_speed", "rad/s", 0.1, 2e4, "At which the nominal values hold."),
+    _number("nominal_torque", "N m", 1e-6, 5e3, "Largest continuous torque printed."),
+    _number("nominal_current", "A", 1e-3, 1000.0, "Largest continuous current printed."),
+    _number("stall_torque", "N m", 1e-6, 1e4, "At nominal voltage."),
+    _number("stall_current", "A", 1e-3, 5000.0, "At nominal voltage."),
+    _number("peak_torque", "N m", 1e-6, 1e4, "Short-time limit printed."),
+    _number("peak_current", "A", 1e-3, 5000.0, "Short-time limit printed."),
+    _number("max_speed", "rad/s", 0.5, 2e4, "Mechanical limit."),
+    _number("resistance", "ohm", 1e-4, 1e3, "Terminal or phase, as winding_basis says.", needed=True),
+    _number("inductance", "H", 1e-8, 1.0, "Terminal or phase, as winding_basis says."),
+    _number("torque_constant", "N m/A", 1e-5, 100.0, "Per ampere as current_basis says.", needed=True),
+    _number("speed_constant", "rad/(s V)", 1e-2, 1e5, "No-load speed per volt.", lint_only=True),
+    _number("speed_torque_gradient", "rad/(s N m)", 1e-4, 1e10, "Speed lost per torque.", lint_only=True),
+    _number("mechanical_time_constant", "s", 1e-5, 10.0, "Of the rotor alone.", lint_only=True),
+    _number("rotor_inertia", "kg m^2", 1e-12, 10.0, "Of the rotor."),
+    _number("coulomb_friction", "N m", 1e-9, 100.0, "Speed-independent part of the no-load torque."),
+    _number("viscous_friction", "N m s/rad", 1e-12, 1.0, "Part of the no-load torque that grows with speed."),
+    _number("resistance_winding_housing", "K/W", 1e-3, 500.0, "Thermal resistance."),
+    _number("resistance_housing_ambient", "K/W", 1e-3, 500.0, "Thermal resistance."),
+    _number("resistance_winding_ambient", "K/W", 1e-3, 500.0, "Where one number is printed for both."),
+    _number("winding_time_constant", "s", 0.01, 1e4, "Thermal."),
+    _number("housing_time_constant", "s", 1.0, 1e5, "Thermal."),
+    _number("max_winding_temperature", "degC", 40.0, 300.0, "Limit of the insulation."),
+    _number("reference_temperature", "degC", -50.0, 150.0, "Of resistance and torque constant; empty: 25 C."),
+    _number("magnet_coefficient", "1/K", -0.01, 0.0, "Change of the torque constant; empty: -0.1 %/K."),
+    _number("diameter", "m", 1e-3, 2.0, "Outer diameter."),
+    _number("length", "m", 1e-4, 3.0, "Of the body."),
+    _number("mass", "kg", 1e-5, 2e3, "Of the motor; of rotor and stator when frameless."),
+    *_PROVENANCE,
+)
+
+GEAR_COLUMNS = (
+    _text("key", "Unique name in the catalogue.", needed=True),
+    _text("maker", "As printed."),
+    _text("series", "As printed."),
+    _text("part_number", "As printed."),
+    _choice("kind", "Family of the gear.", GEAR_KINDS, needed=True),
+    _number("stages", "1", 1.0, 12.0, "Number of stages."),
+    _number("ratio", "1", -1e5, 1e5, "Input over output speed; negative: the output turns the other way.", needed=True),
+    _text("ratio_exact", "The same as a fraction, such as 57/13.", lint_only=True),
+    _number("efficiency", "1", 0.02, 1.0, "Power out over power in when the motor drives."),
+    _number("backdriving_efficiency", "1", -5.0, 1.0, "The same when the load drives; 0 or less: self-locking."),
+    _number("no_load_torque", "N m", 1e-7, 1e3, "Running torque at the input without load."),
+    _number("inertia", "kg m^2", 1e-13, 10.0, "At the input."),
+    _number("mass", "kg", 1e-5, 2e3, "Of the gear."),
+    _number("continuous_torque", "N m", 1e-5, 1e6, "Rated or continuous, at the output."),
+    _number("average_torque_limit", "N m", 1e-5, 1e6, "Limit of the average torque over the cycle."),
+    _number("repeated_peak_torque", "N m", 1e-5, 1e6, "Limit of the peaks of every cycle."),
+    _number("momentary_torque", "N m", 1e-5, 1e6, "Limit of rare peaks."),
+    _number("max_input_speed", "rad/s", 1.0, 2e4, "Short-time."),
+    _number("average_input_speed_limit", "rad/s", 1.0, 2e4, "Limit of the mean input speed."),
+    _number("rated_speed", "rad/s", 1.0, 2e4, "Input speed at which rated torque and life hold."),
+    _number("rated_life", "s", 3.6e4, 3.6e9, "L10 life at rated torque and speed."),
+    _number("life_exponent", "1", 1.0, 10.0, "Of torque in life: 3 for ball bearings, 10/3 for rollers."),
+    _number("stiffness_1", "N m/rad", 1e-3, 1e9, "Torsional, of the first piece."),
+    _number("stiffness_2", "N m/rad", 1e-3, 1e9, "Torsional, of the second piece."),
+    _number("stiffness_3", "N m/rad", 1e-3, 1e9, "Torsional, of the third piece."),
+    _number("torque_1", "N m", 1e-6, 1e6, "Where the first piece ends."),
+    _number("torque_2", "N m", 1e-6, 1e6, "Where the second piece ends."),
+    _number("backlash", "rad", 0.0, 0.5, "At the output, total; 0 is a claim, empty is unknown."),
+    _number("tilting_moment_limit", "N m", 1e-6, 1e6, "Of the output bearing."),
+    _number("axial_load_limit", "N", 1e-3, 1e7, "Of the output bearing."),
+    _number("radial_load_limit", "N", 1e-3, 1e7, "Of the output bearing."),
+    _number("size", "1", 0.1, 1e4, "The maker's size number."),
+    _number("pitch_diameter", "m", 1e-3, 2.0, "Of the toothing."),
+    _number("diameter", "m", 1e-3, 2.0, "Outer diameter."),
+    _number("length", "m", 1e-4, 3.0, "Of the body."),
+    _number("max_motor_shaft", "m", 1e-4, 0.2, "Largest motor shaft that fits."),
+    *_PROVENANCE,
+)
+
+PAIR_COLUMNS = (
+    _text("motor_key", "A motor.", needed=True),
+    _text("gear_keys", "The gears published as fitting it, separated by spaces.", needed=True),
+    _text("source", "Where that is published."),
+    _text("notes", "Anything else.", lint_only=True),
+)
+
+TABLES = {MOTORS: MOTOR_COLUMNS, GEARS: GEAR_COLUMNS, PAIRS: PAIR_COLUMNS}
+
+
+def by_name(columns: Iterable[Column]) -> dict[str, Column]:
+    """The columns by their names.
+
+    Args:
+        columns: Of one table.
+
+    Returns:
+        In the order of the table.
+    """
+    return {column.name: column for column in columns}

@@ -1,0 +1,330 @@
+"""One catalogue table read from CSV: cells in SI, and every fault of the file with its row and column."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from drivetrain.catalog.schema import CHOICE, NUMBER, Column, by_name
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.units import from_si, split_header, to_si
+
+Cell = float | str | None
+NEVER_ZERO = ("ratio",)  # may be negative, so its range does not say it
+WHOLE = ("stages",)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of a table.
+
+    Attributes:
+        line: Its line in the file, as an editor counts: the header is line 1.
+        cells: Value by column name, numbers in SI; None when empty or faulty.
+    """
+
+    line: int
+    cells: Mapping[str, Cell]
+
+    def number(self, name: str) -> float | None:
+        """The number in a column.
+
+        Args:
+            name: Of the column.
+
+        Returns:
+            In SI; None when the table has no such column or the cell is empty.
+        """
+        value = self.cells.get(name)
+        return value if isinstance(value, float) else None
+
+    def text(self, name: str) -> str:
+        """The text in a column.
+
+        Args:
+            name: Of the column.
+
+        Returns:
+            Empty when the table has no such column or the cell is empty.
+        """
+        value = self.cells.get(name)
+        return value if isinstance(value, str) else ""
+
+
+@dataclass(frozen=True)
+class CellFault:
+    """Something wrong at one place of a table.
+
+    Attributes:
+        line: Of the file, as an editor counts.
+        header: Of the column, as written; empty when it is the whole row.
+        problem: What is wrong and what is allowed.
+        value: What was found.
+        hint: The mend.
+    """
+
+    line: int
+    header: str
+    problem: str
+    value: object = None
+    hint: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """One CSV file, read.
+
+    Attributes:
+        path: The file.
+        headers: Each known column's header as written, by column name.
+        units: Each number column's unit as written, by column name.
+        rows: In file order.
+        faults: Everything wrong with the file.
+    """
+
+    path: Path
+    headers: Mapping[str, str]
+    units: Mapping[str, str]
+    rows: tuple[Row, ...]
+    faults: tuple[CellFault, ...]
+
+    def fault(self, found: CellFault) -> Fault:
+        """A fault of this table as an error tells it.
+
+        Args:
+            found: In this table.
+
+        Returns:
+            With file, row and column as an editor shows them.
+        """
+        place = f"row {found.line}" + (f", column {found.header}" if found.header else "")
+        return Fault(place, found.problem, found.value, found.hint, str(self.path))
+
+    def at(self, row: Row, name: str, problem: str, value: object = None, hint: str = "") -> Fault:
+        """A fault at one cell of this table.
+
+        Args:
+            row: The cell's row.
+            name: The cell's column.
+            problem: What is wrong and what is allowed.
+            value: What was found.
+            hint: The mend.
+
+        Returns:
+            With file, row and column as an editor shows them.
+        """
+        return self.fault(CellFault(row.line, self.headers.get(name, name), problem, value, hint))
+
+    def as_printed(self, name: str, value: float, columns: Sequence[Column]) -> float:
+        """An SI value in the unit of its column's header.
+
+        Args:
+            name: Of the column.
+            value: In SI.
+            columns: Of the table.
+
+        Returns:
+            The number as it would stand in the file.
+        """
+        unit = by_name(columns)[name].unit
+        return float(from_si(value, unit, self.units.get(name, ""))) if unit else value
+
+
+@dataclass(frozen=True)
+class _Header:
+    """One header cell that names a known column."""
+
+    position: int
+    text: str
+    unit: str
+    column: Column
+
+
+def read_table(path: Path, columns: Sequence[Column]) -> Table:
+    """A CSV file, with every fault in it instead of an exception.
+
+    Args:
+        path: The file.
+        columns: What may stand in it.
+
+    Returns:
+        Its rows in SI and its faults.
+
+    Raises:
+        InputError: It cannot be read as text at all.
+    """
+    lines = _csv_lines(path)
+    if not lines:
+        missing = CellFault(1, "", "must be a header row with the column names", hint=_listed(columns))
+        return Table(path, {}, {}, (), (missing,))
+    headers, faults = _read_headers(lines[0][1], columns)
+    body = lines[1:]
+    faults += _width_faults(len(lines[0][1]), body)
+    parsed: dict[str, list[Cell]] = {}
+    for header in headers:
+        texts = [cells[header.position].strip() if header.position < len(cells) else "" for _, cells in body]
+        parsed[header.column.name] = _read_column(header, [line for line, _ in body], texts, faults)
+    rows = tuple(Row(line, {name: parsed[name][i] for name in parsed}) for i, (line, _) in enumerate(body))
+    faults += _duplicate_keys(rows)
+    names = {header.column.name: header.text for header in headers}
+    units = {header.column.name: header.unit for header in headers if header.column.content == NUMBER}
+    return Table(path, names, units, rows, tuple(sorted(faults, key=lambda fault: fault.line)))
+
+
+def _csv_lines(path: Path) -> list[tuple[int, list[str]]]:
+    """Each record with the line it starts on."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(Fault("file", f"cannot be read as UTF-8 text: {error}", file=str(path))) from None
+    reader = csv.reader(io.StringIO(text, newline=""))
+    records: list[tuple[int, list[str]]] = []
+    start = 1
+    try:
+        for cells in reader:
+            records.append((start, cells))
+            start = reader.line_num + 1
+    except csv.Error as error:
+        raise InputError(Fault(f"row {start}", f"cannot be read as CSV: {error}", file=str(path))) from None
+    return [record for record in records if any(cell.strip() for cell in record[1])]
+
+
+def _read_headers(cells: Sequence[str], columns: Sequence[Column]) -> tuple[list[_Header], list[CellFault]]:
+    """The header cells that name known columns, and what is wrong with the header row."""
+    known = by_name(columns)
+    found: dict[str, _Header] = {}
+    faults: list[CellFault] = []
+    for position, cell in enumerate(cells):
+        name, unit = split_header(cell)
+        text = cell.strip() or f"number {position + 1}"
+        if name not in known:
+            hint = "separate the cells with commas" if ";" in cell else nearest(name, known)
+            faults.append(CellFault(1, text, "unknown column", hint=hint))
+        elif name in found:
+            faults.append(CellFault(1, text, "the same column stands twice"))
+        else:
+            found[name] = _Header(position, text, unit, known[name])
+    for name, column in known.items():
+        if column.needed and name not in found:
+            faults.append(CellFault(1, name, "this column is missing", hint=column.why_needed))
+    return list(found.values()), faults
+
+
+def _width_faults(width: int, body: Iterable[tuple[int, list[str]]]) -> list[CellFault]:
+    """Rows with more cells than the header."""
+    return [
+        CellFault(line, "", f"has {len(cells)} cells, the header has {width}")
+        for line, cells in body
+        if any(cell.strip() for cell in cells[width:])
+    ]
+
+
+def _read_column(header: _Header, lines: Sequence[int], texts: Sequence[str], faults: list[CellFault]) -> list[Cell]:
+    """The cells of one column; adds to the faults."""
+    values: Sequence[Cell]
+    problems: Iterator[tuple[int, str, str]]
+    column = header.column
+    if column.content == NUMBER:
+        values, problems = _read_numbers(header, texts, faults)
+    else:
+        values, problems = texts, _choice_problems(column, texts)
+    cells: list[Cell] = [value if text else None for value, text in zip(values, texts, strict=True)]
+    for index, problem, hint in problems:
+        cells[index] = None
+        faults.append(CellFault(lines[index], header.text, problem, texts[index], hint))
+    if column.needed:
+        why = column.why_needed or "a row without it cannot be used"
+        empty = [line for line, text in zip(lines, texts, strict=True) if not text]
+        faults += [CellFault(line, header.text, "is empty but needed", hint=why) for line in empty]
+    return cells
+
+
+def _choice_problems(column: Column, texts: Sequence[str]) -> Iterator[tuple[int, str, str]]:
+    """Cells that hold none of the words allowed."""
+    if column.content != CHOICE:
+        return
+    for index, text in enumerate(texts):
+        if text and text not in column.choices:
+            yield index, "must be one of " + ", ".join(column.choices), nearest(text, column.choices)
+
+
+def _read_numbers(
+    header: _Header, texts: Sequence[str], faults: list[CellFault]
+) -> tuple[Sequence[Cell], Iterator[tuple[int, str, str]]]:
+    """SI values (NaN where unreadable) and the problems of single cells; a bad unit is a fault of the header."""
+    raw = np.array([_as_float(text) for text in texts], dtype=np.float64)
+    values = raw
+    if header.column.unit:
+        try:
+            values = to_si(raw, header.unit, unit=header.column.unit)
+        except InputError as error:
+            faults += [CellFault(1, header.text, fault.problem, hint=fault.hint) for fault in error.faults]
+            return [None] * len(texts), iter(())
+    return [float(value) for value in values], _number_problems(header, texts, raw, values)
+
+
+def _number_problems(
+    header: _Header, texts: Sequence[str], raw: np.ndarray, values: np.ndarray
+) -> Iterator[tuple[int, str, str]]:
+    """Cells that are no number, or not a believable one."""
+    column = header.column
+    low, high = _shown(column.low, header), _shown(column.high, header)
+    for index, text in enumerate(texts):
+        if not text:
+            continue
+        if not math.isfinite(raw[index]):
+            yield index, "must be a number", _number_hint(text)
+        elif values[index] == 0.0 and column.low is not None and column.low > 0.0:
+            yield index, "cannot be 0", "leave the cell empty when it is unknown"
+        elif (column.low is not None and values[index] < column.low) or (
+            column.high is not None and values[index] > column.high
+        ):
+            yield index, f"must lie between {low} and {high} {header.unit}".rstrip(), "check the header's unit"
+        elif column.name in NEVER_ZERO and values[index] == 0.0:
+            yield index, "cannot be 0", ""
+        elif column.name in WHOLE and values[index] != round(values[index]):
+            yield index, "must be a whole number", ""
+
+
+def _shown(value: float | None, header: _Header) -> str:
+    """A limit in the header's unit."""
+    if value is None:
+        return ""
+    return f"{float(from_si(value, header.column.unit, header.unit)) if header.column.unit else value:.4g}"
+
+
+def _as_float(text: str) -> float:
+    """The number, NaN when it is none (an underscore or a word such as inf is none)."""
+    try:
+        return math.nan if "_" in text else float(text)
+    except ValueError:
+        return math.nan
+
+
+def _number_hint(text: str) -> str:
+    if "," in text:
+        return "write a decimal point and no thousands separator"
+    if text.lower() in ("nan", "inf", "-inf", "-", "n/a", "na", "none", "?"):
+        return "leave the cell empty when it is unknown"
+    return "a unit stands in the header, not in the cell" if text[:1].isdigit() else ""
+
+
+def _duplicate_keys(rows: Iterable[Row]) -> list[CellFault]:
+    """Rows whose key an earlier row has."""
+    first: dict[str, int] = {}
+    faults: list[CellFault] = []
+    for row in rows:
+        key = row.text("key")
+        if key and first.setdefault(key, row.line) != row.line:
+            faults.append(CellFault(row.line, "key", f"the same key stands in row {first[key]}", key))
+    return faults
+
+
+def _listed(columns: Iterable[Column]) -> str:
+    return "columns: " + ", ".join(column.name for column in columns)
