@@ -1,1 +1,1 @@
-"""The laws of one drive: motor, gear, friction, heat, amplifier."""
+"""The laws of one drive: motor, gear, friction, heat and amplifier, each standing once."""

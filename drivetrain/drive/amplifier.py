@@ -1,8 +1,39 @@
-"""The amplifier of one joint and the supply of them all: limits, in the DC-equivalent convention of the motors."""
+"""The amplifier of one joint and the supply of them all: limits, in the DC-equivalent convention of the motors.
+
+The DC equivalent of a sinusoidal three-phase machine in star connection. Between two terminals lie two phases, so its
+resistance is R = 2 R_phase. Equal copper loss, R I_dc^2 = 3 R_phase I_rms^2, gives I_dc = sqrt(3/2) I_rms, which is
+(sqrt(3)/2) I_peak. Equal torque, k_dc I_dc = k_rms I_rms, gives k_dc = sqrt(2/3) k_rms. With the torque
+3 E_rms I_rms / w of three sinusoidal phases this k_dc is the amplitude of the line-to-line back-emf over speed: torque
+constant and back-emf constant are one number, and the amplitude of the line-to-line voltage is k_dc w + R I_dc.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypeVar
+
+from drivetrain.arrays import Array
+from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
+from drivetrain.errors import Fault, InputError, nearest
+
+Values = TypeVar("Values", float, Array)
+
+
+class CurrentBasis(StrEnum):
+    """What a printed ampere is: DC equivalent, RMS of a phase, or amplitude (PEAK) of a phase."""
+
+    DC = "dc"
+    RMS = "rms"
+    PEAK = "peak"
+
+
+_DC_AMPERES = {
+    CurrentBasis.DC: 1.0,
+    CurrentBasis.RMS: math.sqrt(1.5),
+    CurrentBasis.PEAK: math.sqrt(0.75),
+}
 
 
 @dataclass(frozen=True)
@@ -19,6 +50,12 @@ class Amplifier:
     continuous_current: float | None = None
     modulation: float = 0.95
 
+    def __post_init__(self) -> None:
+        ranges = {"peak_current": POSITIVE, "continuous_current": POSITIVE, "modulation": EFFICIENCY}
+        faults = range_faults("amplifier", self, ranges, required=("modulation",))
+        if faults:
+            raise InputError(faults)
+
 
 @dataclass(frozen=True)
 class Supply:
@@ -34,3 +71,96 @@ class Supply:
     peak_power: float | None = None
     mean_power: float | None = None
     regenerated_power: float | None = None
+
+    def __post_init__(self) -> None:
+        ranges = {
+            "voltage": POSITIVE,
+            "peak_power": POSITIVE,
+            "mean_power": POSITIVE,
+            "regenerated_power": NOT_NEGATIVE,
+        }
+        faults = range_faults("supply", self, ranges, required=("voltage",))
+        if faults:
+            raise InputError(faults)
+
+
+def available_voltage(amplifier: Amplifier, supply_voltage: float) -> float:
+    """The largest voltage the amplifier can put between two motor terminals.
+
+    Args:
+        amplifier: Its modulation is the share of the supply that arrives.
+        supply_voltage: [V].
+
+    Returns:
+        [V].
+    """
+    return amplifier.modulation * supply_voltage
+
+
+def to_dc(current: Values, basis: CurrentBasis | str) -> Values:
+    """A printed current as that of the DC equivalent.
+
+    Args:
+        current: In the printed basis [A].
+        basis: What the printed ampere is: ``dc``, ``rms`` or ``peak``.
+
+    Returns:
+        DC-equivalent current [A].
+
+    Raises:
+        InputError: An unknown basis.
+    """
+    return current * _dc_amperes(basis)
+
+
+def from_dc(current: Values, basis: CurrentBasis | str) -> Values:
+    """A DC-equivalent current in another basis, as an amplifier's settings may want it.
+
+    Args:
+        current: DC equivalent [A].
+        basis: What the wanted ampere is: ``dc``, ``rms`` or ``peak``.
+
+    Returns:
+        Current in that basis [A].
+
+    Raises:
+        InputError: An unknown basis.
+    """
+    return current / _dc_amperes(basis)
+
+
+def torque_constant_to_dc(constant: Values, basis: CurrentBasis | str) -> Values:
+    """A printed torque constant as that of the DC equivalent: the inverse of the conversion of currents.
+
+    Args:
+        constant: Torque over printed current [N m/A].
+        basis: What the printed ampere is: ``dc``, ``rms`` or ``peak``.
+
+    Returns:
+        Torque over DC-equivalent current [N m/A].
+
+    Raises:
+        InputError: An unknown basis.
+    """
+    return constant / _dc_amperes(basis)
+
+
+def line_to_line(phase_value: Values) -> Values:
+    """The resistance or inductance between two terminals of a star: that of two phases in series.
+
+    Args:
+        phase_value: Of one phase [ohm] or [H].
+
+    Returns:
+        Between two terminals, in the same unit.
+    """
+    return 2.0 * phase_value
+
+
+def _dc_amperes(basis: CurrentBasis | str) -> float:
+    """DC-equivalent amperes in one ampere of the basis."""
+    try:
+        return _DC_AMPERES[CurrentBasis(basis)]
+    except ValueError:
+        names = [str(known) for known in CurrentBasis]
+        raise InputError(Fault("current basis", "must be dc, rms or peak", basis, nearest(str(basis), names))) from None

@@ -1,12 +1,24 @@
-"""A drive: a motor, its gear, and the friction that neither sheet holds."""
+"""A drive: a motor, its gear, and the friction that neither sheet holds; its torque and its power balance."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import Gear
-from drivetrain.drive.motor import Motor
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.friction import FRICTIONLESS, Friction, breakaway_torque, friction_torque
+from drivetrain.drive.gear import Gear, mesh_factors, mesh_input_torque, mesh_loss_coefficient, standstill_interval
+from drivetrain.drive.motor import (
+    Motor,
+    current,
+    no_load_friction,
+    terminal_voltage,
+    torque_constant,
+    winding_resistance,
+)
+
+STANDSTILL = 1e-9  # share of the largest speed below which a sample is at rest: rounding, not creep
 
 
 @dataclass(frozen=True)
@@ -23,6 +35,219 @@ class Drive:
 
     motor: Motor
     gear: Gear
-    joint_friction: Friction = Friction()
+    joint_friction: Friction = FRICTIONLESS
     motor_friction: Friction | None = None
     assumptions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class MotorTorque:
+    """The electromagnetic torque a motion asks of the motor and its parts, each (N,) [N m].
+
+    Attributes:
+        total: Mesh, rotor and friction together; at rest the smaller torque that still holds.
+        mesh: Through the mesh to load and joint friction, mesh loss included.
+        rotor: That accelerates rotor and gear input; it does not cross the mesh.
+        friction: That overcomes motor friction and the gear's no-load running torque; 0 at rest, where they help.
+        starting: ``total`` while moving; at rest the torque to start against the load, breakaway included, or
+            ``total`` where that is larger: what a peak check must hold against its limits.
+    """
+
+    total: Array
+    mesh: Array
+    rotor: Array
+    friction: Array
+    starting: Array
+
+
+@dataclass(frozen=True, eq=False)
+class PowerBalance:
+    """Where the electrical power goes, each (N,) [W]; losses are never negative.
+
+    Attributes:
+        electrical: Into the terminals, inductance left out; negative when regenerating.
+        copper: Loss in the winding.
+        motor_friction: Loss at the motor shaft, the gear's no-load running torque included.
+        mesh: Loss in the mesh.
+        joint_friction: Loss at the gear's output shaft.
+        output: To the link.
+        rotor: To the rotor's motion against its stator.
+    """
+
+    electrical: Array
+    copper: Array
+    motor_friction: Array
+    mesh: Array
+    joint_friction: Array
+    output: Array
+    rotor: Array
+
+    @property
+    def residual(self) -> Array:
+        """Electrical power that none of the others accounts for: rounding only [W]."""
+        spent = self.copper + self.motor_friction + self.mesh + self.joint_friction + self.output + self.rotor
+        return self.electrical - spent
+
+
+def shaft_friction(drive: Drive) -> Friction:
+    """The friction at the motor shaft: the drive's own, else what the motor's no-load data tell.
+
+    Args:
+        drive: Motor and its friction.
+
+    Returns:
+        The law; frictionless where neither is known (``no_load_friction`` tells which).
+    """
+    if drive.motor_friction is not None:
+        return drive.motor_friction
+    return no_load_friction(drive.motor) or FRICTIONLESS
+
+
+def drive_inertia(drive: Drive) -> float:
+    """Inertia that turns with the motor shaft: rotor and gear input.
+
+    Args:
+        drive: Motor and gear; an unknown inertia counts as 0, so callers say so.
+
+    Returns:
+        [kg m^2].
+    """
+    return (drive.motor.rotor_inertia or 0.0) + (drive.gear.inertia or 0.0)
+
+
+def motor_torque(
+    drive: Drive,
+    gear_torque: Array,
+    speed: Array,
+    acceleration: Array,
+    carrier_acceleration: Array,
+    *,
+    standstill: Array | None = None,
+) -> MotorTorque:
+    """The motor torque that a motion asks for, losses by direction of power, rotor term outside the mesh.
+
+    Args:
+        drive: Motor, gear and frictions.
+        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,), in order of time.
+        speed: Of the gear's output [rad/s], (N,).
+        acceleration: Of the gear's output [rad/s^2], (N,).
+        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
+        standstill: True where the joint is at rest, (N,); None: where the speed is rounding beside the largest one.
+
+    Returns:
+        The torque and its parts.
+
+    Raises:
+        InputError: The gear's efficiency is unknown and the gear is not ``ideal``.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), equation 8.111, with losses on the power that crosses the mesh only.
+    """
+    at_rest = resting(speed) if standstill is None else standstill
+    speed = np.where(at_rest, 0.0, speed)
+    load = np.asarray(gear_torque + friction_torque(drive.joint_friction, speed))
+    mesh = mesh_input_torque(drive.gear, load, speed, standstill=at_rest)
+    rotor = np.asarray(drive_inertia(drive) * (drive.gear.ratio * acceleration + carrier_acceleration))
+    friction = _shaft_torque(drive, drive.gear.ratio * speed)
+    total = mesh + rotor + friction
+    return MotorTorque(total, mesh, rotor, friction, _starting(drive, load, speed, rotor, total, at_rest))
+
+
+def resting(speed: Array) -> Array:
+    """Where a motion is at rest.
+
+    Args:
+        speed: [rad/s], (N,).
+
+    Returns:
+        True where the speed is rounding beside the largest one, (N,).
+    """
+    magnitude = np.abs(speed)
+    return np.asarray(magnitude <= STANDSTILL * np.max(magnitude, initial=0.0))
+
+
+def _shaft_torque(drive: Drive, motor_speed: Array) -> Array:
+    """Motor friction and the gear's no-load running torque, of the sign of the motor's speed."""
+    running = (drive.gear.no_load_torque or 0.0) * np.sign(motor_speed)
+    return np.asarray(friction_torque(shaft_friction(drive), motor_speed) + running)
+
+
+def _starting(drive: Drive, load: Array, speed: Array, rotor: Array, total: Array, at_rest: Array) -> Array:
+    """The torque to start against the load where the joint is at rest, ``total`` elsewhere."""
+    # Without a load to start against, friction is still to be broken in the direction of the motion that follows.
+    direction = np.where(load != 0.0, np.sign(load), np.sign(np.roll(speed, -1)))
+    pushed = load + breakaway_torque(drive.joint_friction, direction)
+    motor_direction = np.sign(drive.gear.ratio) * direction
+    shaft = breakaway_torque(shaft_friction(drive), motor_direction)
+    shaft = shaft + (drive.gear.no_load_torque or 0.0) * motor_direction
+    start = standstill_interval(drive.gear, pushed).start + shaft + rotor
+    return np.where(at_rest & (np.abs(start) > np.abs(total)), start, total)
+
+
+def book_current(
+    drive: Drive, gear_torque: Array, acceleration: Array, carrier_acceleration: Array, magnet_temperature: float
+) -> Array:
+    """The current of the book's formula, for comparison only: it divides by the efficiency whatever the direction.
+
+    It is wrong in two ways that do not cancel: power that flows back is divided where it should be multiplied, and
+    the rotor term is divided although it never crosses the mesh.
+
+    Args:
+        drive: Motor and gear; friction is not in the formula.
+        gear_torque: At the gear's output [N m], (N,).
+        acceleration: Of the gear's output [rad/s^2], (N,).
+        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
+        magnet_temperature: [C].
+
+    Returns:
+        tau_motor / (eta k_t) [A], (N,).
+
+    Raises:
+        InputError: The gear's efficiency is unknown and the gear is not ``ideal``.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), section 8.9.2, I_com, with tau_motor of equation 8.111.
+    """
+    rotor = drive_inertia(drive) * (drive.gear.ratio * acceleration + carrier_acceleration)
+    lossless = np.asarray(gear_torque / drive.gear.ratio + rotor)
+    efficiency = 1.0 / (1.0 + mesh_loss_coefficient(drive.gear))
+    return lossless / (efficiency * torque_constant(drive.motor, magnet_temperature))
+
+
+def power_balance(
+    drive: Drive,
+    gear_torque: Array,
+    speed: Array,
+    torque: MotorTorque,
+    winding_temperature: Array | float,
+    magnet_temperature: float,
+) -> PowerBalance:
+    """Where the electrical power of a motion goes.
+
+    Args:
+        drive: Motor, gear and frictions.
+        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,).
+        speed: Of the gear's output [rad/s], (N,).
+        torque: From ``motor_torque`` of the same motion.
+        winding_temperature: [C], (N,) or one for all.
+        magnet_temperature: [C].
+
+    Returns:
+        Each share; the electrical one is voltage times current, the losses come from their own laws.
+    """
+    motor, motor_speed = drive.motor, drive.gear.ratio * np.asarray(speed)
+    amperes = current(motor, torque.total, magnet_temperature)
+    volts = terminal_voltage(motor, motor_speed, amperes, 0.0, winding_temperature, magnet_temperature)
+    resistance = winding_resistance(motor, np.asarray(winding_temperature, dtype=np.float64))
+    factors = mesh_factors(drive.gear)
+    joint = friction_torque(drive.joint_friction, speed)
+    crossing = (gear_torque + joint) * speed
+    return PowerBalance(
+        electrical=volts * amperes,
+        copper=resistance * amperes**2,
+        motor_friction=_shaft_torque(drive, motor_speed) * motor_speed,
+        mesh=np.where(crossing > 0.0, factors.driving - 1.0, factors.driven - 1.0) * crossing,
+        joint_friction=joint * speed,
+        output=np.asarray(gear_torque * speed),
+        rotor=torque.rotor * motor_speed,
+    )

@@ -4,20 +4,38 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
+from drivetrain.errors import Fault, InputError
+
+_RANGES = {
+    "coulomb": NOT_NEGATIVE,
+    "coulomb_negative": NOT_NEGATIVE,
+    "viscous": NOT_NEGATIVE,
+    "viscous_negative": NOT_NEGATIVE,
+    "static": NOT_NEGATIVE,
+    "stribeck_speed": POSITIVE,
+    "stribeck_exponent": POSITIVE,
+}
+
 
 @dataclass(frozen=True)
 class Friction:
     """A friction law at one shaft; positive numbers, signed by the speed when applied.
 
     ``positive`` and ``negative`` directions may differ; a value of None for the negative one means the same.
+    The curves of figure 8.13: (a) ``viscous`` alone; (b) ``coulomb`` alone; (c) ``coulomb`` and ``viscous``;
+    (d) ``static`` above ``coulomb``; (e) the same with ``viscous``; (f) the same with ``stribeck_speed``.
 
     Attributes:
         coulomb: Speed-independent [N m].
         coulomb_negative: The same at negative speed [N m], given as a positive number.
         viscous: [N m s/rad].
         viscous_negative: The same at negative speed [N m s/rad].
-        static: Breakaway torque [N m]; None: equal to coulomb.
-        stribeck_speed: Where the static excess has fallen to 1/e [rad/s].
+        static: Breakaway torque in both directions [N m]; None: equal to coulomb.
+        stribeck_speed: Where the static excess has fallen to 1/e [rad/s]; None: it is gone at any speed.
         stribeck_exponent: Shape of that fall.
     """
 
@@ -28,3 +46,69 @@ class Friction:
     static: float | None = None
     stribeck_speed: float | None = None
     stribeck_exponent: float = 2.0
+
+    def __post_init__(self) -> None:
+        faults = range_faults("friction", self, _RANGES, required=("coulomb", "viscous", "stribeck_exponent"))
+        if not faults and self.static is not None:
+            sliding = max(self.coulomb, self.coulomb_negative or 0.0)
+            if self.static < sliding:
+                problem = f"must be at least the coulomb torque of either direction ({sliding:g} N m)"
+                faults.append(Fault("friction.static", problem, self.static))
+        if faults:
+            raise InputError(faults)
+
+
+FRICTIONLESS = Friction()
+
+
+def friction_torque(friction: Friction, speed: Array) -> Array:
+    """The torque that sliding friction takes from the shaft: of the sign of the speed, 0 at exactly zero speed.
+
+    At rest friction is whatever holds, up to ``breakaway_torque``; which value it takes is not a matter of speed.
+
+    Args:
+        friction: The law.
+        speed: Of the shaft [rad/s], any shape.
+
+    Returns:
+        Torque to be overcome [N m], the shape of ``speed``.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), figure 8.13; the fall from static to sliding friction as
+        tau_c + (tau_s - tau_c) exp(-(|w|/w_s)^gamma).
+    """
+    speed = np.asarray(speed, dtype=np.float64)
+    backward = speed < 0.0
+    magnitude = np.abs(speed)
+    coulomb = np.where(backward, _negative(friction.coulomb, friction.coulomb_negative), friction.coulomb)
+    viscous = np.where(backward, _negative(friction.viscous, friction.viscous_negative), friction.viscous)
+    sliding = coulomb
+    if friction.static is not None and friction.stribeck_speed is not None:
+        fall = np.exp(-((magnitude / friction.stribeck_speed) ** friction.stribeck_exponent))
+        sliding = coulomb + (friction.static - coulomb) * fall
+    return np.asarray(np.sign(speed) * (sliding + viscous * magnitude))
+
+
+def breakaway_torque(friction: Friction, direction: Array) -> Array:
+    """The torque friction can hold at rest before the shaft starts to move in a direction.
+
+    Args:
+        friction: The law.
+        direction: Its sign is the direction of the motion that would follow, any shape; 0 gives 0.
+
+    Returns:
+        Torque of the sign of the direction [N m], the shape of ``direction``.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), figure 8.13 (b) to (f) at zero speed.
+    """
+    direction = np.asarray(direction, dtype=np.float64)
+    if friction.static is not None:
+        return np.asarray(np.sign(direction) * friction.static)
+    backward = _negative(friction.coulomb, friction.coulomb_negative)
+    return np.asarray(np.sign(direction) * np.where(direction < 0.0, backward, friction.coulomb))
+
+
+def _negative(positive: float, negative: float | None) -> float:
+    """The value at negative speed."""
+    return positive if negative is None else negative

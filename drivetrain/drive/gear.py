@@ -2,7 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.ranges import EFFICIENCY, FINITE, NOT_NEGATIVE, POSITIVE, Range, range_faults
+from drivetrain.errors import Fault, InputError, nearest
+
+GEAR_KINDS = ("planetary", "strain_wave", "rv", "koaxdrive", "spur", "ideal")
+
+_OPTIONAL_POSITIVE = (
+    "continuous_torque average_torque_limit repeated_peak_torque momentary_torque max_input_speed "
+    "average_input_speed_limit rated_speed rated_life life_exponent stiffness_1 stiffness_2 stiffness_3 torque_1 "
+    "torque_2 tilting_moment_limit axial_load_limit radial_load_limit size pitch_diameter diameter length "
+    "max_motor_shaft stages"
+).split()
+_RANGES = {
+    "ratio": FINITE,
+    "efficiency": EFFICIENCY,
+    "backdriving_efficiency": Range("must be at most 1 (0 or less: self-locking)", -math.inf, 1.0),
+    **dict.fromkeys(("no_load_torque", "inertia", "mass", "backlash", "price"), NOT_NEGATIVE),
+    **dict.fromkeys(_OPTIONAL_POSITIVE, POSITIVE),
+}
 
 
 @dataclass(frozen=True)
@@ -17,9 +41,9 @@ class Gear:
         maker, series, part_number: As printed.
         kind: ``planetary``, ``strain_wave``, ``rv``, ``koaxdrive``, ``spur`` or ``ideal``.
         stages: Number of stages.
-        efficiency: Power out over power in when the motor drives.
+        efficiency: Power out over power in when the motor drives, at the rated torque; None: unknown (``ideal``: 1).
         backdriving_efficiency: Power out over power in when the load drives; None: that of the same mesh friction.
-        no_load_torque: Running torque at the input without load [N m].
+        no_load_torque: Running torque at the input without load [N m]; part of the loss that ``efficiency`` counts.
         inertia: At the input [kg m^2].
         mass: [kg].
         continuous_torque: Rated (strain wave: at rated speed; planetary: continuous) [N m].
@@ -29,8 +53,8 @@ class Gear:
         max_input_speed: Short-time [rad/s].
         average_input_speed_limit: Limit of the mean input speed [rad/s].
         rated_speed: Input speed at which the rated torque and life hold [rad/s].
-        rated_life: L10 life at rated torque and speed [s].
-        life_exponent: Of torque in the average torque and in the life (3 strain wave, 10/3 RV).
+        rated_life: L10 life at rated torque and speed [s]; sheets that print a mean life L50 mean five times L10.
+        life_exponent: Of torque in the average torque and in the life; None: that of the kind.
         stiffness_1, stiffness_2, stiffness_3: Of the three pieces [N m/rad].
         torque_1, torque_2: Where the pieces meet [N m].
         backlash: At the output, total [rad].
@@ -81,3 +105,255 @@ class Gear:
     max_motor_shaft: float | None = None
     price: float | None = None
     source: str = ""
+
+    def __post_init__(self) -> None:
+        owner = f"gear {self.key}"
+        faults = range_faults(owner, self, _RANGES, required=("ratio",))
+        if self.ratio == 0:
+            faults.append(Fault(f"{owner}.ratio", "must not be 0", self.ratio))
+        if self.kind not in GEAR_KINDS:
+            faults.append(Fault(f"{owner}.kind", "unknown kind", self.kind, nearest(str(self.kind), GEAR_KINDS)))
+        if faults:
+            raise InputError(faults)
+
+
+class MeshFactors(NamedTuple):
+    """Motor-side torque through the mesh over the lossless one.
+
+    Attributes:
+        driving: When power flows to the load; 1 or more.
+        driven: When power flows from the load; 1 or less; 0 or less when the mesh locks itself.
+    """
+
+    driving: float
+    driven: float
+
+
+class StandstillInterval(NamedTuple):
+    """The ends of the motor-side torques between which a mesh at rest does not move.
+
+    Attributes:
+        hold: The end of smaller magnitude that still holds [N m]; 0 when the mesh locks itself.
+        start: The end at which the motor starts to move the load against its torque [N m].
+    """
+
+    hold: Array
+    start: Array
+
+
+def mesh_loss_coefficient(gear: Gear) -> float:
+    """Friction torque over transmitted torque, from the printed efficiency.
+
+    Args:
+        gear: The sheet.
+
+    Returns:
+        mu = 1/eta - 1.
+
+    Raises:
+        InputError: The efficiency is unknown and the gear is not ``ideal``.
+    """
+    if gear.efficiency is not None:
+        return 1.0 / gear.efficiency - 1.0
+    if gear.kind == "ideal":
+        return 0.0
+    hint = "state an assumption for this kind of gear"
+    raise InputError(Fault(f"gear {gear.key}.efficiency", "is unknown, so its losses cannot be computed", hint=hint))
+
+
+def backdriving_efficiency(gear: Gear) -> float:
+    """Power out over power in when the load drives; 0 or less when the load cannot drive.
+
+    Args:
+        gear: The sheet; without a number of its own, that of the same friction in the mesh.
+
+    Returns:
+        The sheet's own, or 1 - mu = 2 - 1/eta.
+
+    Raises:
+        InputError: Neither efficiency is known and the gear is not ``ideal``.
+    """
+    if gear.backdriving_efficiency is not None:
+        return gear.backdriving_efficiency
+    return 1.0 - mesh_loss_coefficient(gear)
+
+
+def mesh_factors(gear: Gear) -> MeshFactors:
+    """What the mesh alone does to a torque, in both directions of power.
+
+    Printed efficiencies are those of the whole gear at its rated torque, so they already count the no-load running
+    torque. Where the sheet gives that torque too, its share at rated torque is taken out of the mesh here and the
+    torque itself is added wherever the gear turns: at rated torque both together are the printed loss again, at
+    smaller torques they are more than the printed efficiency tells. Without a rated torque the share is unknown and
+    left in the mesh, which counts it twice rather than not at all.
+
+    Args:
+        gear: The sheet.
+
+    Returns:
+        1/eta and eta_back, less and plus the share of the running torque, held at 1 where it would pass it.
+
+    Raises:
+        InputError: The efficiency is unknown and the gear is not ``ideal``.
+    """
+    share = 0.0
+    if gear.no_load_torque is not None and gear.continuous_torque is not None:
+        share = gear.no_load_torque * abs(gear.ratio) / gear.continuous_torque
+    driving = max(1.0 + mesh_loss_coefficient(gear) - share, 1.0)
+    return MeshFactors(driving, min(backdriving_efficiency(gear) + share, 1.0))
+
+
+def mesh_input_torque(
+    gear: Gear, output_torque: Array, output_speed: Array, *, standstill: Array | None = None
+) -> Array:
+    """Motor-side torque that the mesh asks for; rotor and no-load running torque are not in it.
+
+    Driving (torque times speed positive): T / (eta ratio). Driven: eta_back T / ratio, which turns its sign when the
+    mesh locks itself: the motor must then help the load down. At rest: the smaller torque that still holds (see
+    ``standstill_interval`` for what it takes to start).
+
+    Args:
+        gear: The sheet.
+        output_torque: At the gear's output, acting on the load [N m], any shape.
+        output_speed: Of the gear's output [rad/s], that shape.
+        standstill: True where the gear is at rest, that shape; None: where the speed is exactly 0.
+
+    Returns:
+        [N m], that shape.
+
+    Raises:
+        InputError: The efficiency is unknown and the gear is not ``ideal``.
+
+    Reference:
+        Mesh friction mu |N| against the motion: eta = 1/(1 + mu), eta_back = 1 - mu.
+    """
+    factors = mesh_factors(gear)
+    torque = np.asarray(output_torque, dtype=np.float64)
+    speed = np.asarray(output_speed, dtype=np.float64)
+    at_rest = speed == 0.0 if standstill is None else standstill
+    factor = np.where(torque * speed > 0.0, factors.driving, factors.driven)
+    factor = np.where(at_rest, max(factors.driven, 0.0), factor)
+    return np.asarray(factor * torque / gear.ratio)
+
+
+def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
+    """The motor-side torques between which the mesh at rest holds a load.
+
+    Args:
+        gear: The sheet.
+        output_torque: At the gear's output, acting on the load [N m], any shape.
+
+    Returns:
+        Both ends of the interval, each of that shape; without the no-load running torque.
+
+    Raises:
+        InputError: The efficiency is unknown and the gear is not ``ideal``.
+    """
+    factors = mesh_factors(gear)
+    lossless = np.asarray(output_torque, dtype=np.float64) / gear.ratio
+    return StandstillInterval(np.asarray(max(factors.driven, 0.0) * lossless), np.asarray(factors.driving * lossless))
+
+
+def wind_up(gear: Gear, output_torque: Array) -> Array | None:
+    """Twist between input and output under a torque, backlash left out: continuous, of the sign of the torque.
+
+    Args:
+        gear: The sheet; one stiffness gives a straight line, two or three give bends at ``torque_1`` and ``torque_2``.
+        output_torque: [N m], any shape.
+
+    Returns:
+        Twist at the output [rad], that shape; None without a stiffness.
+
+    Reference:
+        T1/K1 + (T2 - T1)/K2 + (T - T2)/K3 above T2 (Harmonic Drive catalogues, made continuous).
+    """
+    pieces = [(0.0, gear.stiffness_1), (gear.torque_1, gear.stiffness_2), (gear.torque_2, gear.stiffness_3)]
+    if gear.stiffness_1 is None:
+        return None
+    torque = np.abs(np.asarray(output_torque, dtype=np.float64))
+    twist = np.zeros_like(torque)
+    softness = 0.0
+    for start, stiffness in pieces:
+        if start is None or stiffness is None:
+            break
+        twist = twist + np.maximum(torque - start, 0.0) * (1.0 / stiffness - softness)
+        softness = 1.0 / stiffness
+    return np.asarray(np.sign(output_torque) * twist)
+
+
+def torque_exponent(gear: Gear) -> float:
+    """The exponent with which torque wears the gear, in the average torque and in the life.
+
+    Args:
+        gear: The sheet's own exponent where it has one, else that of its kind.
+
+    Returns:
+        10/3 for ``rv``, 3 for all others.
+
+    Reference:
+        Ball-bearing exponent 3 (Harmonic Drive catalogues; cubic mean torque of planetary gears), roller-bearing
+        exponent 10/3.
+    """
+    if gear.life_exponent is not None:
+        return gear.life_exponent
+    return 10.0 / 3.0 if gear.kind == "rv" else 3.0
+
+
+def average_torque(exponent: float, torque: Array, speed: Array, weights: Array) -> float:
+    """Average torque of a cycle as the wear sees it: rests and signs do not count.
+
+    Args:
+        exponent: From ``torque_exponent``.
+        torque: At the output in each section [N m], (N,).
+        speed: Of the output in each section [rad/s] or any other unit of speed, (N,).
+        weights: Time each section lasts [s], (N,).
+
+    Returns:
+        [N m]; 0 when nothing turns.
+
+    Reference:
+        (sum |n T^e| t / sum |n| t)^(1/e), Harmonic Drive catalogue SHG, p. 30.
+    """
+    travel = np.abs(speed) * weights
+    total = float(np.sum(travel))
+    if total == 0.0:
+        return 0.0
+    return float((np.sum(travel * np.abs(torque) ** exponent) / total) ** (1.0 / exponent))
+
+
+def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> float | None:
+    """The L10 life: nine of ten gears reach it.
+
+    Args:
+        gear: Its rated life, torque and speed; ``rated_life`` is an L10 (a printed L50 over 5).
+        average_torque: From ``average_torque`` [N m].
+        average_input_speed: Mean magnitude over the whole cycle, rests included [rad/s].
+
+    Returns:
+        [s]; infinite when nothing turns or nothing loads it; None where the sheet has no rated life, torque or speed.
+
+    Reference:
+        L = L_rated (n_rated / n_average) (T_rated / T_average)^e, Harmonic Drive catalogues HFUS-2A p. 19, SHG p. 30.
+    """
+    if gear.rated_life is None or gear.rated_speed is None or gear.continuous_torque is None:
+        return None
+    load = (average_input_speed / gear.rated_speed) * (average_torque / gear.continuous_torque) ** torque_exponent(gear)
+    return math.inf if load == 0.0 else gear.rated_life / load
+
+
+def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> float:
+    """How often in its life a strain-wave gear may take a momentary peak.
+
+    Args:
+        gear: Its ratio.
+        output_speed: Of the output during the peak [rad/s].
+        duration: Of one peak [s].
+
+    Returns:
+        Allowed number of peaks; infinite at rest.
+
+    Reference:
+        10^4 / (2 (n/60) i t), two waves of the flexspline a turn; Harmonic Drive catalogue SHG, p. 30.
+    """
+    turns = abs(output_speed * gear.ratio) / (2.0 * math.pi) * duration
+    return math.inf if turns == 0.0 else 1.0e4 / (2.0 * turns)

@@ -8,8 +8,35 @@ converts from other conventions and refuses a row that does not state its own.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, TEMPERATURE, Range, range_faults
+from drivetrain.errors import Fault, InputError, nearest
+
+Values = TypeVar("Values", float, Array)
 
 COPPER_COEFFICIENT = 0.0039  # 1/K at 25 C, annealed copper
+MOTOR_KINDS = ("brushed", "brushless")
+
+_OPTIONAL_POSITIVE = (
+    "inductance rotor_inertia mass nominal_voltage no_load_speed nominal_current nominal_torque nominal_speed "
+    "stall_torque stall_current peak_current peak_torque max_speed resistance_winding_housing "
+    "resistance_housing_ambient resistance_winding_ambient winding_time_constant housing_time_constant diameter length"
+).split()
+_RANGES = {
+    "resistance": POSITIVE,
+    "torque_constant": POSITIVE,
+    **dict.fromkeys(_OPTIONAL_POSITIVE, POSITIVE),
+    **dict.fromkeys(("no_load_current", "coulomb_friction", "viscous_friction", "price"), NOT_NEGATIVE),
+    "max_winding_temperature": TEMPERATURE,
+    "reference_temperature": TEMPERATURE,
+    "magnet_coefficient": Range("must lie between -0.02 and 0.02 1/K", -0.02, 0.02, low_included=True),
+}
+_REQUIRED = ("resistance", "torque_constant", "reference_temperature", "magnet_coefficient")
 
 
 @dataclass(frozen=True)
@@ -84,3 +111,193 @@ class Motor:
     length: float | None = None
     price: float | None = None
     source: str = ""
+
+    def __post_init__(self) -> None:
+        owner = f"motor {self.key}"
+        faults = range_faults(owner, self, _RANGES, required=_REQUIRED)
+        if self.kind not in MOTOR_KINDS:
+            faults.append(Fault(f"{owner}.kind", "unknown kind", self.kind, nearest(str(self.kind), MOTOR_KINDS)))
+        if faults:
+            raise InputError(faults)
+
+
+def winding_resistance(motor: Motor, temperature: Values) -> Values:
+    """Terminal resistance at a winding temperature, linear as copper is.
+
+    Args:
+        motor: The sheet.
+        temperature: Of the winding [C].
+
+    Returns:
+        [ohm].
+
+    Reference:
+        R = R0 (1 + a (T - T0)) with a = 0.0039 1/K at 25 C; a sheet that holds at another T0 has the a of that T0.
+    """
+    rise = temperature - motor.reference_temperature
+    return motor.resistance * (1.0 + copper_coefficient(motor.reference_temperature) * rise)
+
+
+def copper_coefficient(temperature: float) -> float:
+    """Relative change of copper's resistance a kelvin, counted from a temperature.
+
+    Args:
+        temperature: From which the change is counted [C].
+
+    Returns:
+        [1/K]; 0.0039 at 25 C.
+
+    Reference:
+        One straight line through its zero at 25 C - 1/0.0039.
+    """
+    return 1.0 / (1.0 / COPPER_COEFFICIENT + temperature - 25.0)
+
+
+def torque_constant(motor: Motor, magnet_temperature: Values) -> Values:
+    """Torque constant, equal to the back-emf constant, at a magnet temperature.
+
+    Args:
+        motor: The sheet.
+        magnet_temperature: [C].
+
+    Returns:
+        [N m/A].
+    """
+    rise = magnet_temperature - motor.reference_temperature
+    return motor.torque_constant * (1.0 + motor.magnet_coefficient * rise)
+
+
+def no_load_friction(motor: Motor) -> Friction | None:
+    """Friction at the motor shaft as the sheet's no-load data tell it.
+
+    With both friction columns they are the law. With one of them and the no-load point, the other is what is left of
+    torque constant times no-load current at no-load speed; without that point the one column stands alone. With
+    neither, the whole of torque constant times no-load current is taken as speed-independent, which is the larger
+    friction at every speed below no-load speed.
+
+    Args:
+        motor: The sheet.
+
+    Returns:
+        The law, or None when the sheet says nothing about it.
+    """
+    coulomb, viscous = motor.coulomb_friction, motor.viscous_friction
+    no_load = None if motor.no_load_current is None else motor.torque_constant * motor.no_load_current
+    if coulomb is None and viscous is None:
+        return None if no_load is None else Friction(coulomb=no_load)
+    if no_load is not None and motor.no_load_speed is not None:
+        if coulomb is None and viscous is not None:
+            coulomb = max(no_load - viscous * motor.no_load_speed, 0.0)
+        elif viscous is None and coulomb is not None:
+            viscous = max(no_load - coulomb, 0.0) / motor.no_load_speed
+    return Friction(coulomb=coulomb or 0.0, viscous=viscous or 0.0)
+
+
+def current(motor: Motor, motor_torque: Values, magnet_temperature: float) -> Values:
+    """Current that makes an electromagnetic torque.
+
+    Args:
+        motor: The sheet.
+        motor_torque: Electromagnetic, friction included [N m].
+        magnet_temperature: [C].
+
+    Returns:
+        [A], DC equivalent.
+    """
+    return motor_torque / torque_constant(motor, magnet_temperature)
+
+
+def terminal_voltage(
+    motor: Motor,
+    speed: Array,
+    current: Array,
+    current_rate: Array | float,
+    winding_temperature: Array | float,
+    magnet_temperature: Array | float,
+) -> Array:
+    """Voltage between the terminals; where the sheet has no inductance its term is left out.
+
+    Args:
+        motor: The sheet.
+        speed: Of the rotor against the stator [rad/s], any shape.
+        current: [A], that shape.
+        current_rate: [A/s], that shape or one for all.
+        winding_temperature: [C], that shape or one for all.
+        magnet_temperature: [C], that shape or one for all.
+
+    Returns:
+        [V], that shape.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), equation 8.102.
+    """
+    resistance = winding_resistance(motor, np.asarray(winding_temperature, dtype=np.float64))
+    constant = torque_constant(motor, np.asarray(magnet_temperature, dtype=np.float64))
+    inductive = (motor.inductance or 0.0) * np.asarray(current_rate, dtype=np.float64)
+    return np.asarray(constant * speed + resistance * current + inductive)
+
+
+def stall_current(motor: Motor) -> float | None:
+    """Current at nominal voltage with the shaft blocked, everything at reference temperature.
+
+    Args:
+        motor: The sheet.
+
+    Returns:
+        [A]; None without a nominal voltage.
+    """
+    return None if motor.nominal_voltage is None else motor.nominal_voltage / motor.resistance
+
+
+def stall_torque(motor: Motor) -> float | None:
+    """Electromagnetic torque at nominal voltage with the shaft blocked, everything at reference temperature.
+
+    Args:
+        motor: The sheet.
+
+    Returns:
+        [N m]; None without a nominal voltage.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), section 8.9.1: k_t V / R.
+    """
+    blocked = stall_current(motor)
+    return None if blocked is None else motor.torque_constant * blocked
+
+
+def no_load_speed(motor: Motor) -> float | None:
+    """Speed at nominal voltage with nothing on the shaft, everything at reference temperature.
+
+    Args:
+        motor: The sheet; without a no-load current the drop over the winding is left out.
+
+    Returns:
+        [rad/s]; None without a nominal voltage.
+    """
+    if motor.nominal_voltage is None:
+        return None
+    return (motor.nominal_voltage - motor.resistance * (motor.no_load_current or 0.0)) / motor.torque_constant
+
+
+def speed_torque_gradient(motor: Motor) -> float:
+    """Speed lost for torque gained at constant voltage, at reference temperature.
+
+    Args:
+        motor: The sheet.
+
+    Returns:
+        R / k_t^2, positive [rad/s/(N m)].
+    """
+    return motor.resistance / motor.torque_constant**2
+
+
+def mechanical_time_constant(motor: Motor) -> float | None:
+    """Time in which the bare motor reaches 63 % of its speed after a step of voltage, at reference temperature.
+
+    Args:
+        motor: The sheet.
+
+    Returns:
+        R J / k_t^2 [s]; None without a rotor inertia.
+    """
+    return None if motor.rotor_inertia is None else speed_torque_gradient(motor) * motor.rotor_inertia

@@ -1,0 +1,77 @@
+"""The ranges that the numbers of a sheet must lie in, and the faults where they do not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from drivetrain.errors import Fault
+
+
+@dataclass(frozen=True)
+class Range:
+    """What a number may be.
+
+    Attributes:
+        words: The range as a user reads it.
+        low, high: Its ends, in the unit of the number.
+        low_included: Whether ``low`` itself is allowed; ``high`` always is.
+    """
+
+    words: str
+    low: float = -math.inf
+    high: float = math.inf
+    low_included: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Whether a finite number lies in the range.
+
+        Args:
+            value: The number, in the unit of the range's ends.
+
+        Returns:
+            False for a NaN and for both infinities.
+        """
+        above = value >= self.low if self.low_included else value > self.low
+        return math.isfinite(value) and above and value <= self.high
+
+
+POSITIVE = Range("must be greater than 0", low=0.0)
+NOT_NEGATIVE = Range("must be 0 or more", low=0.0, low_included=True)
+FINITE = Range("must be a finite number")
+EFFICIENCY = Range("must be greater than 0 and at most 1", low=0.0, high=1.0)
+TEMPERATURE = Range("must be in degrees Celsius above absolute zero (-273.15)", low=-273.15)
+
+
+def range_faults(
+    owner: str, record: object, ranges: Mapping[str, Range], *, required: Collection[str] = ()
+) -> list[Fault]:
+    """Every field of a record that is not a number in its range.
+
+    Args:
+        owner: What the record is, such as ``motor maxon_DCX22L``: the start of each fault's place.
+        record: The object whose fields are looked at.
+        ranges: The range of each field.
+        required: Fields that may not be None.
+
+    Returns:
+        One fault a field; empty when all hold.
+    """
+    faults = []
+    for name, allowed in ranges.items():
+        value = getattr(record, name)
+        if value is None:
+            if name in required:
+                faults.append(Fault(f"{owner}.{name}", "is needed", hint=allowed.words))
+        elif isinstance(value, (bool, str)) or not _is_number_in(allowed, value):
+            faults.append(Fault(f"{owner}.{name}", allowed.words, value))
+    return faults
+
+
+def _is_number_in(allowed: Range, value: object) -> bool:
+    """Whether a value turns into a float that the range holds."""
+    try:
+        return allowed.holds(float(value))  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
