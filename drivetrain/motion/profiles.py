@@ -1,0 +1,300 @@
+"""Rest-to-rest profiles, and motions through waypoints made of them.
+
+A move is a straight line in joint space: all joints share one law s(t) from 0 to 1, so they start and stop together.
+A law is a chain of polynomials. Where its acceleration steps, the sampled motion holds two samples at one instant, so
+that integrals over the samples see both sides.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+
+# s = 10 u^3 - 15 u^4 + 6 u^5: largest values of its derivatives over u in [0, 1].
+QUINTIC_SPEED = 15.0 / 8.0  # at the middle
+QUINTIC_ACCELERATION = 10.0 / math.sqrt(3.0)  # at u = (3 -+ sqrt 3)/6
+QUINTIC_JERK = 60.0  # at both ends
+SAMPLES_A_PIECE = 16  # at least, so that a short piece still shows its form
+
+
+class PathLimits(NamedTuple):
+    """Largest rates of s(t): speed [1/s], acceleration [1/s^2], jerk [1/s^3]; infinite where free."""
+
+    speed: float
+    acceleration: float
+    jerk: float
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """How far along the move one is, from 0 at rest to 1 at rest.
+
+    Attributes:
+        knots: Where polynomials meet [s], (p + 1,), from 0.
+        coefficients: Of ascending powers of the time since the piece began, (p, 6).
+        peak: Largest rates; infinite jerk where the acceleration steps.
+    """
+
+    knots: Array
+    coefficients: Array
+    peak: PathLimits
+
+    @property
+    def duration(self) -> float:
+        """Length of the move [s]."""
+        return float(self.knots[-1])
+
+    def stretched(self, duration: float) -> Law:
+        """The same form over another time.
+
+        Args:
+            duration: Wanted [s].
+
+        Returns:
+            The law, its rates changed by powers of the ratio.
+        """
+        slower = self.duration / duration
+        powers = slower ** np.arange(6.0)
+        peak = PathLimits(self.peak.speed * slower, self.peak.acceleration * slower**2, self.peak.jerk * slower**3)
+        return Law(self.knots / slower, self.coefficients * powers, peak)
+
+    def sampled(self, sample_time: float) -> Array:
+        """Samples of every piece, both ends of each included.
+
+        Args:
+            sample_time: Largest distance between samples [s].
+
+        Returns:
+            Columns time [s], s, its first and its second derivative, (N, 4).
+        """
+        smooth = math.isfinite(self.peak.jerk)
+        blocks: list[Array] = []
+        for start, end, row in zip(self.knots[:-1], self.knots[1:], self.coefficients, strict=True):
+            count = max(math.ceil((end - start) / sample_time - 1e-9), SAMPLES_A_PIECE)
+            since = np.linspace(0.0, end - start, count + 1)
+            polynomial = np.polynomial.Polynomial(row)
+            block = [start + since, polynomial(since), polynomial.deriv()(since), polynomial.deriv(2)(since)]
+            blocks.append(np.stack(block, axis=1)[1 if smooth and blocks else 0 :])
+        samples = np.concatenate(blocks)
+        samples[0, 1:3], samples[-1, 0:3] = (0.0, 0.0), (self.duration, 1.0, 0.0)
+        if smooth:
+            samples[0, 3] = samples[-1, 3] = 0.0
+        return samples
+
+
+class Profile(Protocol):
+    """A family of laws."""
+
+    def over(self, duration: float) -> Law:
+        """The usual member that takes this long.
+
+        Args:
+            duration: [s].
+
+        Returns:
+            The law.
+        """
+
+    def fastest(self, limits: PathLimits) -> Law:
+        """The quickest member within the limits.
+
+        Args:
+            limits: Largest rates of s(t).
+
+        Returns:
+            The law.
+
+        Raises:
+            InputError: A limit that this family needs is missing, or one that it cannot hold is given.
+        """
+
+
+def _chain(lengths: list[float], accelerations: list[float], jerks: list[float], peak: PathLimits) -> Law:
+    """The law with these accelerations at the start of each piece and these constant jerks."""
+    rows, knots = [], [0.0]
+    place = speed = 0.0
+    for length, acceleration, jerk in zip(lengths, accelerations, jerks, strict=True):
+        if length <= 0.0:
+            continue
+        rows.append([place, speed, acceleration / 2.0, jerk / 6.0, 0.0, 0.0])
+        place += length * (speed + length * (acceleration / 2.0 + length * jerk / 6.0))
+        speed += length * (acceleration + length * jerk / 2.0)
+        knots.append(knots[-1] + length)
+    return Law(np.array(knots), np.array(rows), peak)
+
+
+@dataclass(frozen=True)
+class Trapezoid:
+    """Constant acceleration, constant speed, constant deceleration; acceleration steps.
+
+    Attributes:
+        ramp_share: Share of the time spent speeding up when only a duration is given, above 0 to 0.5; with the usual
+            third, the peak speed is 1.5 times the mean.
+    """
+
+    ramp_share: float = 1.0 / 3.0
+
+    def over(self, duration: float) -> Law:
+        """The member with the ramp share given.
+
+        Args:
+            duration: [s].
+
+        Returns:
+            The law.
+
+        Raises:
+            InputError: The ramp share is not above 0 and at most 0.5.
+        """
+        if not 0.0 < self.ramp_share <= 0.5:
+            raise InputError(Fault("profile", "ramp share must be above 0 and at most 0.5", self.ramp_share))
+        ramp = self.ramp_share * duration
+        return self._law(ramp, duration - 2.0 * ramp)
+
+    def fastest(self, limits: PathLimits) -> Law:
+        """The quickest member: full acceleration, and full speed if it is reached.
+
+        Args:
+            limits: Of speed and acceleration; a jerk limit cannot be held.
+
+        Returns:
+            The law.
+
+        Raises:
+            InputError: No acceleration limit, or a jerk limit.
+        """
+        if math.isfinite(limits.jerk):
+            hint = "take an s-curve, or leave the jerk limit out"
+            raise InputError(Fault("profile", "a trapezoid cannot hold a jerk limit", None, hint))
+        if not math.isfinite(limits.acceleration):
+            raise InputError(Fault("profile", "a trapezoid needs an acceleration limit or a duration"))
+        speed = min(limits.speed, math.sqrt(limits.acceleration))
+        return self._law(speed / limits.acceleration, max(1.0 / speed - speed / limits.acceleration, 0.0))
+
+    @staticmethod
+    def _law(ramp: float, cruise: float) -> Law:
+        speed = 1.0 / (ramp + cruise)
+        acceleration = speed / ramp
+        peak = PathLimits(speed, acceleration, math.inf)
+        return _chain([ramp, cruise, ramp], [acceleration, 0.0, -acceleration], [0.0, 0.0, 0.0], peak)
+
+
+@dataclass(frozen=True)
+class Quintic:
+    """One polynomial of degree five, with zero acceleration at both ends."""
+
+    def over(self, duration: float) -> Law:
+        """The quintic; there is only one.
+
+        Args:
+            duration: [s].
+
+        Returns:
+            The law.
+        """
+        peak = PathLimits(QUINTIC_SPEED / duration, QUINTIC_ACCELERATION / duration**2, QUINTIC_JERK / duration**3)
+        row = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]) / duration ** np.arange(6.0)
+        return Law(np.array([0.0, duration]), row[np.newaxis], peak)
+
+    def fastest(self, limits: PathLimits) -> Law:
+        """The quintic that just holds the limit that binds.
+
+        Args:
+            limits: At least one finite.
+
+        Returns:
+            The law.
+
+        Raises:
+            InputError: No limit at all.
+        """
+        needed = (
+            QUINTIC_SPEED / limits.speed,
+            math.sqrt(QUINTIC_ACCELERATION / limits.acceleration),
+            math.cbrt(QUINTIC_JERK / limits.jerk),
+        )
+        if max(needed) <= 0.0:
+            raise InputError(Fault("profile", "a quintic needs a limit or a duration"))
+        return self.over(max(needed))
+
+
+@dataclass(frozen=True)
+class SCurve:
+    """Seven pieces of constant jerk; acceleration is continuous and flat at its top.
+
+    Attributes:
+        ramp_share: Share of the time spent speeding up when only a duration is given, above 0 to 0.5.
+        jerk_share: Share of each ramp in which the acceleration grows, above 0 to 0.5 (then it has no flat top).
+    """
+
+    ramp_share: float = 1.0 / 3.0
+    jerk_share: float = 1.0 / 3.0
+
+    def over(self, duration: float) -> Law:
+        """The member with the shares given.
+
+        Args:
+            duration: [s].
+
+        Returns:
+            The law.
+
+        Raises:
+            InputError: A share is not above 0 and at most 0.5.
+        """
+        shares = {"ramp share": self.ramp_share, "jerk share": self.jerk_share}
+        faults = [
+            Fault("profile", f"{name} must be above 0 and at most 0.5", share)
+            for name, share in shares.items()
+            if not 0.0 < share <= 0.5
+        ]
+        if faults:
+            raise InputError(faults)
+        ramp = self.ramp_share * duration
+        return self._law(self.jerk_share * ramp, ramp, duration - 2.0 * ramp)
+
+    def fastest(self, limits: PathLimits) -> Law:
+        """The quickest member: as much jerk, acceleration and speed as can be reached.
+
+        Args:
+            limits: Of speed, acceleration and jerk; the jerk must be limited.
+
+        Returns:
+            The law.
+
+        Raises:
+            InputError: No jerk limit.
+        """
+        speed, acceleration, jerk = limits
+        if not math.isfinite(jerk):
+            hint = "without one the quickest profile is a trapezoid"
+            raise InputError(Fault("profile", "an s-curve needs a jerk limit or a duration", None, hint))
+        # What unlimited speed and acceleration come to over this distance; keeps infinity out of the formulas.
+        shortest_rise = math.cbrt(0.5 / jerk)
+        speed, acceleration = min(speed, jerk * shortest_rise**2), min(acceleration, jerk * shortest_rise)
+        if speed * jerk >= acceleration**2:
+            rise, ramp = acceleration / jerk, acceleration / jerk + speed / acceleration
+        else:  # full speed comes before full acceleration
+            rise = math.sqrt(speed / jerk)
+            ramp = 2.0 * rise
+        if speed * ramp <= 1.0:
+            return self._law(rise, ramp, 1.0 / speed - ramp)
+        # Full speed is not reached: two ramps of half the distance each, with or without a flat top.
+        rise = acceleration / jerk
+        flat_top = rise / 2.0 + math.sqrt(rise**2 / 4.0 + 1.0 / (rise * jerk))
+        return self._law(rise, max(flat_top, 2.0 * rise), 0.0)
+
+    @staticmethod
+    def _law(rise: float, ramp: float, cruise: float) -> Law:
+        speed = 1.0 / (ramp + cruise)
+        top = speed / (ramp - rise)
+        jerk = top / rise
+        lengths = [rise, ramp - 2.0 * rise, rise, cruise, rise, ramp - 2.0 * rise, rise]
+        starts = [0.0, top, top, 0.0, 0.0, -top, -top]
+        return _chain(lengths, starts, [jerk, 0.0, -jerk, 0.0, -jerk, 0.0, jerk], PathLimits(speed, top, jerk))

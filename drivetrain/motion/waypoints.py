@@ -1,0 +1,172 @@
+"""Motions through waypoints: from point to point, at rest in each."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.motion.motion import Motion
+from drivetrain.motion.profiles import Law, PathLimits, Profile
+
+TOO_SHORT = 1.0 - 1e-9  # a duration that misses the minimum by less was meant to be the minimum
+
+STANDING = 1e-12  # [rad or m] below this, two points are one: rounding, not a move
+
+
+@dataclass(frozen=True, eq=False)
+class MotionLimits:
+    """What each joint may do at most; a number counts for all joints, infinite is free.
+
+    Attributes:
+        speed: [rad/s or m/s], number or (n,).
+        acceleration: [rad/s^2 or m/s^2], number or (n,).
+        jerk: [rad/s^3 or m/s^3], number or (n,).
+    """
+
+    speed: Any = math.inf
+    acceleration: Any = math.inf
+    jerk: Any = math.inf
+
+
+def waypoint_motion(
+    name: str,
+    joint_names: tuple[str, ...],
+    points: Any,
+    *,
+    profile: Profile,
+    durations: Any = None,
+    limits: MotionLimits | None = None,
+    dwell: Any = None,
+    sample_time: float = 0.002,
+) -> Motion:
+    """The motion through the points, at rest in each, all joints in step.
+
+    A move needs a duration or limits. With both, the fastest law within the limits is slowed to the duration. A move
+    of zero length by limits takes no time; by duration it is a wait.
+
+    Args:
+        name: What to call it.
+        joint_names: (n,).
+        points: Positions [rad or m], (k, n).
+        profile: Such as ``Quintic()``, ``Trapezoid()`` or ``SCurve()``.
+        durations: Of each move [s], (k - 1,).
+        limits: Of each joint.
+        dwell: Wait in each point after reaching it [s], (k,).
+        sample_time: Largest distance between samples [s].
+
+    Returns:
+        The motion, from time 0.
+
+    Raises:
+        InputError: Shapes, negative or missing times, limits that are not positive, or a move that its duration is
+            too short for; all of them listed.
+    """
+    place = f"motion {name}"
+    points = checked_array(points, (None, len(joint_names)), f"{place}: points")
+    if len(points) == 0:
+        raise InputError(Fault(place, "needs at least one point"))
+    waits = np.zeros(len(points)) if dwell is None else checked_array(dwell, (len(points),), f"{place}: dwell")
+    times = None if durations is None else checked_array(durations, (len(points) - 1,), f"{place}: durations")
+    bounds = None if limits is None else _bounds(limits, len(joint_names), place)
+    _check_times(times, waits, sample_time, place)
+    blocks, faults = [_rest(points[0], 0.0, float(waits[0]))], []
+    for index, (start, end) in enumerate(itertools.pairwise(points)):
+        duration = None if times is None else float(times[index])
+        try:
+            block = _move(start, end, _law(np.abs(end - start), profile, duration, bounds), duration, sample_time)
+        except InputError as error:
+            here = f"{place}: point {index + 1} to point {index + 2}"
+            faults += [Fault(here, fault.problem, fault.value, fault.hint) for fault in error.faults]
+            continue
+        blocks += [block, _rest(end, 0.0, float(waits[index + 1]))]
+    if faults:
+        raise InputError(faults)
+    return _joined(name, joint_names, blocks, f"{len(points)} waypoints, {type(profile).__name__} profile")
+
+
+def _bounds(limits: MotionLimits, n: int, place: str) -> Array:
+    """Speed, acceleration and jerk limits of every joint, (3, n)."""
+    rows, faults = np.empty((3, n)), []
+    for row, what in zip(rows, ("speed", "acceleration", "jerk"), strict=True):
+        value = np.asarray(getattr(limits, what), dtype=np.float64)
+        if value.shape not in ((), (n,)) or not (value > 0.0).all():
+            faults.append(Fault(f"{place}: {what} limit", f"must be above zero, one number or {n}", value.tolist()))
+        else:
+            row[:] = value
+    if faults:
+        raise InputError(faults)
+    return rows
+
+
+def _check_times(times: Array | None, waits: Array, sample_time: float, place: str) -> None:
+    faults = [Fault(f"{place}: dwell[{i}]", "must not be negative", float(waits[i])) for i in np.flatnonzero(waits < 0)]
+    if times is not None:
+        negative = np.flatnonzero(times < 0)
+        faults += [Fault(f"{place}: durations[{i}]", "must not be negative", float(times[i])) for i in negative]
+    if not (math.isfinite(sample_time) and sample_time > 0.0):
+        faults.append(Fault(f"{place}: sample time", "must be above zero [s]", sample_time))
+    if faults:
+        raise InputError(faults)
+
+
+def _law(distance: Array, profile: Profile, duration: float | None, bounds: Array | None) -> Law | None:
+    """The law of one move; None when there is nothing to move."""
+    moving = distance > STANDING
+    if not moving.any():
+        return None
+    if duration == 0.0:
+        raise InputError(Fault("", "moves in zero time: an impulse, which no drive can give", duration))
+    if bounds is None:
+        if duration is None:
+            raise InputError(Fault("", "needs a duration, or limits of speed and acceleration"))
+        return profile.over(duration)
+    quickest = profile.fastest(PathLimits(*(float(v) for v in (bounds[:, moving] / distance[moving]).min(axis=1))))
+    if duration is None:
+        return quickest
+    if duration < quickest.duration * TOO_SHORT:
+        least = f"within the limits it takes at least {quickest.duration:.4g} s"
+        raise InputError(Fault("", f"the duration is too short: {least}", duration))
+    return quickest.stretched(duration)
+
+
+def _move(start: Array, end: Array, law: Law | None, duration: float | None, sample_time: float) -> Array:
+    """Samples of one move: time, then position, velocity and acceleration of every joint, (N, 1 + 3 n)."""
+    if law is None:
+        return _rest(end, 0.0, duration or 0.0)
+    time, along, rate, second = law.sampled(sample_time).T[:, :, np.newaxis]
+    step = end - start
+    position = start + along * step
+    position[-1] = end
+    return np.hstack([time, position, rate * step, second * step])
+
+
+def _rest(point: Array, start: float, length: float) -> Array:
+    """Standing still, like _move."""
+    times = np.array([[start], [start + length]]) if length > 0.0 else np.array([[start]])
+    return np.hstack([times, np.tile(point, (len(times), 1)), np.zeros((len(times), 2 * point.size))])
+
+
+def _joined(name: str, joint_names: tuple[str, ...], blocks: list[Array], how: str) -> Motion:
+    """One run of samples; instants at which nothing changes are kept once, steps of acceleration twice."""
+    begin = 0.0
+    for block in blocks:
+        block[:, 0] += begin
+        begin = block[-1, 0]
+    samples = np.concatenate(blocks)
+    if begin <= 0.0:
+        raise InputError(Fault(f"motion {name}", "takes no time: no two points differ, and there is no dwell"))
+    # A standstill of no length between two moves is no sample of its own, nor is a repeated one.
+    lone = [len(block) == 1 for block in blocks]
+    keep = np.concatenate([np.full(len(block), not single) for block, single in zip(blocks, lone, strict=True)])
+    samples = samples[keep]
+    samples = samples[np.r_[True, np.any(samples[1:] != samples[:-1], axis=1)]]
+    n = len(joint_names)
+    time, position, velocity, acceleration = np.split(samples, [1, 1 + n, 1 + 2 * n], axis=1)
+    notes = (f"{name}: {how}, {begin:.4g} s",)
+    return Motion(name, joint_names, time[:, 0], position, velocity, acceleration, notes)
