@@ -11,7 +11,6 @@ UNIT_SLIPS = (
     (60.0 / (2.0 * math.pi), "rpm against rad/s"),
     (1e3, "a prefix, such as m or k"),
     (1e6, "a prefix, such as u or M"),
-    (1e-4 / 1e-7, "g cm^2 against kg m^2 with a slipped power of ten"),
     (10.0, "a power of ten, such as N cm against mN m"),
     (9.80665, "kgf against N"),
     (2.0, "phase against line-to-line"),

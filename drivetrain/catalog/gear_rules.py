@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
+from itertools import pairwise
 
 from drivetrain.catalog.findings import LIMIT, Finding, error, slip, warning
 from drivetrain.catalog.table import Cell, Row
@@ -44,7 +45,7 @@ def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
 
 def _torque_order(values: Values) -> Iterator[Finding]:
     present = [name for name in TORQUES if name in values]
-    for smaller, larger in zip(present, present[1:], strict=False):
+    for smaller, larger in pairwise(present):
         if values[smaller] > values[larger] * (1.0 + ROUNDING):
             words = f"is larger than the {larger.replace('_', ' ')}"
             hint = slip(values[smaller] / values[larger])

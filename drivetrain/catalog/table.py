@@ -171,7 +171,7 @@ def read_table(path: Path, columns: Sequence[Column]) -> Table:
         texts = [cells[header.position].strip() if header.position < len(cells) else "" for _, cells in body]
         parsed[header.column.name] = _read_column(header, [line for line, _ in body], texts, faults)
     rows = tuple(Row(line, {name: parsed[name][i] for name in parsed}) for i, (line, _) in enumerate(body))
-    faults += _duplicate_keys(rows)
+    faults += _key_faults(rows)
     names = {header.column.name: header.text for header in headers}
     units = {header.column.name: header.unit for header in headers if header.column.content == NUMBER}
     return Table(path, names, units, rows, tuple(sorted(faults, key=lambda fault: fault.line)))
@@ -315,14 +315,16 @@ def _number_hint(text: str) -> str:
     return "a unit stands in the header, not in the cell" if text[:1].isdigit() else ""
 
 
-def _duplicate_keys(rows: Iterable[Row]) -> list[CellFault]:
-    """Rows whose key an earlier row has."""
+def _key_faults(rows: Iterable[Row]) -> list[CellFault]:
+    """Keys that an earlier row has, and keys that a list of pairs could not name."""
     first: dict[str, int] = {}
     faults: list[CellFault] = []
     for row in rows:
         key = row.text("key")
         if key and first.setdefault(key, row.line) != row.line:
             faults.append(CellFault(row.line, "key", f"the same key stands in row {first[key]}", key))
+        if len(key.split()) > 1:
+            faults.append(CellFault(row.line, "key", "must not hold spaces", key, "write _ instead"))
     return faults
 
 

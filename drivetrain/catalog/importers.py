@@ -1,0 +1,299 @@
+"""Catalogues in other people's column formats, written as folders of this one.
+
+An import maps columns and units; it judges nothing (that is the lint's work), but it refuses a motor whose current
+convention nobody states.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from drivetrain.catalog.findings import Severity
+from drivetrain.catalog.formats import MGDB, TABLE, Format, translate
+from drivetrain.catalog.lint import lint
+from drivetrain.catalog.schema import (
+    CURRENT_BASES,
+    GEARS,
+    MOTORS,
+    NUMBER,
+    PAIRS,
+    TABLES,
+    WINDING_BASES,
+    Column,
+)
+from drivetrain.errors import Fault, InputError, nearest
+
+Record = dict[str, str]
+Basis = str | Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import wrote and what it left out.
+
+    Attributes:
+        folder: Where the tables stand.
+        motors, gears: Rows written.
+        pairs: Motor-gear pairs written.
+        dropped_pairs: Pairs left out because one of the two was not written.
+        refused: Every row left out, with its file, row and reason.
+    """
+
+    folder: Path
+    motors: int
+    gears: int
+    pairs: int
+    dropped_pairs: int
+    refused: tuple[Fault, ...]
+
+
+@dataclass(frozen=True)
+class _Contents:
+    """The rows of a folder to be written."""
+
+    motors: tuple[Record, ...]
+    gears: tuple[Record, ...]
+    pairs: Mapping[str, Sequence[str]]
+    pair_source: str
+    dropped_pairs: int = 0
+
+
+def import_mgdb(
+    folder: str | Path, out: str | Path, *, basis: Basis = "", keep_faulty: bool = True, overwrite: bool = False
+) -> Imported:
+    """A catalogue folder from the files of the Motor-Gearbox Database.
+
+    Args:
+        folder: With ``*_motors.csv``, ``*_gearboxes.csv`` and ``*_compatibility.csv``, at any depth.
+        out: Folder to write; made if missing.
+        basis: What the source's amperes are, for all its brushless motors or by maker or key: ``dc``, or rms or peak
+            with the winding basis after a slash, such as ``rms/phase``. Rows without one are refused.
+        keep_faulty: Whether rows that the lint calls an error are written as well, for the lint to show them.
+        overwrite: Whether tables already there are replaced.
+
+    Returns:
+        What was written and what was refused.
+
+    Raises:
+        InputError: Nothing to read, unreadable files, an unknown basis, or tables already there.
+    """
+    return _import(MGDB, Path(folder), Path(out), basis, keep_faulty, overwrite)
+
+
+def import_table(
+    folder: str | Path, out: str | Path, *, basis: Basis = "", keep_faulty: bool = True, overwrite: bool = False
+) -> Imported:
+    """A catalogue folder from SI tables with the unit as a suffix of each column (``R_ohm``, ``kt_Nm_A``).
+
+    Args:
+        folder: With ``motors.csv``, ``gears.csv`` and ``compat.csv``, or some of them.
+        out: Folder to write; made if missing.
+        basis: What the source's amperes are, for all its brushless motors or by maker or key: ``dc``, or rms or peak
+            with the winding basis after a slash, such as ``rms/phase``. Rows without one are refused, unless the
+            table itself says so.
+        keep_faulty: Whether rows that the lint calls an error are written as well, for the lint to show them.
+        overwrite: Whether tables already there are replaced.
+
+    Returns:
+        What was written and what was refused.
+
+    Raises:
+        InputError: Nothing to read, unreadable files, an unknown basis, or tables already there.
+    """
+    return _import(TABLE, Path(folder), Path(out), basis, keep_faulty, overwrite)
+
+
+def _import(form: Format, folder: Path, out: Path, basis: Basis, keep_faulty: bool, overwrite: bool) -> Imported:
+    _refuse_existing(out, overwrite)
+    bases = _read_basis(basis)
+    refused: list[Fault] = []
+    contents = _pruned(_read(form, folder, bases, refused))
+    if not keep_faulty:
+        contents = _pruned(_without_faulty(contents, refused))
+    _write_folder(out, contents)
+    count = sum(len(gears) for gears in contents.pairs.values())
+    return Imported(out, len(contents.motors), len(contents.gears), count, contents.dropped_pairs, tuple(refused))
+
+
+# ---------------------------------------------------------------- in
+
+
+def _refuse_existing(out: Path, overwrite: bool) -> None:
+    present = [name for name in TABLES if (out / name).exists()]
+    if present and not overwrite:
+        raise InputError(
+            Fault(str(out), "already holds " + ", ".join(present), hint="choose another folder or overwrite")
+        )
+
+
+def _read_basis(basis: Basis) -> dict[str, tuple[str, str]]:
+    """Current and winding basis by maker or key in lower case; the empty name is for all."""
+    given = {"": basis} if isinstance(basis, str) else basis
+    bases: dict[str, tuple[str, str]] = {}
+    faults: list[Fault] = []
+    for name, text in given.items():
+        current, _, winding = text.partition("/")
+        winding = winding or ("line_line" if current == "dc" else "")
+        place = f"basis of {name}" if name else "basis"
+        if not text and not name:
+            continue
+        if current not in CURRENT_BASES:
+            faults.append(Fault(place, "must be dc, rms or peak", text, nearest(current, CURRENT_BASES)))
+        elif winding not in WINDING_BASES:
+            example = f"write {current}/line_line or {current}/phase"
+            faults.append(Fault(place, "must say what resistance is measured between", text, example))
+        else:
+            bases[name.casefold()] = (current, winding)
+    if faults:
+        raise InputError(faults)
+    return bases
+
+
+def _read(form: Format, folder: Path, bases: Mapping[str, tuple[str, str]], refused: list[Fault]) -> _Contents:
+    """The rows of all files of the folder; adds to the refused ones."""
+    files = {name: sorted(folder.rglob(pattern)) for name, pattern in form.files.items()}
+    if not any(files.values()):
+        wanted = ", ".join(form.files.values())
+        raise InputError(Fault(str(folder), "holds none of the files of this format", hint=f"it should hold {wanted}"))
+    motors: list[Record] = []
+    for path in files[MOTORS]:
+        for line, record in _records(path):
+            motor = translate(form, MOTORS, record, path.name)
+            if _with_basis(motor, record, form, bases):
+                motors.append(motor)
+            else:
+                refused.append(_no_basis(path, line, motor))
+    gears = [translate(form, GEARS, record, path.name) for path in files[GEARS] for _, record in _records(path)]
+    pairs: dict[str, list[str]] = {}
+    for path in files[PAIRS]:
+        for motor_key, gear_keys in form.read_pairs(_rows(path)):
+            pairs.setdefault(motor_key, []).extend(gear_keys)
+    return _Contents(tuple(motors), tuple(gears), pairs, ", ".join(path.name for path in files[PAIRS]))
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Every record with the line it ends on."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(Fault("file", f"cannot be read as UTF-8 text: {error}", file=str(path))) from None
+    reader = csv.reader(io.StringIO(text, newline=""))
+    return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+
+
+def _records(path: Path) -> list[tuple[int, Record]]:
+    """Every row below the header as cells by column name."""
+    rows = _rows(path)
+    header = [name.strip() for name in rows[0][1]] if rows else []
+    return [(line, {n: c.strip() for n, c in zip(header, cells, strict=False)}) for line, cells in rows[1:]]
+
+
+def _with_basis(motor: Record, record: Record, form: Format, bases: Mapping[str, tuple[str, str]]) -> bool:
+    """Fills in the two conventions; False when nobody states them."""
+    stated = form.stated_basis(record)
+    for name in (motor["key"], motor["maker"], ""):
+        found = bases.get(name.casefold())
+        if found:
+            motor["current_basis"], motor["winding_basis"] = found
+            motor["basis_evidence"] = "stated by the user on import"
+            return True
+    if stated:
+        motor["current_basis"], motor["winding_basis"], motor["basis_evidence"] = "dc", "line_line", stated
+    return bool(stated)
+
+
+def _no_basis(path: Path, line: int, motor: Record) -> Fault:
+    problem = f"motor {motor['key']} refused: the source does not say what its ampere is"
+    hint = f"state it: basis for {motor['maker'] or motor['key']} is dc, rms/line_line, rms/phase, peak/..."
+    return Fault(f"row {line}", problem, hint=hint, file=str(path))
+
+
+# ---------------------------------------------------------------- sifting
+
+
+def _pruned(contents: _Contents) -> _Contents:
+    """The contents with only those pairs of which both parts are there; patterns such as ``FH_32A_R*`` spelled out."""
+    motors = {motor["key"] for motor in contents.motors}
+    gears = [gear["key"] for gear in contents.gears]
+    known = set(gears)
+    expanded: dict[str, list[str]] = {}
+    kept: dict[str, Sequence[str]] = {}
+    dropped = contents.dropped_pairs
+    for motor, listed in contents.pairs.items():
+        matches: dict[str, None] = {}
+        for pattern in listed:
+            if "*" in pattern and pattern not in expanded:
+                expanded[pattern] = [gear for gear in gears if fnmatchcase(gear, pattern)]
+            matches.update(dict.fromkeys(expanded.get(pattern, [pattern])))
+        present = [gear for gear in matches if gear in known] if motor in motors else []
+        dropped += len(matches) - len(present)
+        if present:
+            kept[motor] = present
+    return replace(contents, pairs=kept, dropped_pairs=dropped)
+
+
+def _without_faulty(contents: _Contents, refused: list[Fault]) -> _Contents:
+    """The contents without the rows that the lint calls an error; adds to the refused ones."""
+    with TemporaryDirectory() as folder:
+        _write_folder(Path(folder), contents)
+        faults = [fault for fault in lint(folder) if fault.severity is Severity.ERROR]
+    bad: dict[str, set[int]] = {MOTORS: set(), GEARS: set()}
+    for fault in faults:
+        name = Path(fault.file).name
+        bad.get(name, set()).add(fault.row)
+        refused.append(Fault(f"{name}: {fault.key}, {fault.column}", f"refused: {fault.problem}", fault.printed))
+    motors = tuple(row for line, row in enumerate(contents.motors, 2) if line not in bad[MOTORS])
+    gears = tuple(row for line, row in enumerate(contents.gears, 2) if line not in bad[GEARS])
+    return replace(contents, motors=motors, gears=gears)
+
+
+# ---------------------------------------------------------------- out
+
+
+def _write_folder(out: Path, contents: _Contents) -> None:
+    """All tables, each written beside its place and then renamed, so that none is ever half there."""
+    pairs = [
+        {"motor_key": motor, "gear_keys": " ".join(gears), "source": contents.pair_source}
+        for motor, gears in contents.pairs.items()
+    ]
+    out.mkdir(parents=True, exist_ok=True)
+    tables = {MOTORS: contents.motors, GEARS: contents.gears, PAIRS: pairs}
+    beside = {name: out / f".{name}.part" for name in tables}
+    try:
+        for name, records in tables.items():
+            beside[name].write_text(table_text(records, TABLES[name]), encoding="utf-8", newline="")
+        for name, part in beside.items():
+            part.replace(out / name)
+    finally:
+        for part in beside.values():
+            part.unlink(missing_ok=True)
+
+
+def table_text(records: Iterable[Mapping[str, str]], columns: Sequence[Column]) -> str:
+    """A table as CSV text, with the SI unit of each number in the header.
+
+    Args:
+        records: Cells by column name; columns missing from a record are empty.
+        columns: Of the table.
+
+    Returns:
+        Only those columns that hold something or are needed.
+    """
+    rows = list(records)
+    used = [column for column in columns if column.needed or any(row.get(column.name) for row in rows)]
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow([_header(column) for column in used])
+    writer.writerows([[row.get(column.name, "") for column in used] for row in rows])
+    return stream.getvalue()
+
+
+def _header(column: Column) -> str:
+    physical = column.content == NUMBER and column.unit not in ("", "1")
+    return f"{column.name} [{column.unit}]" if physical else column.name
