@@ -1,0 +1,87 @@
+"""Poses against scipy's matrix exponential and against themselves backwards."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from drivetrain.spatial.poses import (
+    adjoint,
+    axis_point,
+    exp_pose,
+    inverse_pose,
+    log_pose,
+    pose,
+    pose_from_xyz_rpy,
+)
+from drivetrain.spatial.rotations import exp_rotation, skew, unit
+
+ANGLES = [0.0, 1e-200, 1e-12, 1e-8, 1e-4, 9.99e-3, 1.001e-2, 0.3, 2.0, np.pi - 1e-6, np.pi - 1e-9]
+
+
+def hat(twist: np.ndarray) -> np.ndarray:
+    result = np.zeros((4, 4))
+    result[:3, :3], result[:3, 3] = skew(twist[:3]), twist[3:]
+    return result
+
+
+def random_pose(rng: np.random.Generator) -> np.ndarray:
+    return pose(exp_rotation(rng.normal(size=3)), rng.normal(size=3))
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_exp_is_the_matrix_exponential(angle: float) -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(10):
+        twist = np.concatenate([angle * unit(rng.normal(size=3)), rng.normal(size=3)])
+        # scipy's Pade approximation is good to some 1e-15 of the norm
+        assert exp_pose(twist) == pytest.approx(expm(hat(twist)), abs=1e-14)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_log_undoes_exp(angle: float) -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(10):
+        twist = np.concatenate([angle * unit(rng.normal(size=3)), rng.normal(size=3)])
+        assert log_pose(exp_pose(twist)) == pytest.approx(twist, abs=2e-14)
+
+
+@pytest.mark.parametrize("angle", [1e-12, 1e-5, 9.9e-3, 1.01e-2, 1.0, 3.0])
+def test_translation_against_fifty_digits(angle: float) -> None:
+    """The shift is the integral of the rotation, whichever branch computes it."""
+    axis, linear = unit([1.0, -2.0, 0.5]), np.array([0.3, 0.7, -0.2])
+    with mpmath.workdps(50):
+        x = mpmath.mpf(angle)
+        b, c = (1 - mpmath.cos(x)) / x, (x - mpmath.sin(x)) / x
+        wanted = linear + float(b) * np.cross(axis, linear) + float(c) * np.cross(axis, np.cross(axis, linear))
+    assert exp_pose(np.concatenate([angle * axis, linear]))[:3, 3] == pytest.approx(wanted, abs=4e-16)
+
+
+def test_inverse_and_adjoint_follow_the_chain() -> None:
+    rng = np.random.default_rng(7)
+    a_b, b_c = random_pose(rng), random_pose(rng)
+    assert inverse_pose(a_b) @ a_b == pytest.approx(np.eye(4), abs=1e-15)
+    assert adjoint(a_b @ b_c) == pytest.approx(adjoint(a_b) @ adjoint(b_c), abs=1e-14)
+    assert adjoint(inverse_pose(a_b)) == pytest.approx(np.linalg.inv(adjoint(a_b)), abs=1e-13)
+
+
+def test_adjoint_is_conjugation_of_the_twist_matrix() -> None:
+    rng = np.random.default_rng(8)
+    a_b, twist = random_pose(rng), rng.normal(size=6)
+    assert hat(adjoint(a_b) @ twist) == pytest.approx(a_b @ hat(twist) @ inverse_pose(a_b), abs=1e-14)
+
+
+def test_pose_from_xyz_rpy_turns_about_fixed_axes() -> None:
+    found = pose_from_xyz_rpy([1, 2, 3], [0.0, 0.0, np.pi / 2])
+    assert found @ [1, 0, 0, 1] == pytest.approx([1, 3, 3, 1])
+
+
+def test_axis_point_is_on_the_axis_and_nearest() -> None:
+    rng = np.random.default_rng(9)
+    axis, point, near = unit(rng.normal(size=3)), rng.normal(size=3), rng.normal(size=3)
+    screw = np.concatenate([axis, np.cross(point, axis) + 0.3 * axis])  # the pitch does not move the line
+    found = axis_point(screw, near)
+    assert np.cross(found - point, axis) == pytest.approx(np.zeros(3), abs=1e-15)
+    assert (found - near) @ axis == pytest.approx(0.0, abs=1e-15)

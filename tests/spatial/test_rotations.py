@@ -1,0 +1,124 @@
+"""Exponential and logarithm against 50-digit arithmetic and scipy, from the smallest angle to half a turn."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from drivetrain.spatial.rotations import (
+    exp_rotation,
+    frame_along,
+    is_rotation,
+    log_rotation,
+    nearest_rotation,
+    quaternion,
+    rotation_from_rpy,
+    rpy_from_rotation,
+    skew,
+    unit,
+)
+
+NEAR_PI = [np.pi - gap for gap in (1e-3, 1e-6, 1e-8, 1e-10, 1e-12, 4.5e-16)]
+ANGLES = [0.0, 1e-300, 1e-18, 1e-12, 1e-9, 1e-6, 9.999e-3, 1.0001e-2, 0.5, 1.0, np.pi / 2, 2.0, 3.0, *NEAR_PI]
+ROUNDING = 9e-16  # four units in the last place of 1; textbook formulas are off by up to 1e-4 here
+
+
+def axes() -> list[np.ndarray]:
+    rng = np.random.default_rng(24)
+    fixed = [np.eye(3)[i] * s for i in range(3) for s in (1.0, -1.0)]
+    return [*fixed, *(unit(v) for v in rng.normal(size=(20, 3)))]
+
+
+def exact_exp(vector: np.ndarray) -> np.ndarray:
+    with mpmath.workdps(60):
+        x, y, z = (mpmath.mpf(float(v)) for v in vector)
+        turn = mpmath.matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        angle = mpmath.sqrt(x * x + y * y + z * z)
+        if angle == 0:
+            return np.eye(3)
+        a = mpmath.sin(angle) / angle
+        b = (1 - mpmath.cos(angle)) / angle**2 if angle > mpmath.mpf("1e-20") else mpmath.mpf(1) / 2
+        return np.array((mpmath.eye(3) + a * turn + b * (turn * turn)).tolist(), dtype=float)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_exp_is_exact_to_rounding(angle: float) -> None:
+    for axis in axes():
+        assert np.abs(exp_rotation(angle * axis) - exact_exp(angle * axis)).max() <= ROUNDING
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_log_undoes_exp_at_every_angle(angle: float) -> None:
+    for axis in axes():
+        vector = angle * axis
+        found = log_rotation(exact_exp(vector))
+        # Half a turn to rounding has two right answers.
+        error = min(np.abs(found - vector).max(), np.abs(found + vector).max() if angle > 3.1415926535 else np.inf)
+        # The matrix itself is rounded: an angle near pi moves by a few units in its last place.
+        assert error <= (2e-15 if angle > 1.0 else ROUNDING * max(1.0, angle)), (angle, axis, found)
+
+
+@pytest.mark.parametrize("angle", [1e-300, 1e-150, 1e-12, 1e-7])
+def test_log_keeps_relative_digits_of_small_angles(angle: float) -> None:
+    for axis in axes():
+        assert log_rotation(exp_rotation(angle * axis)) == pytest.approx(angle * axis, rel=1e-15, abs=1e-16 * angle)
+
+
+def test_log_picks_one_sign_at_half_a_turn() -> None:
+    assert log_rotation(np.diag([-1.0, -1.0, 1.0])) == pytest.approx([0, 0, np.pi])
+    assert log_rotation(np.diag([1.0, -1.0, -1.0])) == pytest.approx([np.pi, 0, 0])
+
+
+def test_agrees_with_scipy_on_random_rotations() -> None:
+    rng = np.random.default_rng(1)
+    for rotation in Rotation.random(200, random_state=rng):
+        matrix = rotation.as_matrix()
+        assert log_rotation(matrix) == pytest.approx(rotation.as_rotvec(), abs=5e-15)
+        real, imaginary = quaternion(matrix)
+        wanted = rotation.as_quat(canonical=True)
+        assert np.append(imaginary, real) == pytest.approx(wanted, abs=1e-15)
+
+
+def test_roll_pitch_yaw_both_ways() -> None:
+    rng = np.random.default_rng(2)
+    for rpy in rng.uniform([-3.1, -1.5, -3.1], [3.1, 1.5, 3.1], size=(100, 3)):
+        matrix = rotation_from_rpy(rpy)
+        # Fixed axes x, y, z: lower case in scipy.
+        assert matrix == pytest.approx(Rotation.from_euler("xyz", rpy).as_matrix(), abs=1e-15)
+        assert rpy_from_rotation(matrix) == pytest.approx(rpy, abs=1e-14)
+
+
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2])
+def test_roll_pitch_yaw_at_gimbal_lock_gives_the_same_rotation(pitch: float) -> None:
+    matrix = rotation_from_rpy([0.3, pitch, -0.8])
+    found = rpy_from_rotation(matrix)
+    assert found[2] == 0.0
+    assert rotation_from_rpy(found) == pytest.approx(matrix, abs=2e-16)
+
+
+def test_skew_takes_the_cross_product() -> None:
+    rng = np.random.default_rng(3)
+    a, b = rng.normal(size=(2, 3))
+    assert skew(a) @ b == pytest.approx(np.cross(a, b), abs=1e-16)
+
+
+def test_frame_along_puts_z_on_the_axis_by_the_shortest_way() -> None:
+    for axis in [*axes(), unit([1e-9, 0, -1]), unit([1e-9, 2e-9, 1])]:
+        frame = frame_along(axis)
+        assert frame[:, 2] == pytest.approx(axis, abs=1e-16)
+        assert is_rotation(frame, 1e-15)
+        turned = np.arccos(np.clip((np.trace(frame) - 1) / 2, -1, 1))
+        assert turned == pytest.approx(np.arccos(np.clip(axis[2], -1, 1)), abs=3e-8)  # arccos near 1 loses half the digits
+    assert np.array_equal(frame_along([0, 0, 1.0]), np.eye(3))
+    assert np.array_equal(frame_along([0, 0, -1.0]), np.diag([1.0, -1.0, -1.0]))
+
+
+def test_nearest_rotation_mends_rounding_and_refuses_nothing() -> None:
+    rng = np.random.default_rng(4)
+    exact = exp_rotation(rng.normal(size=3))
+    assert np.abs(nearest_rotation(exact + 1e-7 * rng.normal(size=(3, 3))) - exact).max() < 1e-6
+    assert is_rotation(nearest_rotation(np.diag([1.0, 1.0, -1.0])), 1e-15)
+    assert not is_rotation(np.diag([1.0, 1.0, -1.0]))
+    assert not is_rotation(1.001 * np.eye(3))
