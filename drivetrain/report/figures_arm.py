@@ -49,7 +49,7 @@ def margin_bars(evaluation: Evaluation, *, reserve: float, name: str = "margins"
         axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f}")
         axes.set_xlabel("utilisation [% of the limit]")
         _joint_legend(figure, axes, evaluation)
-        return svg_text(figure, name, "utilisation of every check of every joint, the tightest first")
+        return svg_text(figure, "utilisation of every check of every joint, the tightest first")
 
 
 def _by_check(evaluation: Evaluation) -> dict[str, list[tuple[int, float]]]:
@@ -127,7 +127,7 @@ def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
         axes.set_xlabel("time in the cycle [s]")
         axes.set_ylabel(f"power of all joints [{printed_unit(unit)}]")
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=4)
-        return svg_text(figure, name, "electrical power of all joints together over time")
+        return svg_text(figure, "electrical power of all joints together over time")
 
 
 def temperatures(evaluation: Evaluation, *, name: str = "temperatures") -> str:
@@ -164,7 +164,7 @@ def temperatures(evaluation: Evaluation, *, name: str = "temperatures") -> str:
             axes.plot([], [], color=MUTED, linestyle=":", label="ambient")[0],
         ]
         figure.legend(handles=marks, loc="outside upper center", ncols=4)
-        return svg_text(figure, name, "winding and housing temperature of every joint against the limit")
+        return svg_text(figure, "winding and housing temperature of every joint against the limit")
 
 
 def _thermometer(axes: object, row: int, joint: object, ambient: float) -> None:

@@ -65,7 +65,7 @@ def gear_plane(joint: JointResult, *, name: str = "gear") -> str:
     if not torques and not speeds:
         return ""
     with house_style(name):
-        figure = Figure(figsize=(6.2, 4.7))
+        figure = Figure(figsize=(6.2, 5.4))
         axes = figure.subplots()
         torque, torque_unit = scaled(np.abs(series.gear_torque), "N m")
         speed = convert(np.abs(series.motor_speed), "rad/s", "rpm")
@@ -84,7 +84,7 @@ def gear_plane(joint: JointResult, *, name: str = "gear") -> str:
         bar.outline.set_visible(False)  # type: ignore[operator]
         axes.set_xlabel("gear input speed, magnitude [rpm]")
         axes.set_ylabel(f"gear output torque, magnitude [{printed_unit(torque_unit)}]")
-        return svg_text(figure, name, f"{joint.name}: output torque against input speed of gear {joint.gear}")
+        return svg_text(figure, f"{joint.name}: output torque against input speed of gear {joint.gear}")
 
 
 def _edge(largest: float, limits: list[float]) -> float:

@@ -50,7 +50,7 @@ def candidates(selection: Selection, *, name: str = "candidates") -> str:
             if i + columns >= len(joints):
                 grid.flat[i].set_xlabel(objective_label(selection.study.objective))
         _legend(figure, grid.flat[0], colours)
-        return svg_text(figure, name, "candidates by their share of the objective and their worst utilisation")
+        return svg_text(figure, "candidates by their share of the objective and their worst utilisation")
 
 
 def objective_label(objective: str) -> str:

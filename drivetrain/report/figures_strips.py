@@ -82,7 +82,7 @@ def motion_strips(joint: JointResult, cycle: Cycle, *, prismatic: bool = False, 
         )
         _strip(rows[3], series.time, "motor torque", "N m", parts)
         _finish(figure, rows, cycle, joint)
-        return svg_text(figure, name, f"{joint.name}: position, speed, gear torque and motor torque over time")
+        return svg_text(figure, f"{joint.name}: position, speed, gear torque and motor torque over time")
 
 
 def electrical_strips(joint: JointResult, cycle: Cycle, *, limits: ElectricalLimits, name: str = "electrical") -> str:
@@ -111,7 +111,7 @@ def electrical_strips(joint: JointResult, cycle: Cycle, *, limits: ElectricalLim
         _strip(rows[2], series.time, "power", "W", power)
         _temperatures(rows[3], joint)
         _finish(figure, rows, cycle, joint)
-        return svg_text(figure, name, f"{joint.name}: current, voltage, power and temperature over time")
+        return svg_text(figure, f"{joint.name}: current, voltage, power and temperature over time")
 
 
 @dataclass(frozen=True)

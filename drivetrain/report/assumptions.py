@@ -1,0 +1,197 @@
+"""What a report rests on, told before any picture: task, surroundings, factors, efficiencies, doubts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from drivetrain.drive.friction import Friction
+from drivetrain.report.quantities import number, with_unit
+from drivetrain.report.words import DRIVE_MASS, safety_lines
+from drivetrain.sizing.results import Evaluation
+from drivetrain.study.study import GearAssumption, JointTask, MotorAssumption, Study
+
+_UNKNOWN = "not stated"
+
+
+@dataclass(frozen=True)
+class Group:
+    """Assumptions of one kind.
+
+    Attributes:
+        title: What they are about.
+        lines: (name, value) pairs.
+        notes: Sentences.
+    """
+
+    title: str
+    lines: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...] = ()
+
+
+def assumption_groups(evaluation: Evaluation) -> list[Group]:
+    """Everything the numbers rest on.
+
+    Args:
+        evaluation: What was found.
+
+    Returns:
+        Groups in the order in which a reader asks for them; empty ones left out.
+    """
+    study = evaluation.study
+    groups = [
+        _task(study),
+        _surroundings(study),
+        Group("Safety factors and reserves", tuple(safety_lines(study))),
+        _heat(evaluation),
+        _silent_sheets(study),
+        _standstill(evaluation),
+        _friction(study),
+        Group("Doubts raised while reading", (), _unique([*study.notes, *study.catalog.notes])),
+    ]
+    return [group for group in groups if group.lines or group.notes]
+
+
+def _unique(notes: list[str]) -> tuple[str, ...]:
+    """Each note once, in order."""
+    return tuple(dict.fromkeys(notes))
+
+
+def _task(study: Study) -> Group:
+    """The arm and the cycle."""
+    cycle = study.cycle
+    lines = []
+    if study.arm is None:
+        lines.append(("arm", "none: torques are given as a table"))
+    else:
+        gravity = ", ".join(f"{value:g}" for value in study.arm.gravity)
+        lines.append(("arm", f"{study.arm.name}, {study.arm.n} joints"))
+        lines.append(("gravity in the base frame", f"({gravity}) m/s²"))
+    lines.append(("cycle", f"{number(cycle.duration)} s, {len(cycle.time)} samples, repeated for ever"))
+    lines.append(("segments", ", ".join(cycle.segment_names)))
+    lines += [("payload", f"{body.name}, {with_unit(body.mass, 'kg')}") for body in study.payloads]
+    notes = () if study.drive_mass is None else (DRIVE_MASS[study.drive_mass],)
+    return Group("Task", tuple(lines), (*notes, *_unique([*cycle.notes])))
+
+
+def _surroundings(study: Study) -> Group:
+    """Air, supply and amplifiers."""
+    supply = study.supply
+    lines = [
+        ("ambient", f"{study.ambient:g} °C"),
+        ("supply", with_unit(supply.voltage, "V")),
+        ("supply peak power", _limit(supply.peak_power, "W")),
+        ("supply mean power", _limit(supply.mean_power, "W")),
+        ("power it takes back", _limit(supply.regenerated_power, "W")),
+    ]
+    lines += _amplifiers(study.joints)
+    note = "Currents are those of the equivalent DC machine between two terminals, unless a column says otherwise."
+    return Group("Surroundings", tuple(lines), (note,))
+
+
+def _limit(value: float | None, unit: str) -> str:
+    """A limit or that there is none."""
+    return _UNKNOWN if value is None else with_unit(value, unit)
+
+
+def _amplifiers(joints: tuple[JointTask, ...]) -> list[tuple[str, str]]:
+    """Joints with the same amplifier in one line."""
+    groups: dict[object, list[str]] = {}
+    for task in joints:
+        groups.setdefault(task.amplifier, []).append(task.name)
+    lines = []
+    for task in joints:
+        names = groups.pop(task.amplifier, None)
+        if names is None:
+            continue
+        amplifier = task.amplifier
+        where = "all joints" if len(names) == len(joints) else ", ".join(names)
+        lines.append((
+            f"amplifier, {where}",
+            f"peak {_limit(amplifier.peak_current, 'A')}, continuous {_limit(amplifier.continuous_current, 'A')}, "
+            f"{100 * amplifier.modulation:g} % of the supply voltage reaches the motor",
+        ))  # fmt: skip
+    return lines
+
+
+def _heat(evaluation: Evaluation) -> Group:
+    """Reference temperatures of the sheets, and mountings that replace them."""
+    motors = [joint.drive.motor for joint in evaluation.joints.values()]
+    references = sorted({motor.reference_temperature for motor in motors})
+    coefficients = sorted({motor.magnet_coefficient for motor in motors})
+    lines = [
+        ("temperatures", "periodic steady state of the repeated cycle, resistance following the winding"),
+        ("sheets hold at", ", ".join(f"{value:g} °C" for value in references)),
+        ("copper", "+0.39 %/K of resistance"),
+        ("torque constant", ", ".join(f"{100 * value:+g} %/K of magnet temperature" for value in coefficients)),
+    ]
+    lines += [
+        (f"mounting of {task.name}", f"housing to ambient {number(task.housing_to_ambient)} K/W, replacing the sheet's")
+        for task in evaluation.study.joints
+        if task.housing_to_ambient is not None
+    ]
+    frameless = [joint.name for joint in evaluation.joints.values() if joint.drive.motor.frameless]
+    notes = (
+        (
+            "Continuous torque of a frameless motor is a property of motor and housing: confirm the thermal "
+            "resistance to ambient of the real mounting.",
+        )
+        if frameless
+        else ()
+    )
+    return Group("Heat", tuple(lines), notes)
+
+
+def _silent_sheets(study: Study) -> Group:
+    """What is assumed where a sheet says nothing, with the source of each assumption."""
+    lines = [(f"{kind.replace('_', ' ')} gears", _assumed(one)) for kind, one in sorted(study.gear_assumptions.items())]
+    lines += [(f"{kind} motors", _assumed(one)) for kind, one in sorted(study.motor_assumptions.items())]
+    return Group("Assumed where a sheet is silent", tuple((name, text) for name, text in lines if text))
+
+
+_UNITS = {
+    "max_winding_temperature": "°C",
+    "winding_time_constant": "s",
+    "housing_time_constant": "s",
+}
+
+
+def _assumed(assumption: GearAssumption | MotorAssumption) -> str:
+    """The stated fields of an assumption and its source."""
+    stated = [
+        f"{field.name.replace('_', ' ')} {getattr(assumption, field.name):g} {_UNITS.get(field.name, '')}".strip()
+        for field in fields(assumption)
+        if field.name != "source" and getattr(assumption, field.name) is not None
+    ]
+    source = f" ({assumption.source})" if assumption.source else ""
+    return ", ".join(stated) + source if stated else ""
+
+
+def _standstill(evaluation: Evaluation) -> Group:
+    """Remarks that several joints share are told once here."""
+    said: dict[str, list[str]] = {}
+    for joint in evaluation.joints.values():
+        for remark in joint.remarks:
+            said.setdefault(remark, []).append(joint.name)
+    count = len(evaluation.joints)
+    notes = [
+        remark if len(names) == count else f"{', '.join(names)}: {remark}" for remark, names in said.items()
+    ]  # fmt: skip
+    return Group("How losses and standstill are counted", (), tuple(notes))
+
+
+def _friction(study: Study) -> Group:
+    """Friction that the study states for each joint."""
+    lines = []
+    for task in study.joints:
+        for where, friction in (("at the output", task.friction), ("at the motor shaft", task.motor_friction)):
+            if friction is not None and friction != Friction():
+                lines.append((f"{task.name}, {where}", _friction_text(friction)))
+    return Group("Friction stated in the study", tuple(lines))
+
+
+def _friction_text(friction: Friction) -> str:
+    """Coulomb, viscous and breakaway parts."""
+    parts = [f"Coulomb {with_unit(friction.coulomb, 'N m')}", f"viscous {number(friction.viscous)} N m s/rad"]
+    if friction.static is not None:
+        parts.append(f"breakaway {with_unit(friction.static, 'N m')}")
+    return ", ".join(parts)

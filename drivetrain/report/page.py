@@ -1,0 +1,143 @@
+"""The report: one self-contained HTML page for one evaluation or one selection."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from drivetrain.drive.amplifier import available_voltage
+from drivetrain.report.assumptions import assumption_groups
+from drivetrain.report.figures_arm import margin_bars, supply_power, temperatures
+from drivetrain.report.figures_gear import gear_plane
+from drivetrain.report.figures_motor import motor_plane
+from drivetrain.report.figures_selection import candidates
+from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
+from drivetrain.report.quantities import number, with_unit
+from drivetrain.report.svg import share_glyphs
+from drivetrain.report.views import (
+    CSS, anchor, check_row, check_rows, fallen_counts, joint_card, matrix, nearest_misses, part,
+)  # fmt: skip
+from drivetrain.report.words import MODEL_LIMITS, headline, objective_text, overall_sentence
+from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
+from drivetrain.study.study import JointTask, Study
+from drivetrain.version import __version__
+
+HERE = Path(__file__).parent
+
+
+def html_report(result: Evaluation | Selection) -> str:
+    """The whole report as one page that needs nothing from outside.
+
+    Args:
+        result: Of ``evaluate`` or ``select``.
+
+    Returns:
+        HTML text; the same result gives the same bytes.
+    """
+    selection = result if isinstance(result, Selection) else None
+    evaluation = result.evaluation if isinstance(result, Selection) else result
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(HERE),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    template = environment.get_template("page.html.j2")
+    return share_glyphs(template.render(_frame(evaluation, selection) | _body(evaluation, selection))) + "\n"
+
+
+def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
+    """What stands around the content: title, verdict, navigation, style and script."""
+    study = evaluation.study
+    failed = selection is not None and not selection.feasible
+    verdict = Verdict.FAIL if failed else evaluation.verdict
+    return {
+        "kind": "Drive sizing report" if selection is None else "Drive selection report",
+        "study": study,
+        "facts": _facts(study),
+        "verdict": str(verdict),
+        "verdict_css": CSS[verdict],
+        "headline": headline(evaluation, selection),
+        "binding": overall_sentence(evaluation),
+        "objective": objective_text(evaluation),
+        "proof": "" if selection is None else selection.proof,
+        "counters": {} if selection is None else selection.counters,
+        "advice": () if selection is None else selection.advice,
+        "cards": [joint_card(joint) for joint in evaluation.joints.values()],
+        "version": __version__,
+        "style": Markup((HERE / "style.css").read_text(encoding="utf-8")),
+        "script": Markup((HERE / "page.js").read_text(encoding="utf-8")),
+    }
+
+
+def _facts(study: Study) -> list[str]:
+    """The line under the title."""
+    arm = f"{len(study.joints)} joint{'s' if len(study.joints) > 1 else ''}"
+    return [
+        arm if study.arm is None else f"{study.arm.name}, {arm}",
+        f"cycle of {number(study.cycle.duration)} s",
+        f"supply {with_unit(study.supply.voltage, 'V')}",
+        f"ambient {study.ambient:g} °C",
+    ]
+
+
+def _body(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
+    """The content, section by section."""
+    rows = check_rows(evaluation)
+    tasks = {task.name: task for task in evaluation.study.joints}
+    joints = [_joint(joint, tasks[name], evaluation, selection) for name, joint in evaluation.joints.items()]
+    checks, counts = ([], []) if selection is None else fallen_counts(selection)
+    reserve = evaluation.study.safety.reserve
+    return {
+        "groups": assumption_groups(evaluation),
+        "rows": rows,
+        "matrix": matrix(evaluation),
+        "unchecked": [row for row in rows if row.css == "unchecked"],
+        "joints": joints,
+        "shared": [check_row("supply", check) for check in evaluation.shared],
+        "margin_figure": Markup(margin_bars(evaluation, reserve=reserve)),
+        "supply_figure": Markup(supply_power(evaluation)),
+        "heat_figure": Markup(temperatures(evaluation)),
+        "candidate_figure": Markup("" if selection is None else candidates(selection)),
+        "is_selection": selection is not None,
+        "felling_checks": checks,
+        "fallen_counts": counts,
+        "passed_over": [(task.name, task.passed_over) for task in evaluation.study.joints if task.passed_over],
+        "model_limits": MODEL_LIMITS,
+    }
+
+
+def _joint(
+    joint: JointResult, task: JointTask, evaluation: Evaluation, selection: Selection | None
+) -> dict[str, Any]:
+    """One joint's section."""
+    study, name = evaluation.study, anchor(joint.name)
+    limits = ElectricalLimits(
+        task.amplifier.peak_current, available_voltage(task.amplifier, study.supply.voltage)
+    )  # fmt: skip
+    prismatic = task.travel_per_turn is not None
+    motion = motion_strips(joint, study.cycle, prismatic=prismatic, name=f"{name}-motion")
+    electrical = electrical_strips(joint, study.cycle, limits=limits, name=f"{name}-electrical")
+    return {
+        "card": joint_card(joint),
+        "motor_figure": Markup(motor_plane(joint, task, study, name=f"{name}-motor")),
+        "gear_figure": Markup(gear_plane(joint, name=f"{name}-gear")),
+        "motion_figure": Markup(motion),
+        "electrical_figure": Markup(electrical),
+        "rows": [check_row(joint.name, check) for check in joint.checks],
+        "assumptions": joint.drive.assumptions,
+        "remarks": joint.remarks,
+        "parts": [part(joint.drive.motor), *([part(joint.drive.gear)] if joint.gear else [])],
+        "alternatives": [] if selection is None else _alternatives(selection, joint.name),
+        "misses": [] if selection is None else nearest_misses(selection, joint.name),
+        "fell": 0 if selection is None else sum(one.joint == joint.name for one in selection.fallen),
+    }
+
+
+def _alternatives(selection: Selection, joint: str) -> list[tuple[str, str, str]]:
+    """The next best pairs of a joint that also pass."""
+    return [(motor, gear or "direct drive", number(share)) for motor, gear, share in selection.alternatives.get(joint, ())]

@@ -1,0 +1,308 @@
+"""Rows and cards of the page: results as texts, ready for the template, which only lays them out."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from dataclasses import dataclass, fields
+
+from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS, Column
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
+from drivetrain.report.words import common_unit, joint_sentence
+from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, Selection, Verdict
+
+CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
+MOST_SHOWN = 8  # candidates a list; the file fallen.csv holds them all
+
+
+@dataclass(frozen=True)
+class CheckRow:
+    """One check of one joint as it stands in the table.
+
+    Attributes:
+        joint: Its name, or ``supply``.
+        name, required, available, unit, utilisation, margin, time, source, remark, verdict: Texts.
+        css: Class of the verdict.
+        share: Utilisation as a number for sorting and the bar; -1 when not checked.
+        seconds: Instant for sorting [s]; -1 when it belongs to none.
+    """
+
+    joint: str
+    name: str
+    required: str
+    available: str
+    unit: str
+    utilisation: str
+    margin: str
+    time: str
+    source: str
+    remark: str
+    verdict: str
+    css: str
+    share: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class JointCard:
+    """One joint in the verdict box and in the navigation.
+
+    Attributes:
+        name, anchor, verdict, css: The joint and its verdict.
+        motor, gear: Keys as printed.
+        sentence: What limits it.
+        utilisation: Of the binding check, as text.
+        share: The same as a number; 0 when nothing was checked.
+    """
+
+    name: str
+    anchor: str
+    verdict: str
+    css: str
+    motor: str
+    gear: str
+    sentence: str
+    utilisation: str
+    share: float
+
+
+@dataclass(frozen=True)
+class Part:
+    """One catalogue row as used.
+
+    Attributes:
+        title: Maker and part number.
+        key: In the catalogue.
+        source: Where the row is from.
+        cells: (name, value, unit, meaning) of every known field.
+        missing: Names of the fields that the sheet leaves empty.
+    """
+
+    title: str
+    key: str
+    source: str
+    cells: tuple[tuple[str, str, str, str], ...]
+    missing: str
+
+
+def anchor(text: str) -> str:
+    """A name that can stand in a link.
+
+    Args:
+        text: Such as a joint's name.
+
+    Returns:
+        Letters, digits and hyphens.
+    """
+    return "joint-" + re.sub(r"[^A-Za-z0-9]+", "-", text).strip("-")
+
+
+def check_row(joint: str, check: Check) -> CheckRow:
+    """A check as texts.
+
+    Args:
+        joint: Its name, or ``supply``.
+        check: What was found.
+
+    Returns:
+        The row.
+    """
+    shown = common_unit(check)
+
+    def text(value: float | None) -> str:
+        return DASH if value is None else number(float(convert(value, check.unit, shown)))
+
+    margin = DASH
+    if check.required is not None and check.available is not None and check.utilisation is not None:
+        difference = float(convert(check.available, check.unit, shown) - convert(check.required, check.unit, shown))
+        margin = ("+" if difference > 0 else "") + number(difference)
+    share = check.utilisation if check.utilisation is not None and not math.isnan(check.utilisation) else -1.0
+    return CheckRow(
+        joint=joint,
+        name=check.name,
+        required=text(check.required),
+        available=text(check.available),
+        unit=printed_unit(shown),
+        utilisation=percent(check.utilisation),
+        margin=margin,
+        time=DASH if check.time is None else f"{number(check.time)} s",
+        source=check.source,
+        remark=check.remark,
+        verdict=str(check.verdict),
+        css=CSS[check.verdict],
+        share=min(share, 1e9),
+        seconds=-1.0 if check.time is None else check.time,
+    )
+
+
+def check_rows(evaluation: Evaluation) -> list[CheckRow]:
+    """Every check of every joint and of the supply, in the arm's order.
+
+    Args:
+        evaluation: What was found.
+
+    Returns:
+        The rows of the utilisation table.
+    """
+    rows = [check_row(joint.name, check) for joint in evaluation.joints.values() for check in joint.checks]
+    return rows + [check_row("supply", check) for check in evaluation.shared]
+
+
+def joint_card(joint: JointResult) -> JointCard:
+    """A joint's verdict as texts.
+
+    Args:
+        joint: Its result.
+
+    Returns:
+        The card.
+    """
+    share = 0.0 if joint.binding is None else joint.binding.utilisation or 0.0
+    return JointCard(
+        joint.name,
+        anchor(joint.name),
+        str(joint.verdict),
+        CSS[joint.verdict],
+        joint.motor,
+        joint.gear or "direct drive",
+        joint_sentence(joint),
+        percent(None if joint.binding is None else joint.binding.utilisation),
+        min(share, 1e9),
+    )
+
+
+def matrix(evaluation: Evaluation) -> list[tuple[str, list[CheckRow | None]]]:
+    """Check names against joints: one coloured cell each.
+
+    Args:
+        evaluation: What was found.
+
+    Returns:
+        (check name, one row a joint or None), checks in the order in which the joints list them.
+    """
+    names: dict[str, None] = {}
+    for joint in evaluation.joints.values():
+        names |= dict.fromkeys(check.name for check in joint.checks)
+    found = {(row.joint, row.name): row for row in check_rows(evaluation)}
+    return [(name, [found.get((joint, name)) for joint in evaluation.joints]) for name in names]
+
+
+def part(record: Motor | Gear) -> Part:
+    """A catalogue row as used: every known number in SI, as the calculation took it.
+
+    Args:
+        record: With the study's assumptions filled in.
+
+    Returns:
+        Its cells and what is missing.
+    """
+    columns = {column.name: column for column in (MOTOR_COLUMNS if isinstance(record, Motor) else GEAR_COLUMNS)}
+    skipped = {"key", "maker", "series", "part_number", "source"}
+    known, missing = [], []
+    for field in fields(record):
+        value = getattr(record, field.name)
+        spoken = field.name.replace("_", " ")
+        if field.name in skipped:
+            continue
+        if value is None:
+            missing.append(spoken)
+        else:
+            known.append((spoken, _cell(value), *_described(columns.get(field.name))))
+    title = " ".join(text for text in (record.maker, record.part_number or record.series) if text)
+    return Part(title or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing))
+
+
+def _cell(value: object) -> str:
+    """A field's value, digits as they are used."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
+
+
+def _described(column: Column | None) -> tuple[str, str]:
+    """A column's unit and meaning."""
+    if column is None:
+        return "", ""
+    return ("°C" if column.unit in ("degC", "C") else "" if column.unit == "1" else column.unit), column.meaning
+
+
+@dataclass(frozen=True)
+class FallenRow:
+    """One candidate that fell, as texts.
+
+    Attributes:
+        motor, gear, check, required, available, unit, utilisation, objective: Texts.
+    """
+
+    motor: str
+    gear: str
+    check: str
+    required: str
+    available: str
+    unit: str
+    utilisation: str
+    objective: str
+
+
+def fallen_row(fallen: Fallen) -> FallenRow:
+    """A fallen candidate as texts.
+
+    Args:
+        fallen: What fell.
+
+    Returns:
+        The row.
+    """
+    check = Check("", fallen.required, fallen.available, fallen.unit, None, Verdict.FAIL)
+    shown = common_unit(check)
+    required, available = (
+        number(float(convert(v, fallen.unit, shown))) if math.isfinite(v) else DASH
+        for v in (fallen.required, fallen.available)
+    )
+    return FallenRow(
+        fallen.motor,
+        fallen.gear or "direct drive",
+        fallen.check,
+        required,
+        available,
+        printed_unit(shown),
+        percent(fallen.utilisation),
+        number(fallen.objective),
+    )
+
+
+def fallen_counts(selection: Selection) -> tuple[list[str], list[tuple[str, int, list[int]]]]:
+    """How many candidates each check felled at each joint.
+
+    Args:
+        selection: What was found.
+
+    Returns:
+        Check names, most felling first; and per joint its name, its total and its counts in that order.
+    """
+    totals = Counter(fallen.check for fallen in selection.fallen)
+    checks = sorted(totals, key=lambda check: (-totals[check], check))
+    cells = Counter((fallen.joint, fallen.check) for fallen in selection.fallen)
+    rows = []
+    for joint in selection.evaluation.joints:
+        counts = [cells[joint, check] for check in checks]
+        rows.append((joint, sum(counts), counts))
+    return checks, rows
+
+
+def nearest_misses(selection: Selection, joint: str) -> list[FallenRow]:
+    """The candidates of a joint that failed by the least.
+
+    Args:
+        selection: What was found.
+        joint: Its name.
+
+    Returns:
+        A few rows, the nearest first.
+    """
+    fell = [fallen for fallen in selection.fallen if fallen.joint == joint]
+    fell.sort(key=lambda one: (one.utilisation, one.objective, one.motor, one.gear))
+    return [fallen_row(one) for one in fell[:MOST_SHOWN]]

@@ -1,0 +1,155 @@
+"""Results in sentences: what limits a joint, by how much, when; and what the model leaves out."""
+
+from __future__ import annotations
+
+from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
+from drivetrain.sizing.results import Check, Evaluation, JointResult, Selection, Verdict
+from drivetrain.study.study import DriveMass, Study
+
+DRIVE_MASS = {
+    DriveMass.ADDED: "The arm's links are bare: stator, rotor and gear of every drive load every joint before it.",
+    DriveMass.INCLUDED: "The arm's links already hold the drives' masses: nothing is added; rotors spin in addition.",
+    DriveMass.REPLACED: "The drives that the arm's links hold are taken out, and the judged drives put in.",
+}
+
+MODEL_LIMITS = (
+    "The motion is followed exactly: overshoot, control error and start-up transients are not in the numbers.",
+    "Links, gears and bearings are rigid: wind-up, backlash and resonance are not computed.",
+    "The cycle repeats for ever: temperatures are those of the periodic steady state, not of the first cycle or of a "
+    "rare emergency stop.",
+    "Each drive is two bodies of heat, winding and housing, in air of one temperature; neighbours do not warm each "
+    "other, and iron loss counts only as far as the sheet's nominal current holds it.",
+    "The supply holds its voltage; current ripple, cogging and dead time of the amplifier are left out.",
+    "Gears are judged by the torque and speed limits of their sheet; lubrication, mounting and shock are not.",
+    "Catalogue rows are for sizing studies: confirm the chosen parts against the maker's current data sheet.",
+)
+
+
+def check_sentence(check: Check) -> str:
+    """A judged check in words.
+
+    Args:
+        check: With or without numbers.
+
+    Returns:
+        Such as ``winding temperature 163 °C at t = 412 s, limit 155 °C (105 %)``.
+    """
+    if check.utilisation is None:
+        return f"{check.name}: not checked"
+    shown = common_unit(check)
+    unit = printed_unit(shown)
+    when = "" if check.time is None else f" at t = {number(check.time)} s"
+    if check.required is None or check.available is None:
+        return f"{check.name}{when}: {percent(check.utilisation)} of its limit"
+    required, available = (number(float(convert(v, check.unit, shown))) for v in (check.required, check.available))
+    return f"{check.name} {required} {unit}".rstrip() + f"{when}, limit {available} {unit}".rstrip() + (
+        f" ({percent(check.utilisation)})"
+    )
+
+
+def common_unit(check: Check) -> str:
+    """The unit in which both numbers of a check are shown.
+
+    Args:
+        check: Its numbers may be unknown.
+
+    Returns:
+        A unit text for ``convert``.
+    """
+    known = [abs(value) for value in (check.required, check.available) if value is not None]
+    return shown_unit(max(known) if known else None, check.unit)
+
+
+def joint_sentence(joint: JointResult) -> str:
+    """What limits a joint.
+
+    Args:
+        joint: Its result.
+
+    Returns:
+        One sentence without the joint's name.
+    """
+    binding = joint.binding
+    if binding is None:
+        return "nothing could be checked: the sheets lack data"
+    return check_sentence(binding)
+
+
+def overall_sentence(evaluation: Evaluation) -> str:
+    """The limit that decides the whole verdict.
+
+    Args:
+        evaluation: What was found.
+
+    Returns:
+        One sentence that names the joint.
+    """
+    places = [(joint.name, joint.binding) for joint in evaluation.joints.values()]
+    places += [("supply", check) for check in evaluation.shared]
+    judged = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
+    if not judged:
+        return "Nothing could be checked: the sheets lack data."
+    place, check = max(judged, key=lambda pair: pair[1].utilisation or 0.0)
+    return f"{place}: {check_sentence(check)}."
+
+
+def headline(evaluation: Evaluation, selection: Selection | None) -> str:
+    """The verdict in plain words.
+
+    Args:
+        evaluation: What was found.
+        selection: The search behind it, if any.
+
+    Returns:
+        One sentence.
+    """
+    if selection is not None and not selection.feasible:
+        return "No allowed set of drives does it. Shown are the nearest candidates."
+    drives = "The chosen drives" if selection is not None else "The given drives"
+    words = {
+        Verdict.PASS: f"{drives} do it, with the wanted reserve everywhere.",
+        Verdict.MARGINAL: f"{drives} do it, but with less reserve than wanted.",
+        Verdict.FAIL: f"{drives} do not do it.",
+        Verdict.NOT_CHECKED: "Nothing could be judged: the sheets lack data.",
+    }
+    return words[evaluation.verdict]
+
+
+def objective_text(evaluation: Evaluation) -> str:
+    """The objective's value with its unit.
+
+    Args:
+        evaluation: What was found.
+
+    Returns:
+        Such as ``12.3 kg of motors and gears``; says so where it is unknown.
+    """
+    kind = evaluation.study.objective
+    value = number(evaluation.objective)
+    if value == DASH:
+        return f"{kind} not known: the catalogue rows lack it"
+    return f"{value} kg of motors and gears" if kind == "mass" else f"{kind} {value}, in the catalogue's currency"
+
+
+def safety_lines(study: Study) -> list[tuple[str, str]]:
+    """The factors and reserves as (name, value) pairs.
+
+    Args:
+        study: What was asked.
+
+    Returns:
+        In a fixed order.
+    """
+    safety = study.safety
+    ratio = "reported, not judged" if safety.inertia_ratio is None else f"at most {number(safety.inertia_ratio)}"
+    life = "reported, not judged" if safety.life is None else f"at least {number(safety.life / 3600.0)} h"
+    return [
+        ("peak torque and peak current", f"× {safety.peak_torque:g}"),
+        ("RMS current", f"× {safety.rms:g}"),
+        ("speed", f"× {safety.speed:g}"),
+        ("voltage", f"× {safety.voltage:g}"),
+        ("kept below the winding's limit", f"{safety.temperature_margin:g} K"),
+        ("MARGINAL above", f"{100 * (1 - safety.reserve):g} % of a limit"),
+        ("load to rotor inertia", ratio),
+        ("gear life", life),
+    ]
