@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+from drivetrain.motion.motion import LoadTable, Motion
+
+GAP_ALLOWED = 1e-3  # [rad or m] what rounding in files leaves between two motions; more is a step no drive can make
+GAP_SEEN = 1e-6  # [rad or m] above this, the gap is told
+SPEED_STEP_SEEN = 1e-3  # share of the joint's peak speed above which a step of speed is told
+
+Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +44,9 @@ class Cycle:
     velocity: Array
     acceleration: Array
     torque: Array | None
-    payload: Array
+    payload: Indices
     payload_names: tuple[str, ...]
-    segment: Array
+    segment: Indices
     segment_names: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
@@ -41,3 +54,239 @@ class Cycle:
     def duration(self) -> float:
         """Length of the period [s]."""
         return float(self.time[-1] - self.time[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One entry of the cycle: a motion, a load table or a dwell.
+
+    Attributes:
+        motion: What is run; None for a dwell.
+        dwell: How long the last position is held instead [s]; None for a motion.
+        repetitions: How often in a row.
+        payload: Name of what the tip carries meanwhile; None for nothing.
+        name: What to call it; empty: the motion's name, or ``dwell``.
+    """
+
+    motion: Motion | LoadTable | None = None
+    dwell: float | None = None
+    repetitions: int = 1
+    payload: str | None = None
+    name: str = ""
+
+    @property
+    def label(self) -> str:
+        """The name shown."""
+        return self.name or (self.motion.name if self.motion is not None else "dwell")
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Samples of one run of one step; columns are joints."""
+
+    label: str
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    torque: Array
+
+
+def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False) -> Cycle:
+    """The steps one after another as one period.
+
+    A dwell holds the position before it (the first one: the position after it) at no speed; between load tables it
+    holds the last torque. Where two steps meet there are two samples at one instant.
+
+    Args:
+        steps: In their order; all motions, or all load tables, with dwells between.
+        may_stay_open: Let the last position differ from the first, for a task done once or an index table.
+
+    Returns:
+        The cycle, from time 0.
+
+    Raises:
+        InputError: Steps that are neither motion nor dwell, other joints, gaps of position between steps or between
+            the end and the start, motions mixed with load tables, or no time at all; all of them listed.
+    """
+    faults = _step_faults(steps)
+    if faults:
+        raise InputError(faults)
+    blocks, which = _blocks(steps)
+    if not blocks:
+        raise InputError(Fault("cycle", "takes no time"))
+    loaded = any(isinstance(step.motion, LoadTable) for step in steps)
+    joint_names = next(step.motion.joint_names for step in steps if step.motion is not None)
+    notes = list(dict.fromkeys(note for step in steps if step.motion is not None for note in step.motion.notes))
+    if loaded:
+        blocks = _from_integral(blocks)
+        if any(step.motion is None for step in steps):
+            notes.append("dwells between load tables hold the last torque at no speed")
+    else:
+        notes += _gaps(blocks, joint_names, may_stay_open)
+    notes += _speed_steps(blocks, joint_names)
+    payload_names = tuple(dict.fromkeys(step.payload for step in steps if step.payload is not None))
+    carried = [-1 if step.payload is None else payload_names.index(step.payload) for step in steps]
+    lengths = [len(block.time) for block in blocks]
+    begins = np.cumsum([0.0] + [float(block.time[-1]) for block in blocks])
+    return Cycle(
+        joint_names=joint_names,
+        time=_fixed(np.concatenate([block.time + begin for block, begin in zip(blocks, begins, strict=False)])),
+        position=_fixed(np.concatenate([block.position for block in blocks])),
+        velocity=_fixed(np.concatenate([block.velocity for block in blocks])),
+        acceleration=_fixed(np.concatenate([block.acceleration for block in blocks])),
+        torque=_fixed(np.concatenate([block.torque for block in blocks])) if loaded else None,
+        payload=_per_sample([carried[index] for index in which], lengths),
+        payload_names=payload_names,
+        segment=_per_sample(which, lengths),
+        segment_names=tuple(step.label for step in steps),
+        notes=tuple(notes),
+    )
+
+
+def sample_weights(time: Array) -> Array:
+    """Weights that turn values at the samples into their integral (trapezoidal rule).
+
+    Args:
+        time: Never decreasing [s], (N,); two samples at one instant share its sides between them.
+
+    Returns:
+        Weights [s], (N,), their sum the length of the period.
+    """
+    half = 0.5 * np.diff(time)
+    weights = np.zeros(len(time))
+    weights[:-1] += half
+    weights[1:] += half
+    return weights
+
+
+def periodic_mean(values: Array, time: Array) -> Array:
+    """Mean over the period of values given at its samples.
+
+    Args:
+        values: Any unit, (N, ...).
+        time: Never decreasing [s], (N,), of more than zero length.
+
+    Returns:
+        The mean, one axis less; an array also where that is a single number.
+    """
+    return np.asarray(np.tensordot(sample_weights(time), values, axes=1) / (time[-1] - time[0]))
+
+
+def _fixed(array: Array) -> Array:
+    array.setflags(write=False)
+    return array
+
+
+def _per_sample(labels: list[int], lengths: list[int]) -> Indices:
+    indices = np.repeat(np.array(labels, dtype=np.int64), lengths)
+    indices.setflags(write=False)
+    return indices
+
+
+def _step_faults(steps: Sequence[Step]) -> list[Fault]:
+    """What is wrong with single steps, and between their joints."""
+    faults: list[Fault] = []
+    motions = [step.motion for step in steps if step.motion is not None]
+    if not motions:
+        return [Fault("cycle", "needs at least one motion or load table")]
+    if len({type(motion) for motion in motions}) > 1:
+        faults.append(Fault("cycle", "mixes motions of an arm with load tables"))
+    for index, step in enumerate(steps):
+        place = f"cycle[{index}] ({step.label})"
+        if (step.motion is None) == (step.dwell is None):
+            faults.append(Fault(place, "must be either a motion or a dwell"))
+        if step.dwell is not None and not 0.0 <= step.dwell < np.inf:
+            faults.append(Fault(place, "a dwell must not be negative [s]", step.dwell))
+        if step.repetitions != int(step.repetitions) or step.repetitions < 1:
+            faults.append(Fault(place, "repetitions must be a whole number from 1", step.repetitions))
+        if step.motion is not None and step.motion.joint_names != motions[0].joint_names:
+            expected = f"has other joints than {motions[0].name}: {', '.join(motions[0].joint_names)}"
+            faults.append(Fault(place, expected, ", ".join(step.motion.joint_names)))
+        if step.payload is not None and isinstance(step.motion, LoadTable):
+            faults.append(Fault(place, "a load table already holds the load: it takes no payload", step.payload))
+    return faults
+
+
+def _blocks(steps: Sequence[Step]) -> tuple[list[_Block], list[int]]:
+    """The runs of all steps, each from time 0, and the step each belongs to."""
+    blocks: list[_Block] = []
+    which: list[int] = []
+    before = _run(next(step for step in steps if step.motion is not None))
+    position, torque = before.position[0], before.torque[0]
+    for index, step in enumerate(steps):
+        block = _rest(step, position, torque) if step.motion is None else _run(step)
+        if block.time[-1] > 0.0:
+            blocks += [block] * int(step.repetitions)
+            which += [index] * int(step.repetitions)
+            position, torque = block.position[-1], block.torque[-1]
+    return blocks, which
+
+
+def _run(step: Step) -> _Block:
+    motion = step.motion
+    if isinstance(motion, LoadTable):
+        nowhere = np.zeros_like(motion.speed)
+        time = motion.time - motion.time[0]
+        return _Block(step.label, time, nowhere, motion.speed, motion.acceleration, motion.torque)
+    if motion is None:
+        raise InputError(Fault(step.label, "is not a motion"))
+    time = motion.time - motion.time[0]
+    still = np.zeros_like(motion.position)
+    return _Block(step.label, time, motion.position, motion.velocity, motion.acceleration, still)
+
+
+def _rest(step: Step, position: Array, torque: Array) -> _Block:
+    held, none = np.tile(position, (2, 1)), np.zeros((2, len(position)))
+    return _Block(step.label, np.array([0.0, step.dwell or 0.0]), held, none, none, np.tile(torque, (2, 1)))
+
+
+def _from_integral(blocks: list[_Block]) -> list[_Block]:
+    """Load tables give no position: it is counted from zero along the cycle."""
+    counted, start = [], np.zeros(blocks[0].velocity.shape[1])
+    for block in blocks:
+        half = 0.5 * np.diff(block.time)[:, np.newaxis]
+        travel = np.cumsum(half * (block.velocity[1:] + block.velocity[:-1]), axis=0)
+        position = start + np.vstack([np.zeros(len(start)), travel])
+        start = position[-1]
+        counted.append(_Block(block.label, block.time, position, block.velocity, block.acceleration, block.torque))
+    return counted
+
+
+def _meetings(blocks: list[_Block]) -> list[tuple[str, _Block, _Block, bool]]:
+    """Each block with the next one, the last with the first; True where the period closes."""
+    pairs = [(f"{a.label} to {b.label}", a, b, False) for a, b in itertools.pairwise(blocks)]
+    return [*pairs, (f"end ({blocks[-1].label}) to start ({blocks[0].label})", blocks[-1], blocks[0], True)]
+
+
+def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: bool) -> list[str]:
+    """Notes on small gaps of position between steps; large ones raise."""
+    faults: dict[str, Fault] = {}
+    notes: dict[str, None] = {}
+    for where, before, after, closing in _meetings(blocks):
+        for joint, end, start in zip(joint_names, before.position[-1], after.position[0], strict=True):
+            gap = float(start - end)
+            told = f"{joint} stands at {end:.6g} and goes on from {start:.6g} [rad or m]"
+            if abs(gap) <= GAP_SEEN:
+                continue
+            if abs(gap) <= GAP_ALLOWED or (closing and may_stay_open):
+                notes[f"doubt: {where}: {told}"] = None
+                continue
+            mend = "add a motion back, or allow the cycle to stay open" if closing else "add a motion between them"
+            problem = f"{'the cycle does not close' if closing else 'a gap'}: {told}"
+            faults[where + joint] = Fault(f"cycle, {where}", problem, gap, mend)
+    if faults:
+        raise InputError(faults.values())
+    return list(notes)
+
+
+def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...]) -> list[str]:
+    """Notes on steps of speed between steps of the cycle."""
+    peak = np.max([np.abs(block.velocity).max(axis=0) for block in blocks], axis=0)
+    notes: dict[str, None] = {}
+    for where, before, after, _ in _meetings(blocks):
+        step = after.velocity[0] - before.velocity[-1]
+        for index in np.flatnonzero(np.abs(step) > SPEED_STEP_SEEN * peak):
+            told = f"speed of {joint_names[index]} steps by {step[index]:.4g} [rad/s or m/s]"
+            notes[f"doubt: {where}: {told}; the impulse it takes is not counted"] = None
+    return list(notes)

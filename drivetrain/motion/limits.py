@@ -1,0 +1,68 @@
+"""Does the motion stay inside the ranges of the arm's joints?"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault
+from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.motion.motion import Motion
+
+ROUNDING = 1e-6  # [rad or m] a limit may be passed by what a file's rounding leaves
+
+
+class LimitNotes(NamedTuple):
+    """What was found: faults that forbid the motion, doubts to show in the report."""
+
+    faults: tuple[Fault, ...]
+    doubts: tuple[str, ...]
+
+
+def limit_notes(
+    motion: Motion | Cycle,
+    lower: Array,
+    upper: Array,
+    speed_limits: Array,
+    *,
+    name: str = "motion",
+    file: str = "",
+) -> LimitNotes:
+    """Where a motion leaves the joints' ranges (faults), and where it is quicker than they are said to be (doubts).
+
+    A speed limit is only doubted: in a robot file it is that of the drives to be replaced.
+
+    Args:
+        motion: Motion or cycle to look at.
+        lower: Position limits [rad or m], (n,); minus infinity where unknown.
+        upper: Position limits [rad or m], (n,); infinity where unknown.
+        speed_limits: [rad/s or m/s], (n,); infinity where unknown.
+        name: What to call the motion.
+        file: The file it is from.
+
+    Returns:
+        Faults and doubts, at most one of each a joint and a limit, at the worst instant.
+    """
+    faults: list[Fault] = []
+    doubts: list[str] = []
+    sides = (
+        ("above the upper limit", motion.position - upper, upper),
+        ("below the lower limit", lower - motion.position, lower),
+    )
+    for side, beyond, limit in sides:
+        for joint in np.flatnonzero(beyond.max(axis=0) > ROUNDING):
+            worst = int(beyond[:, joint].argmax())
+            value, bound = float(motion.position[worst, joint]), float(limit[joint])
+            when = f"at t = {motion.time[worst]:.4g} s"
+            problem = f"goes {side} {bound:.6g} {when} [rad or m]"
+            faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, value, "", file))
+    speed = np.abs(motion.velocity)
+    for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
+        worst = int(speed[:, joint].argmax())
+        doubts.append(
+            f"doubt: {name}: joint {motion.joint_names[joint]} reaches {speed[worst, joint]:.4g} at "
+            f"t = {motion.time[worst]:.4g} s, above the arm's speed limit {speed_limits[joint]:.4g} [rad/s or m/s]"
+        )
+    return LimitNotes(tuple(faults), tuple(doubts))
