@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic_core import PydanticCustomError
@@ -47,6 +47,3 @@ class Form(BaseModel):
             if isinstance(value, Form) and type(base) is type(value):
                 merged[name] = value.over(base)
         return default.model_copy(update=merged)
-
-
-AnyForm = TypeVar("AnyForm", bound=Form)

@@ -13,7 +13,7 @@ from drivetrain.study.schema_parts import AmplifierForm, AssumptionsForm, JointF
 from drivetrain.study.schema_rows import GearRow, MotorRow
 
 SCHEMA_VERSION = 1
-DEFAULT_JOINT = "default"  # the entry of `joints` that holds for all of them
+DEFAULT = "default"  # the entry of `joints` and of `motions` that holds where the others are silent
 
 
 class ArmForm(Form):
@@ -59,51 +59,22 @@ class PayloadForm(Form):
 
 
 class MotionForm(Form):
-    """One motion: a file of joint positions, waypoints with a profile, or a table of torque and speed."""
+    """One motion: a file of joint positions, waypoints with a profile, or a table of torque and speed.
 
-    file: f.Name | None = None
-    smoothing: f.Duration | None = Field(
-        default=None, description="window in which the positions of `file` are smoothed"
-    )
-    table: f.Name | None = Field(
-        default=None, description="CSV file of torque and speed over time, when there is no arm"
-    )
+    The entry `default` is no motion: what it says of waypoints holds for every motion that does not say otherwise.
+    """
+
+    file: f.Name | None = Field(default=None, description="CSV file of joint positions over time")
+    smoothing: f.Duration | None = Field(default=None, description="window in which the positions are smoothed")
+    table: f.Name | None = Field(default=None, description="CSV file of torque and speed over time, without an arm")
     waypoints: list[Any] | None = Field(default=None, description="one row a waypoint, one value a joint")
-    unit: f.Names | None = Field(
-        default=None, description="of bare numbers in the waypoints: one for all joints or one each"
-    )
+    unit: f.Names | None = Field(default=None, description="of bare numbers in the waypoints, for all or one a joint")
     profile: Literal["trapezoid", "quintic", "s_curve"] | None = None
-    speed: Any = Field(default=None, description="largest speed: one for all joints or a list")
-    acceleration: Any = Field(default=None, description="largest acceleration: one for all joints or a list")
-    jerk: Any = Field(default=None, description="largest jerk (s_curve): one for all joints or a list")
-    durations: list[f.Duration] | None = Field(default=None, description="of each move, instead of limits")
-    dwell: Annotated[float, f.Quantity("s", minimum=0.0)] = Field(0.0, description="rest at each waypoint")
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Self:
-        kinds = [name for name in ("file", "table", "waypoints") if getattr(self, name) is not None]
-        if len(kinds) != 1:
-            raise f.refused("must have one of: file, table, waypoints", found=kinds or None)
-        belongs = {
-            "file": {"smoothing"},
-            "table": set(),
-            "waypoints": {"unit", "profile", "speed", "acceleration", "jerk", "durations", "dwell"},
-        }
-        stray = sorted(self.model_fields_set - {kinds[0]} - belongs[kinds[0]])
-        if stray:
-            raise f.refused(f"{' and '.join(stray)} cannot go with {kinds[0]}")
-        if kinds[0] == "waypoints":
-            self._timed()
-        return self
-
-    def _timed(self) -> None:
-        """Waypoints need a profile, and either limits or durations."""
-        if self.profile is None:
-            raise f.refused("waypoints need a profile: trapezoid, quintic or s_curve")
-        limits = {"s_curve": ("speed", "acceleration", "jerk")}.get(self.profile, ("speed", "acceleration"))
-        missing = [name for name in limits if getattr(self, name) is None]
-        if self.durations is None and missing:
-            raise f.refused(f"profile {self.profile} needs durations, or the limits {', '.join(limits)}")
+    speed: Any = Field(default=None, description="largest speed, for all joints or one each")
+    acceleration: Any = Field(default=None, description="largest acceleration, for all joints or one each")
+    jerk: Any = Field(default=None, description="largest jerk, for all joints or one each")
+    durations: list[f.Duration] | None = Field(default=None, description="of each move; without, as fast as allowed")
+    dwell: Any = Field(default=None, description="rest at each waypoint, one for all or a list")
 
 
 class CycleForm(Form):

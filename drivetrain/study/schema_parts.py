@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from drivetrain.study import fields as f
 from drivetrain.study.form import Form
@@ -114,9 +114,11 @@ class GearFilter(Form):
 
 
 class FramelessRuleForm(Form):
-    """Overrides of the rule that says which frameless motor fits which strain-wave or RV gear."""
+    """Changes to the rule that says which frameless motor fits around which gear."""
 
-    max_diameter_ratio: f.Factor | None = Field(default=None, description="motor diameter over gear diameter, at most")
+    max_diameter_ratio: f.Factor | None = None
+    min_diameter_ratio: f.Factor | None = None
+    kinds: f.Names | None = None
 
 
 class JointForm(Form):
@@ -167,12 +169,19 @@ def _no_gears(value: Any) -> Any:
     return None if value == "none" else value
 
 
+def _list_or_word(value: Any) -> str:
+    return "<list>" if isinstance(value, list) else "<word>"
+
+
 class CandidatesForm(Form):
     """Which motors and gears may drive a joint, and how they are paired."""
 
     motors: MotorFilter = MotorFilter()
     gears: Annotated[GearFilter | None, BeforeValidator(_no_gears)] = GearFilter()
-    pairs: Literal["compatible", "all"] | list[DriveForm] = "compatible"
+    pairs: Annotated[
+        Annotated[Literal["compatible", "published", "all"], Tag("<word>")] | Annotated[list[DriveForm], Tag("<list>")],
+        Discriminator(_list_or_word),
+    ] = "compatible"
     frameless_rule: FramelessRuleForm = FramelessRuleForm()
 
 

@@ -1,0 +1,191 @@
+"""Which motor-gear pairs may drive a joint, and how many rows each rule of the study put aside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+from drivetrain.catalog.read import Catalog, FramelessRule, compatible_pairs
+from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.errors import nearest
+from drivetrain.study.document import Place
+from drivetrain.study.fields import Interval
+from drivetrain.study.form import Form
+from drivetrain.study.ledger import Ledger
+from drivetrain.study.schema_parts import CandidatesForm, DriveForm
+from drivetrain.units import PURE
+
+DIRECT_DRIVE = "none"  # what a study calls the gear of a direct drive; its key in results is ""
+
+Pair = tuple[str, str]
+
+
+def candidate_pairs(
+    form: CandidatesForm, catalog: Catalog, ledger: Ledger, place: Place
+) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
+    """The pairs that may drive a joint, lightest first, and what was put aside.
+
+    Args:
+        form: The rules.
+        catalog: The rows.
+        ledger: Takes names that no row has as faults.
+        place: Of the rules in the study file.
+
+    Returns:
+        (motor key, gear key) by combined mass, then by keys, rows of unknown mass last; and in words how many rows
+        each rule put aside.
+    """
+    motors, motor_words = _kept("motors", catalog.motors, form.motors, ledger, (*place, "motors"))
+    words = [motor_words]
+    gears: list[str] = []
+    if form.gears is not None:
+        gears, gear_words = _kept("gears", catalog.gears, form.gears, ledger, (*place, "gears"))
+        words.append(gear_words)
+    pairs = _paired(form, catalog, motors, gears, ledger, place)
+    possible = len(motors) * (1 if form.gears is None else len(gears))
+    words.append(f"pairs: {len(pairs)} of {possible} combinations {_rule_words(form)}")
+    return tuple(sorted(pairs, key=lambda pair: (pair_mass(catalog, pair), pair))), tuple(words)
+
+
+def pair_mass(catalog: Catalog, pair: Pair) -> float:
+    """Mass of motor and gear together.
+
+    Args:
+        catalog: The rows.
+        pair: Keys; gear "" is a direct drive.
+
+    Returns:
+        [kg]; infinite when one is unknown.
+    """
+    masses = [catalog.motors[pair[0]].mass] + ([catalog.gears[pair[1]].mass] if pair[1] else [])
+    return sum(math.inf if mass is None else mass for mass in masses)
+
+
+def frameless_rule(form: CandidatesForm) -> FramelessRule:
+    """The geometric rule with the study's changes.
+
+    Args:
+        form: The study's rules for a joint.
+
+    Returns:
+        The rule.
+    """
+    return replace(FramelessRule(), **form.frameless_rule.model_dump(exclude_none=True))
+
+
+def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place) -> Pair | None:
+    """The keys of a drive that the study names, when the catalogue has them.
+
+    Args:
+        drive: As written.
+        catalog: The rows.
+        ledger: Takes unknown keys as faults.
+        place: Of the drive in the study file.
+
+    Returns:
+        (motor key, gear key), gear "" for a direct drive; None when one is unknown.
+    """
+    gear = "" if drive.gear == DIRECT_DRIVE else drive.gear
+    if drive.motor not in catalog.motors:
+        hint = nearest(drive.motor, catalog.motors)
+        ledger.fault((*place, "motor"), "no motor has this key", drive.motor, hint)
+    if gear and gear not in catalog.gears:
+        ledger.fault((*place, "gear"), "no gear has this key", gear, nearest(gear, [*catalog.gears, DIRECT_DRIVE]))
+    known = drive.motor in catalog.motors and (not gear or gear in catalog.gears)
+    return (drive.motor, gear) if known else None
+
+
+def _paired(
+    form: CandidatesForm, catalog: Catalog, motors: list[str], gears: list[str], ledger: Ledger, place: Place
+) -> list[Pair]:
+    """The pairs of the rows that were kept."""
+    if not isinstance(form.pairs, str):
+        listed = [known_pair(drive, catalog, ledger, (*place, "pairs", i)) for i, drive in enumerate(form.pairs)]
+        return [
+            pair for pair in dict.fromkeys(listed) if pair and pair[0] in motors and (not pair[1] or pair[1] in gears)
+        ]
+    if form.gears is None:
+        return [(motor, "") for motor in motors]
+    if form.pairs == "all":
+        return list(product(motors, gears))
+    rule = frameless_rule(form) if form.pairs == "compatible" else FramelessRule(kinds=())
+    return compatible_pairs(catalog, motors, gears, rule)
+
+
+def _rule_words(form: CandidatesForm) -> str:
+    if not isinstance(form.pairs, str):
+        return "are listed in the study"
+    if form.gears is None:
+        return "are considered, as direct drives"
+    if form.pairs == "all":
+        return "are considered: the study vouches that they fit"
+    if form.pairs == "published":
+        return "are published as fitting"
+    rule = frameless_rule(form)
+    return (
+        "are published as fitting, or fit by the rule for frameless motors "
+        f"(diameter {rule.min_diameter_ratio:g} to {rule.max_diameter_ratio:g} of the gear's pitch diameter)"
+    )
+
+
+def _kept(
+    part: str, rows: Mapping[str, Motor] | Mapping[str, Gear], rules: Form, ledger: Ledger, place: Place
+) -> tuple[list[str], str]:
+    """Keys of the rows that every rule keeps, in catalogue order; and the count in words."""
+    kept = list(rows)
+    aside: list[str] = []
+    units = {column.name: column.unit for column in (MOTOR_COLUMNS if part == "motors" else GEAR_COLUMNS)}
+    for name in type(rules).model_fields:
+        if not rules.given(name):
+            continue
+        wanted = getattr(rules, name)
+        if isinstance(wanted, tuple) and wanted and isinstance(wanted[0], str):
+            _check_names(name, wanted, rows, ledger, (*place, name))
+        held = [key for key in kept if _holds(name, wanted, key, rows[key])]
+        if len(held) < len(kept):
+            aside.append(f"{len(kept) - len(held)} by {name} {_wanted_words(wanted, units.get(name, ''))}")
+        kept = held
+    counted = f"{part}: {len(kept)} of {len(rows)} considered"
+    return kept, counted + (f"; put aside {', '.join(aside)}" if aside else "")
+
+
+def _holds(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
+    """Whether a row keeps one rule; a row whose value is unknown does not."""
+    value: Any = key if name == "keys" else getattr(row, name)
+    if isinstance(wanted, bool):
+        return bool(value) is wanted
+    if isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted):
+        return value is not None and _inside(abs(value), wanted)
+    return isinstance(wanted, tuple) and str(value).casefold() in {str(word).casefold() for word in wanted}
+
+
+def _inside(value: float, interval: Interval) -> bool:
+    low, high = interval
+    return (low is None or value >= low) and (high is None or value <= high)
+
+
+def _check_names(
+    name: str, wanted: Iterable[str], rows: Mapping[str, Motor] | Mapping[str, Gear], ledger: Ledger, place: Place
+) -> None:
+    """Names that no row has are faults: they would silently put everything aside."""
+    known = set(rows) if name == "keys" else {str(getattr(row, name)) for row in rows.values()}
+    folded = {word.casefold() for word in known}
+    for word in wanted:
+        if rows and word.casefold() not in folded:
+            ledger.fault(
+                place, f"no row of the catalogue has this {name.removesuffix('s')}", word, nearest(word, known)
+            )
+
+
+def _wanted_words(wanted: object, unit: str) -> str:
+    if isinstance(wanted, bool):
+        return "yes" if wanted else "no"
+    if isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted):
+        low, high = ("open" if end is None else f"{end:g}" for end in wanted)
+        return f"{low} to {high} {unit if unit not in PURE else ''}".strip()
+    return " or ".join(map(str, wanted)) if isinstance(wanted, tuple) else str(wanted)

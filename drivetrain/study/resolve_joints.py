@@ -1,0 +1,195 @@
+"""The joints of a study: drives or candidates, mounting, friction and amplifier, one a joint of the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from drivetrain.arm.arm import Arm
+from drivetrain.catalog.read import Catalog, fits
+from drivetrain.drive.amplifier import Amplifier, to_dc
+from drivetrain.drive.friction import FRICTIONLESS, Friction
+from drivetrain.errors import nearest
+from drivetrain.study.candidates import candidate_pairs, frameless_rule, known_pair
+from drivetrain.study.document import Place
+from drivetrain.study.ledger import Ledger
+from drivetrain.study.schema import DEFAULT, StudyForm
+from drivetrain.study.schema_parts import AmplifierForm, CandidatesForm, FrictionForm, JointForm, MountForm
+from drivetrain.study.study import ContainedDrive, DriveMass, JointTask, Mount
+
+_CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What a joint is resolved against.
+
+    Attributes:
+        form: The study file.
+        arm: None without one.
+        catalog: The rows.
+        ledger: Takes faults and notes.
+    """
+
+    form: StudyForm
+    arm: Arm | None
+    catalog: Catalog
+    ledger: Ledger
+
+
+def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTask, ...]:
+    """Every joint's task.
+
+    Args:
+        around: Study file, arm, catalogue, ledger.
+        names: Of the joints, in the arm's or the load tables' order.
+
+    Returns:
+        One a joint, in that order.
+    """
+    forms, ledger = around.form.joints, around.ledger
+    for name in forms:
+        if names and name not in (*names, DEFAULT):
+            ledger.fault(("joints", name), "is no joint", hint=nearest(name, [*names, DEFAULT]))
+    tasks = []
+    for index, name in enumerate(names):
+        form = merged_joint(forms.get(name), forms.get(DEFAULT))
+        place: Place = ("joints", name if name in forms else DEFAULT)
+        if form is None:
+            hint = "or give a joints.default for all of them"
+            ledger.fault(("joints", name), "is missing: say what may drive this joint", hint=hint)
+            continue
+        tasks.append(_task(around, name, index, form, place))
+    return tuple(tasks)
+
+
+def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm | None:
+    """What holds for a joint: its own entry over the default one.
+
+    An own drive is not joined by the default's candidates, nor own candidates by the default's drive.
+
+    Args:
+        own: The joint's entry.
+        default: The entry for all joints.
+
+    Returns:
+        The merged entry; None when there is neither.
+    """
+    if own is None or default is None:
+        return own if default is None else default
+    merged = own.over(default)
+    if own.given("drive") and not own.given("candidates"):
+        return merged.model_copy(update={"candidates": None})
+    if own.given("candidates") and not own.given("drive"):
+        return merged.model_copy(update={"drive": None})
+    return merged
+
+
+def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledger, place: Place) -> Amplifier:
+    """An amplifier with its limits in DC-equivalent ampere, each converted by the basis that stands beside it.
+
+    Args:
+        form: Of the joint.
+        default: Of the study.
+        ledger: Takes currents without a basis as faults.
+        place: Of the joint's entry in the study file.
+
+    Returns:
+        The amplifier.
+    """
+    study = _limits(default, default.current_basis, ledger, ("amplifier",))
+    own = _limits(form, form.current_basis or default.current_basis, ledger, (*place, "amplifier"))
+    return Amplifier(**{**study, **own})
+
+
+def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, float]:
+    found = {} if form.modulation is None else {"modulation": form.modulation}
+    for name in ("peak_current", "continuous_current"):
+        current = getattr(form, name)
+        if current is not None and basis is None:
+            problem = "needs current_basis beside it: dc, rms or peak; they differ by up to 41 %, so it is not guessed"
+            ledger.fault((*place, name), problem)
+        elif current is not None and basis is not None:
+            found[name] = to_dc(current, basis)
+    return found
+
+
+def _task(around: Surroundings, name: str, index: int, form: JointForm, place: Place) -> JointTask:
+    ledger = around.ledger
+    drive = _drive(around, name, form, place)
+    pairs: tuple[tuple[str, str], ...] = ()
+    passed_over: tuple[str, ...] = ()
+    if form.candidates is not None:
+        pairs, passed_over = candidate_pairs(form.candidates, around.catalog, ledger, (*place, "candidates"))
+    elif form.drive is None:
+        ledger.fault(
+            place, "has neither a drive nor candidates", hint="drive: {motor: ..., gear: ...} or candidates: ..."
+        )
+    friction: Friction = FRICTIONLESS
+    motor_friction: Friction | None = None
+    with ledger.gather((*place, "friction")):
+        friction = _friction(form.friction)
+    with ledger.gather((*place, "motor_friction")):
+        motor_friction = None if form.motor_friction is None else _friction(form.motor_friction)
+    return JointTask(
+        name=name,
+        drive=drive,
+        pairs=pairs,
+        passed_over=passed_over,
+        mount=_mount(form.mount),
+        contained=_contained(around, form, place),
+        friction=friction,
+        motor_friction=motor_friction,
+        amplifier=resolve_amplifier(form.amplifier, around.form.amplifier, ledger, place),
+        travel_per_turn=_travel(around, index, form, place),
+        housing_to_ambient=form.housing_to_ambient,
+    )
+
+
+def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tuple[str, str] | None:
+    """The keys of a given drive; a pair that nobody publishes is allowed with a note."""
+    if form.drive is None:
+        return None
+    pair = known_pair(form.drive, around.catalog, around.ledger, (*place, "drive"))
+    if pair is None or not pair[1]:
+        return pair
+    motor, gear = pair
+    rule = frameless_rule(form.candidates or CandidatesForm())
+    published = gear in around.catalog.pairs.get(motor, ())
+    own = motor in around.form.motors or gear in around.form.gears
+    if not published and not own and not fits(around.catalog.motors[motor], around.catalog.gears[gear], rule):
+        around.ledger.note([f"{name}: {motor} with {gear} is not published as fitting; check flange, shaft and size."])
+    return pair
+
+
+def _friction(form: FrictionForm) -> Friction:
+    return replace(FRICTIONLESS, **form.model_dump())
+
+
+def _mount(form: MountForm) -> Mount:
+    return Mount(form.carrier, form.offset)
+
+
+def _contained(around: Surroundings, form: JointForm, place: Place) -> ContainedDrive | None:
+    """What the links hold; asked for with `replaced`, out of place without."""
+    replaced = around.form.drive_mass == DriveMass.REPLACED
+    if form.contained is None:
+        if replaced:
+            problem = "is missing: drive_mass replaced must know what the links hold at this joint"
+            around.ledger.fault((*place, "contained"), problem, hint=_CONTAINED)
+        return None
+    if not replaced and around.form.drive_mass is not None:
+        problem = f"goes with drive_mass: replaced, but the study says {around.form.drive_mass}"
+        around.ledger.fault((*place, "contained"), problem)
+    return ContainedDrive(form.contained.mass, _mount(form.contained.mount))
+
+
+def _travel(around: Surroundings, index: int, form: JointForm, place: Place) -> float | None:
+    """Travel a radian of a prismatic joint: needed there, out of place elsewhere."""
+    slides = around.arm is not None and not around.arm.screws[index, :3].any()
+    travel = form.travel_per_turn
+    if slides and not travel:
+        around.ledger.fault((*place, "travel_per_turn"), "a prismatic joint needs it, not 0", hint="such as 10 mm/rev")
+    if travel is not None and not slides and place[1] != DEFAULT:
+        around.ledger.fault((*place, "travel_per_turn"), "goes with a prismatic joint of an arm only")
+    return travel if slides else None
