@@ -1,0 +1,132 @@
+"""CSV tables with units in their headers, read cell by cell so that every fault has its row and column."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+from drivetrain.units import split_header
+
+FAULTS_A_COLUMN = 5  # shown before "and so on": a column of text would else list every row
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """One column.
+
+    Attributes:
+        header: As written.
+        name: Without the unit.
+        unit: From the brackets; empty when there are none.
+        values: In that unit, (N,); NaN where a cell could not be read.
+    """
+
+    header: str
+    name: str
+    unit: str
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A file read so far as it could be.
+
+    Attributes:
+        file: Its path.
+        columns: In their order.
+        rows: Line number in the file of every row of values, (N,).
+        faults: Cells and headers that could not be read.
+    """
+
+    file: str
+    columns: tuple[Column, ...]
+    rows: tuple[int, ...]
+    faults: tuple[Fault, ...]
+
+
+def read_table(path: str | Path) -> Table:
+    """The columns of a CSV file.
+
+    The separator is a comma, a semicolon (then numbers may have decimal commas) or a tab; empty lines and lines that
+    begin with # are passed over.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Its columns and the faults of single cells, which the caller adds to its own.
+
+    Raises:
+        InputError: The file cannot be read, or holds fewer than two rows of values.
+    """
+    file = str(path)
+    lines = _lines(Path(path), file)
+    header_line, headers = lines[0]
+    faults = [
+        Fault(f"row {header_line}", "two columns have this header", header, "", file)
+        for header in dict.fromkeys(headers)
+        if headers.count(header) > 1
+    ]
+    cells = []
+    rows = []
+    for line, row in lines[1:]:
+        if len(row) != len(headers):
+            faults.append(Fault(f"row {line}", f"must have {len(headers)} cells like the header", len(row), "", file))
+            continue
+        cells.append(row)
+        rows.append(line)
+    columns = []
+    for index, header in enumerate(headers):
+        values = _numbers([row[index] for row in cells], rows, header, file, faults)
+        columns.append(Column(header, *split_header(header), values))
+    return Table(file, tuple(columns), tuple(rows), tuple(faults))
+
+
+def _lines(path: Path, file: str) -> list[tuple[int, list[str]]]:
+    """Line numbers and stripped cells of all lines that hold any."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(Fault("file", f"cannot be read: {error}", None, "", file)) from None
+    numbered = [(number, line) for number, line in enumerate(text.splitlines(), 1)]
+    held = [(number, line) for number, line in numbered if line.strip(" ,;\t") and not line.lstrip().startswith("#")]
+    if len(held) < 3:
+        raise InputError(Fault("file", "must hold a header and at least two rows of values", len(held), "", file))
+    counts = {separator: held[0][1].count(separator) for separator in (";", "\t", ",")}
+    separator = max(counts, key=lambda sign: counts[sign])
+    parsed = csv.reader([line for _, line in held], delimiter=separator, skipinitialspace=True)
+    decimal_comma = separator == ";"
+    lines = []
+    for index, ((number, _), row) in enumerate(zip(held, parsed, strict=True)):
+        stripped = [cell.strip() for cell in row]
+        lines.append((number, [c.replace(",", ".") for c in stripped] if decimal_comma and index else stripped))
+    return lines
+
+
+def _numbers(cells: list[str], rows: list[int], header: str, file: str, faults: list[Fault]) -> Array:
+    """The column as floats; adds a fault for every cell that is none, up to a few."""
+    try:
+        values = np.array(cells, dtype=np.float64)
+    except ValueError:
+        values = np.array([_number(cell) for cell in cells])
+    bad = np.flatnonzero(~np.isfinite(values))
+    values[bad] = math.nan
+    for index in bad[:FAULTS_A_COLUMN]:
+        place = f"row {rows[index]}, column {header}"
+        faults.append(Fault(place, "must be a finite number", cells[index], "", file))
+    if len(bad) > FAULTS_A_COLUMN:
+        faults.append(Fault(f"column {header}", f"{len(bad) - FAULTS_A_COLUMN} more cells like this", None, "", file))
+    return values
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return math.nan
