@@ -231,8 +231,9 @@ def _longest_overload(time: Array, excess: Array) -> float:
         return 0.0
     first, last, steps = excess[:-1], excess[1:], np.diff(time)
     # Share of each interval that is above: all of it, none, or up to where the line crosses zero.
-    share = np.maximum(first, last) / np.maximum(np.abs(first - last), np.finfo(float).tiny)
-    lasting = steps * np.where(above[:-1] & above[1:], 1.0, np.where(above[:-1] | above[1:], share, 0.0))
+    total = np.abs(first) + np.abs(last)
+    positive = np.maximum(first, 0.0) + np.maximum(last, 0.0)
+    lasting = steps * np.divide(positive, total, out=np.zeros_like(total), where=total > 0.0)
     breaks = np.flatnonzero(~above)
     sums = np.add.reduceat(np.append(lasting, 0.0), breaks)
     if above[0] and above[-1]:  # the stretch that runs over the end of the cycle

@@ -115,7 +115,7 @@ def cycle_trace(
     for k in range(steps.size):
         m00 = growth[k] - a
         half = 0.5 * (m00 + d)
-        pieces = min(64, 1 + int(5.0 * steps[k] * (a + d)))  # a fifth of the shorter time constant
+        pieces = 1 + int(min(511.0, 5.0 * steps[k] * (a + d)))  # a fifth of the shorter time constant
         step = steps[k] / pieces
         p, q, _, _ = _integrals(step, m00, b, c, -d)
         s00, s01, s10, s11 = p + q * half, q * b, q * c, p - q * half
