@@ -1,0 +1,119 @@
+"""The files of one job: all of them, or none."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import tempfile
+from pathlib import Path
+
+from drivetrain.errors import Fault, InputError
+from drivetrain.report.page import html_report
+from drivetrain.report.result_json import result_json
+from drivetrain.sizing.currents import current_commands
+from drivetrain.sizing.results import Evaluation, Selection
+
+FALLEN_COLUMNS = ("joint", "motor", "gear", "check", "required", "available", "unit", "utilisation", "objective")
+
+
+def write_outputs(out_dir: str | Path, result: Evaluation | Selection) -> dict[str, Path]:
+    """Write ``report.html``, ``result.json`` and ``currents.csv``, of a selection also ``fallen.csv``.
+
+    Everything is made before anything is written, and written beside its place before any old file is replaced.
+
+    Args:
+        out_dir: Folder, made when missing.
+        result: Of ``evaluate`` or ``select``.
+
+    Returns:
+        Where each file is, by name.
+
+    Raises:
+        InputError: The folder cannot be made or written to.
+    """
+    evaluation = result.evaluation if isinstance(result, Selection) else result
+    texts = {
+        "report.html": html_report(result),
+        "result.json": result_json(result),
+        "currents.csv": currents_csv(evaluation),
+    }
+    if isinstance(result, Selection):
+        texts["fallen.csv"] = fallen_csv(result)
+    return write_files(out_dir, texts)
+
+
+def currents_csv(evaluation: Evaluation) -> str:
+    """The current commands as CSV text.
+
+    Args:
+        evaluation: Of ``evaluate``.
+
+    Returns:
+        One header row with units, one row per sample and joint.
+    """
+    return str(current_commands(evaluation).to_csv(index=False, lineterminator="\n", float_format="%.9g"))
+
+
+def fallen_csv(selection: Selection) -> str:
+    """Every candidate that fell, with the check that felled it, as CSV text.
+
+    Args:
+        selection: Of ``select``.
+
+    Returns:
+        One header row, one row a candidate; required and available in the unit of their column ``unit``.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(FALLEN_COLUMNS)
+    for one in selection.fallen:
+        numbers = [f"{value:.6g}" for value in (one.required, one.available)]
+        last = [f"{value:.6g}" for value in (one.utilisation, one.objective)]
+        writer.writerow([one.joint, one.motor, one.gear, one.check, *numbers, one.unit, *last])
+    return out.getvalue()
+
+
+def write_files(out_dir: str | Path, texts: dict[str, str]) -> dict[str, Path]:
+    """Write several files so that a failure leaves the old ones as they were.
+
+    Args:
+        out_dir: Folder, made when missing.
+        texts: Content by file name.
+
+    Returns:
+        Where each file is, by name.
+
+    Raises:
+        InputError: The folder cannot be made or written to.
+    """
+    folder = Path(out_dir)
+    waiting: dict[Path, Path] = {}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            waiting[folder / name] = _written_beside(folder / name, text)
+        for place, beside in waiting.items():
+            beside.replace(place)
+    except OSError as error:
+        raise InputError(Fault("output folder", f"cannot be written: {error.strerror}", str(out_dir))) from None
+    finally:
+        for beside in waiting.values():
+            beside.unlink(missing_ok=True)
+    return {name: folder / name for name in texts}
+
+
+def _written_beside(place: Path, text: str) -> Path:
+    """A hidden file in the same folder that holds the text, on the disk."""
+    handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
+    beside = Path(name)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.chmod(0o644)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
+    return beside

@@ -1,0 +1,113 @@
+"""The verdict for machines: ``result.json``."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from typing import Any
+
+from drivetrain.sizing.results import Check, Evaluation, JointResult, Selection, Verdict
+from drivetrain.version import __version__
+
+SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
+
+
+def result_json(result: Evaluation | Selection) -> str:
+    """An evaluation or a selection as JSON text.
+
+    Args:
+        result: Of ``evaluate`` or ``select``.
+
+    Returns:
+        JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same result
+        gives the same bytes.
+    """
+    return json.dumps(result_data(result), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def result_data(result: Evaluation | Selection) -> dict[str, Any]:
+    """An evaluation or a selection as plain data.
+
+    Args:
+        result: Of ``evaluate`` or ``select``.
+
+    Returns:
+        What ``result.json`` holds: joints in the arm's order, checks in their fixed order.
+    """
+    selection = result if isinstance(result, Selection) else None
+    evaluation = result.evaluation if isinstance(result, Selection) else result
+    study = evaluation.study
+    failed = selection is not None and not selection.feasible
+    data: dict[str, Any] = {
+        "schema_version": SCHEMA_VERSION,
+        "drivetrain": __version__,
+        "study": study.name,
+        "digest": study.digest,
+        "job": "size" if selection is None else "select",
+        "verdict": str(Verdict.FAIL if failed else evaluation.verdict),
+        "feasible": evaluation.feasible if selection is None else selection.feasible,
+        "objective": {"name": study.objective, "value": _finite(result.objective), "unit": _objective_unit(evaluation)},
+        "joints": {name: _joint(joint) for name, joint in evaluation.joints.items()},
+        "shared": [_check(check) for check in evaluation.shared],
+    }
+    return data if selection is None else data | _search(selection)
+
+
+def _objective_unit(evaluation: Evaluation) -> str:
+    """Kilograms, or nothing for a price in the user's own currency."""
+    return "kg" if evaluation.study.objective == "mass" else ""
+
+
+def _finite(value: float | None) -> float | None:
+    """A number that JSON can hold; None for NaN and infinity."""
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _check(check: Check) -> dict[str, Any]:
+    """One check; says in the remark which number was not finite."""
+    names = ("required", "available", "utilisation")
+    endless = [name for name in names if (value := getattr(check, name)) is not None and not math.isfinite(value)]
+    notes = [check.remark] if check.remark else []
+    notes += [f"{name} is {'not a number' if math.isnan(getattr(check, name)) else 'infinite'}" for name in endless]
+    return {
+        "name": check.name,
+        "required": _finite(check.required),
+        "available": _finite(check.available),
+        "unit": check.unit,
+        "utilisation": _finite(check.utilisation),
+        "verdict": str(check.verdict),
+        "time": _finite(check.time),
+        "source": check.source,
+        "remark": "; ".join(notes),
+    }
+
+
+def _joint(joint: JointResult) -> dict[str, Any]:
+    """One joint: its drive and every check."""
+    return {
+        "verdict": str(joint.verdict),
+        "drive": {"motor": joint.motor, "gear": joint.gear},
+        "binding": None if joint.binding is None else joint.binding.name,
+        "checks": [_check(check) for check in joint.checks],
+        "assumptions": list(joint.drive.assumptions),
+        "remarks": list(joint.remarks),
+    }
+
+
+def _search(selection: Selection) -> dict[str, Any]:
+    """What only a selection knows."""
+    by_check = Counter((fallen.joint, fallen.check) for fallen in selection.fallen)
+    fallen: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
+    for (joint, check), count in sorted(by_check.items(), key=lambda item: (-item[1], item[0])):
+        fallen.setdefault(joint, {})[check] = count
+    return {
+        "proof": selection.proof,
+        "alternatives": {
+            joint: [{"motor": motor, "gear": gear, "objective": _finite(share)} for motor, gear, share in found]
+            for joint, found in selection.alternatives.items()
+        },
+        "fallen": {"count": len(selection.fallen), "by_joint_and_check": fallen},
+        "advice": list(selection.advice),
+        "counters": dict(sorted(selection.counters.items())),
+    }

@@ -1,0 +1,110 @@
+"""What the commands print besides verdicts: faults of the input, findings of a catalogue, notes, progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from drivetrain.catalog.findings import Severity
+from drivetrain.catalog.lint import LintFault
+from drivetrain.errors import DrivetrainError, Fault, InputError
+
+WIDTH_WITHOUT_TERMINAL = 160  # columns when the output is piped: no line is cut to a screen that is not there
+MOST_LISTED = 25  # lines of a long list on the terminal
+
+
+def console(*, errors: bool = False) -> Console:
+    """The terminal, or the pipe without colours.
+
+    Args:
+        errors: Standard error instead of standard output.
+
+    Returns:
+        A rich console that takes no markup from data.
+    """
+    found = Console(stderr=errors, highlight=False, markup=False, emoji=False)
+    if not found.is_terminal:
+        found = Console(stderr=errors, highlight=False, markup=False, emoji=False, width=WIDTH_WITHOUT_TERMINAL)
+    return found
+
+
+def fault_lines(error: DrivetrainError) -> list[Text]:
+    """Wrong input as a list: file, place, value, what is allowed, the mend.
+
+    Args:
+        error: Of any kind this package raises.
+
+    Returns:
+        A heading and one or more lines a fault.
+    """
+    if not isinstance(error, InputError):
+        return [Text.assemble(("error ", "bold red"), str(error))]
+    count = len(error.faults)
+    lines = [Text("1 thing is wrong" if count == 1 else f"{count} things are wrong", "bold red")]
+    for fault in error.faults:
+        lines += _fault_lines(fault)
+    return lines
+
+
+def _fault_lines(fault: Fault) -> list[Text]:
+    """One fault: where it stands and what is wrong, then what was found and the mend."""
+    where = " ".join(part for part in (f"{fault.file}:" if fault.file else "", fault.place) if part)
+    lines = [Text.assemble("  ", (where, "bold"), f": {fault.problem}")]
+    if fault.value is not None:
+        lines.append(Text.assemble(("      found  ", "dim"), repr(fault.value)))
+    if fault.hint:
+        lines.append(Text.assemble(("      mend   ", "dim"), fault.hint))
+    return lines
+
+
+def lint_table(found: Sequence[LintFault]) -> Table:
+    """The findings of a catalogue, printed against predicted.
+
+    Args:
+        found: From ``lint``.
+
+    Returns:
+        A table for a rich console.
+    """
+    table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
+    for heading in ("file", "row", "key", "column", "", "problem", "printed", "predicted"):
+        table.add_column(heading, justify="right" if heading in ("row", "printed", "predicted") else "left", overflow="fold")
+    for one in found:
+        style = "red" if one.severity is Severity.ERROR else "yellow"
+        problem = one.problem + (f"; {one.hint}" if one.hint else "")
+        table.add_row(
+            one.file, str(one.row), one.key, one.column, Text(str(one.severity), style), problem,
+            _value(one.printed), _value(one.predicted),
+        )  # fmt: skip
+    return table
+
+
+def _value(value: object) -> str:
+    """A printed or predicted value."""
+    return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+@contextmanager
+def progress(to: Console, text: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar while something long is done; nothing when the output is no terminal.
+
+    Args:
+        to: Where to show it.
+        text: What is being done.
+
+    Yields:
+        A function to call with (done, of how many).
+    """
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=to, transient=True, disable=not to.is_terminal) as bar:
+        task = bar.add_task(text, total=None)
+
+        def step(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
+
+        yield step
