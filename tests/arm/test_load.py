@@ -1,0 +1,89 @@
+"""One door for names and files."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drivetrain as dt
+from drivetrain.arm.builtin import ROBOTS
+from drivetrain.arm.load import load_arm
+from drivetrain.arm.rotors import MountedRotor
+from drivetrain.errors import InputError, PhysicsWarning
+
+DATA = Path(__file__).with_name("data")
+DRIVEN = """<robot name="one" xmlns:drake="http://drake.mit.edu">
+<link name="base"/><link name="a"/><link name="b"/><link name="c"/>
+<joint name="turn" type="continuous"><parent link="base"/><child link="a"/><axis xyz="0 0 1"/></joint>
+<joint name="slide" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="1 0 0"/>
+  <limit lower="0" upper="1" velocity="1"/></joint>
+<joint name="lift" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 1 0"/></joint>
+<transmission name="t"><joint name="turn"/><actuator name="m">
+  <drake:rotor_inertia value="2e-5"/><drake:gear_ratio value="-80"/></actuator></transmission>
+<transmission name="s"><joint name="slide"/><actuator name="m"><mechanicalReduction>628</mechanicalReduction>
+  <drake:rotor_inertia value="3e-5"/></actuator></transmission>
+<transmission name="l"><joint name="lift"/><actuator name="m">
+  <drake:rotor_inertia value="1e-5"/></actuator></transmission>
+</robot>"""
+
+
+def test_names_and_paths_are_told_apart() -> None:
+    assert load_arm("ur5").name == "ur5"
+    assert load_arm(DATA / "ur10.urdf").name == "ur10"
+    assert load_arm(str(DATA / "ur10.urdf"), tip="ee_link").tip[0, 3] > 1
+    assert dt.load_arm("planar-2r", gravity=[0, 0, 0]).gravity.tolist() == [0, 0, 0]
+
+
+def test_unknown_names_are_told_with_the_nearest() -> None:
+    with pytest.raises(InputError, match="did you mean 'ur5'"):
+        load_arm("ur-5")
+    with pytest.raises(InputError, match="no such file"):
+        load_arm("nowhere/arm.urdf")
+
+
+def test_doubts_of_a_file_warn_at_the_callers_line() -> None:
+    with pytest.warns(PhysicsWarning, match="wrist") as caught:
+        load_arm(ROBOTS / "ur5.urdf")
+    assert caught[0].filename == __file__
+
+
+def test_stated_rotors_are_mounted_and_told(tmp_path: Path) -> None:
+    path = tmp_path / "one.urdf"
+    path.write_text(DRIVEN)
+    arm = load_arm(path)
+    turn, slide, lift = arm.rotors
+    assert isinstance(turn, MountedRotor) and isinstance(slide, MountedRotor)
+    assert (turn.ratio, turn.axial_inertia, turn.carrier, turn.mass) == (-80.0, 2e-5, -1, 0.0)
+    assert (slide.ratio, slide.axial_inertia, slide.carrier) == (628.0, 3e-5, 0)
+    assert np.array_equal(slide.screw[:3], [1, 0, 0])
+    assert lift is None
+    assert any("turn, slide" in note for note in arm.notes)
+    assert any("not used: lift" in note for note in arm.notes)
+
+
+XACRO = """<robot name="made" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:property name="reach" value="0.25"/><xacro:macro name="rod" params="name"><link name="${name}"/></xacro:macro>
+<xacro:rod name="base"/><xacro:rod name="arm"/><xacro:rod name="tool0"/>
+<joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint>
+<joint name="end" type="fixed"><parent link="arm"/><child link="tool0"/><origin xyz="${2*reach} 0 0"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize("name", ["made.xacro", "made.urdf.xacro"])
+def test_xacro_files_are_expanded(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_text(XACRO)
+    assert load_arm(path).tip[0, 3] == 0.5
+
+
+def test_xacro_faults_and_absence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "bad.xacro"
+    path.write_text(XACRO.replace("2*reach", "2*reech"))
+    with pytest.raises(InputError, match="cannot expand"):
+        load_arm(path)
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    with pytest.raises(InputError, match=r"drivetrain\[xacro\]"):
+        load_arm(path)
