@@ -82,11 +82,14 @@ def test_at_rest_hold_with_the_smaller_and_size_for_starting() -> None:
 
 
 def test_starting_without_a_load_still_breaks_friction_away_in_the_direction_that_follows() -> None:
-    speed = np.array([0.0, -0.2, -0.3])
+    speed = np.array([0.0, -0.2, 0.3])
     zeros = np.zeros(3)
     asked = motor_torque(FULL, zeros, speed, zeros, zeros)
     driving = 1.0 / 0.7 - 0.004 * 100.0 / 40.0
     assert asked.starting[0] == pytest.approx(-(driving * 0.7 / 100.0 + 0.025 + 0.004))
+    # the motor of a reversing gear starts the other way
+    reverse = dataclasses.replace(FULL, gear=dataclasses.replace(GEAR, ratio=-100.0))
+    assert motor_torque(reverse, zeros, speed, zeros, zeros).starting[0] == pytest.approx(-asked.starting[0])
     # nothing moves and nothing pulls: nothing to start
     assert motor_torque(FULL, zeros, zeros, zeros, zeros).starting.tolist() == [0.0, 0.0, 0.0]
 

@@ -79,6 +79,7 @@ def test_standstill_is_an_interval() -> None:
     np.testing.assert_allclose(hold, [0.5 * (2.0 - 1.0 / 0.7), -0.5 * (2.0 - 1.0 / 0.7), 0.0])
     np.testing.assert_allclose(start, [0.5 / 0.7, -0.5 / 0.7, 0.0])
     np.testing.assert_array_equal(standstill_interval(WORM, np.array([20.0])).hold, [0.0])
+    np.testing.assert_array_equal(mesh_input_torque(WORM, np.array([20.0]), np.array([0.0])), [0.0])
     # the motion holds with the smaller end, also where the caller says that a tiny speed is rest
     np.testing.assert_allclose(mesh_input_torque(LOSSY, np.array([50.0]), np.array([0.0])), hold[:1])
     at_rest = mesh_input_torque(LOSSY, np.array([50.0]), np.array([1e-15]), standstill=np.array([True]))

@@ -254,8 +254,9 @@ def test_a_peak_inside_a_long_interval_is_seen() -> None:
 def test_without_a_winding_time_constant_only_means_are_told() -> None:
     time, current = _cycle()
     unknown = dataclasses.replace(MOTOR, winding_time_constant=None)
-    result = temperature_of_current(_network(unknown), unknown, time, current)
-    known = temperature_of_current(_network(), MOTOR, time, current)
+    loss = np.full(time.size, 4.0)
+    result = temperature_of_current(_network(unknown), unknown, time, current, housing_loss=loss)
+    known = temperature_of_current(_network(), MOTOR, time, current, housing_loss=loss)
     assert not result.ripple_known and known.ripple_known
     assert np.ptp(result.winding) == 0.0 and result.winding[0] == result.peak_winding
     # 0.3 K: the mean misses that hot copper meets high current

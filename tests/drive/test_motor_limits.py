@@ -174,6 +174,12 @@ def test_without_any_peak_current_the_region_closes_at_stall() -> None:
     assert polygon[:, 1].max() == pytest.approx(0.04 * 48.0 / 0.6)
 
 
+def test_a_printed_peak_torque_below_the_line_counts() -> None:
+    # iron saturates: the printed peak torque is less than torque constant times peak current
+    polygon = operating_region(_motor(peak_current=12.0, peak_torque=0.4), Amplifier(), 48.0, 25.0, 25.0)
+    assert polygon[:, 1].max() == pytest.approx(0.4) and polygon[:, 1].min() == pytest.approx(-0.4)
+
+
 def test_continuous_region_lies_inside_the_intermittent_one() -> None:
     motor, amplifier = _motor(peak_current=12.0), Amplifier(continuous_current=3.0)
     outer = operating_region(motor, amplifier, 48.0, 120.0, 60.0)
