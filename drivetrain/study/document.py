@@ -12,6 +12,8 @@ from drivetrain.errors import Fault, InputError
 
 Place = tuple[str | int, ...]  # keys and list positions from the top, such as ("joints", "elbow", "drive")
 
+_DEEPEST = 20
+_PLAIN = ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
 _MERGE_KEY = "tag:yaml.org,2002:merge"
 
 
@@ -142,6 +144,10 @@ def _yaml_hint(words: str) -> str:
 def _data(node: yaml.Node, place: Place, file: Path, lines: dict[Place, int], faults: list[Fault]) -> Any:
     """The value of a node; fills the lines and the faults."""
     lines.setdefault(place, node.start_mark.line + 1)
+    problem = _refused(node, place)
+    if problem:
+        faults.append(Fault(spelled(place), problem, file=f"{file}:{node.start_mark.line + 1}"))
+        return None
     if isinstance(node, yaml.MappingNode):
         return _mapping(node, place, file, lines, faults)
     if isinstance(node, yaml.SequenceNode):
@@ -152,6 +158,13 @@ def _data(node: yaml.Node, place: Place, file: Path, lines: dict[Place, int], fa
         where = f"{file}:{node.start_mark.line + 1}"
         faults.append(Fault(spelled(place), f"cannot be read: {error}", node.value, "put it in quotes", where))
         return None
+
+
+def _refused(node: yaml.Node, place: Place) -> str:
+    """Why a node is not taken at all: tags that make objects, and anchors that hold themselves."""
+    if isinstance(node, yaml.CollectionNode) and node.tag not in _PLAIN:
+        return f"has the tag {node.tag}, which a study file has no use for"
+    return "nests too deeply" if len(place) > _DEEPEST else ""
 
 
 def _mapping(

@@ -65,7 +65,9 @@ class MotionForm(Form):
     """
 
     file: f.Name | None = Field(default=None, description="CSV file of joint positions over time")
-    smoothing: f.Duration | None = Field(default=None, description="window in which the positions are smoothed")
+    smoothing: Annotated[float, f.Quantity("s", minimum=0.0)] | None = Field(
+        default=None, description="window for differentiating the file; 0 s: none; left out: as its resolution asks"
+    )
     table: f.Name | None = Field(default=None, description="CSV file of torque and speed over time, without an arm")
     waypoints: list[Any] | None = Field(default=None, description="one row a waypoint, one value a joint")
     unit: f.Names | None = Field(default=None, description="of bare numbers in the waypoints, for all or one a joint")

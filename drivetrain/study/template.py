@@ -1,0 +1,138 @@
+"""A commented study to start from: it works as it stands, and three edits make it one's own."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.builtin import builtin_names
+from drivetrain.arm.load import load_arm
+from drivetrain.errors import PhysicsWarning
+
+SWING = math.radians(40.0)  # of each revolute joint, where its range allows
+SLIDE = 0.1  # [m], of each prismatic joint
+
+_TEMPLATE = """\
+# A study for drivetrain. It works as it stands:
+#   drivetrain check THIS_FILE     are all values understood?
+#   drivetrain select THIS_FILE    which motors and gears drive this arm?
+#   drivetrain size THIS_FILE      do the drives written under `joints` do it?
+# Three edits make it your own: the arm (1), what it carries (2), how it moves (3). Every value carries its unit.
+schema_version: 1
+name: My arm
+
+# 1. The arm: a built-in one ({builtin}), a path to a .urdf or .xacro file,
+#    or a table: {{dh: my_table.csv, convention: classic}} (or modified).
+arm: {arm}
+# Whose mass are the drives?  added: the links are bare, the drives come on top.  included: the links, of a finished
+# robot, hold them already.  replaced: they hold other drives; each joint then says `contained: {{mass: 1.2 kg}}`.
+drive_mass: included
+
+# 2. What the tip carries; com and inertia in the tip's frame.
+payloads:
+  part:
+    mass: 3 kg
+    com: [0 mm, 0 mm, 60 mm]
+    inertia: {{xx: 8e-3 kg m^2, yy: 8e-3 kg m^2, zz: 6e-3 kg m^2}}
+
+# 3. How it moves: waypoints, at rest in each. Or a recording: {{file: my_motion.csv}}, with a header such as
+#    time [s], {first} [deg], ...
+motions:
+  default: # holds for all motions{unit}
+    profile: s_curve # or trapezoid, quintic
+    speed: {speed}
+    acceleration: {acceleration}
+    jerk: {jerk}
+  there: # {joints}
+    waypoints:
+      - [{start}]
+      - [{end}]
+  back:
+    waypoints:
+      - [{end}]
+      - [{start}]
+
+# One round of the repeated task; temperatures are those after many rounds.
+cycle:
+  - {{motion: there, payload: part}}
+  - {{dwell: 0.5 s, payload: part}}
+  - {{motion: back}}
+  - {{dwell: 0.5 s}}
+
+supply:
+  voltage: 48 V
+  regenerated_power: 100 W # what the brake resistor burns
+
+amplifier: # limits of each; current_basis says what their ampere is: dc, rms or peak
+  current_basis: rms
+  peak_current: 40 A
+  continuous_current: 20 A
+
+ambient: 25 °C
+safety:
+  peak_torque: 1.2 # factor on what is required
+  reserve: 10 % # a check that passes with less is MARGINAL
+objective: mass # or price
+
+# What may drive each joint; a joint's own entry goes over the default one, name by name.
+joints:
+  default:
+    candidates:
+      motors: {{frameless: true, nominal_voltage: [40 V, 60 V]}}
+      gears: {{kind: strain_wave, ratio: [50, 160]}}{travel}
+  # {first}:
+  #   drive: {{motor: key, gear: key}} # a given drive, for `drivetrain size`; gear: none is a direct drive
+  #   friction: {{coulomb: 0.5 N m}} # at the joint, outside the gear
+"""
+
+
+def study_template(arm: str = "ur5-corrected") -> str:
+    """The text of a study that loads and runs, with comments on what to change.
+
+    Args:
+        arm: Name of a built-in arm, or path of a URDF file.
+
+    Returns:
+        The text of the YAML file.
+
+    Raises:
+        InputError: No such arm.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # told again, with the rest, when the study is read
+        loaded = load_arm(arm)
+    slides = [not screw[:3].any() for screw in loaded.screws]
+    start, end = (_row(loaded, slides, side) for side in (-0.5, 0.5))
+    return _TEMPLATE.format(
+        arm=arm,
+        builtin=", ".join(builtin_names()),
+        first=loaded.joint_names[0],
+        joints=", ".join(loaded.joint_names),
+        unit="" if any(slides) else "\n    unit: deg",
+        start=start,
+        end=end,
+        speed=_limit(slides, "90 deg/s", "0.25 m/s"),
+        acceleration=_limit(slides, "300 deg/s^2", "1 m/s^2"),
+        jerk=_limit(slides, "3000 deg/s^3", "10 m/s^3"),
+        travel="\n    travel_per_turn: 10 mm/rev # of the prismatic joints" if any(slides) else "",
+    )
+
+
+def _row(arm: Arm, slides: list[bool], side: float) -> str:
+    """A waypoint: the middle of each joint's range, and a share of the swing to one side."""
+    entries = []
+    for lower, upper, sliding in zip(arm.lower, arm.upper, slides, strict=True):
+        bounded = math.isfinite(lower) and math.isfinite(upper)
+        middle = 0.5 * (lower + upper) if bounded else 0.0
+        swing = min(SLIDE if sliding else SWING, 0.8 * (upper - lower) if bounded else math.inf)
+        value = middle + side * swing
+        entries.append(f"{1e3 * value:.0f} mm" if sliding else f"{math.degrees(value):.1f}")
+    units = [" deg" if any(slides) and not sliding else "" for sliding in slides]
+    return ", ".join(entry + unit for entry, unit in zip(entries, units, strict=True))
+
+
+def _limit(slides: list[bool], turning: str, sliding: str) -> str:
+    """One limit for all joints, or one each when they are of two kinds."""
+    each = [sliding if slide else turning for slide in slides]
+    return each[0] if len(set(each)) == 1 else f"[{', '.join(each)}]"
