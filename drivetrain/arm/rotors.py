@@ -86,6 +86,11 @@ class MountedRotor(Rotor):
     screw: Array
     carrier: int
 
+    def __post_init__(self) -> None:
+        # with_rotors makes these from what Rotor has checked; to check again would cost more than to mount.
+        for array in (self.inertia, self.home, self.screw):
+            array.setflags(write=False)
+
     @property
     def axial_inertia(self) -> float:
         """Inertia about the line through the spin axis [kg m^2], an unbalanced rotor's offset counted."""

@@ -18,7 +18,7 @@ from drivetrain.spatial.poses import (
 )
 from drivetrain.spatial.rotations import exp_rotation, skew, unit
 
-ANGLES = [0.0, 1e-200, 1e-12, 1e-8, 1e-4, 9.99e-3, 1.001e-2, 0.3, 2.0, np.pi - 1e-6, np.pi - 1e-9]
+ANGLES = [0.0, 1e-200, 1e-12, 1e-8, 1e-4, 9.99e-3, 1.001e-2, 0.09, 0.3, 2.0, np.pi - 1e-6, np.pi - 1e-9]
 
 
 def hat(twist: np.ndarray) -> np.ndarray:
@@ -48,7 +48,7 @@ def test_log_undoes_exp(angle: float) -> None:
         assert log_pose(exp_pose(twist)) == pytest.approx(twist, abs=2e-14)
 
 
-@pytest.mark.parametrize("angle", [1e-12, 1e-5, 9.9e-3, 1.01e-2, 1.0, 3.0])
+@pytest.mark.parametrize("angle", [1e-12, 1e-5, 9.9e-3, 1.01e-2, 0.09, 1.0, 3.0])
 def test_translation_against_fifty_digits(angle: float) -> None:
     """The shift is the integral of the rotation, whichever branch computes it."""
     axis, linear = unit([1.0, -2.0, 0.5]), np.array([0.3, 0.7, -0.2])
