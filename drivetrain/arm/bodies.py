@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.checks import checked_inertia, warn_of_inertias
+from drivetrain.arm.checks import called, checked_inertia, warn_of_inertias
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.inertia import RigidBody, combined
@@ -83,10 +83,10 @@ def _check_remainder(arm: Arm, link: int, mass: float, tensor: Array) -> None:
     name = arm.link_names[link]
     if mass <= 0.0:
         problem = f"must leave the link some mass; it has {arm.masses[link]:.6g} kg"
-        raise InputError(Fault(f"link {name}", problem, f"{mass:.6g} kg left"))
+        raise InputError(Fault(called(name), problem, f"{mass:.6g} kg left"))
     if (np.diag(tensor) < 0.0).any():
         problem = "must leave the link no negative moment of inertia [kg m^2]"
-        raise InputError(Fault(f"link {name}", problem, np.diag(tensor).tolist()))
+        raise InputError(Fault(called(name), problem, np.diag(tensor).tolist()))
     warn_of_inertias(tensor[np.newaxis], [name])
 
 

@@ -152,6 +152,18 @@ def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, f
     return np.array([value for value in checked if value is not None])
 
 
+def called(link: str) -> str:
+    """What to call a link in a sentence: "link forearm", but not "link link_1".
+
+    Args:
+        link: Its name.
+
+    Returns:
+        The phrase [-].
+    """
+    return link if link.lower().startswith("link") else f"link {link}"
+
+
 def triangle_doubt(inertia: Array, link: str) -> str:
     """What to say of an inertia that no body can have.
 
@@ -166,7 +178,7 @@ def triangle_doubt(inertia: Array, link: str) -> str:
         return ""
     moments = ", ".join(f"{moment:.6g}" for moment in np.linalg.eigvalsh(inertia))
     rule = "the largest may not pass the sum of the two others"
-    return f"link {link}: no body has principal moments {moments} kg m^2: {rule}"
+    return f"{called(link)}: no body has principal moments {moments} kg m^2: {rule}"
 
 
 def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
