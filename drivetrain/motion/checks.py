@@ -1,0 +1,277 @@
+"""Checks of sampled motions: what no drive can follow is a fault, what is hard to believe is a doubt."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault
+from drivetrain.motion.smoothing import UNIFORM, is_uniform
+from drivetrain.units import from_si
+
+FAULTS_SHOWN = 5  # of one kind in one column
+GAP_IN_TIME = 5.0  # times the usual step between samples: told
+# A step between samples is a jump when it is this many times the third largest of the eight steps around it: a motion
+# that starts from rest has at least three large steps after the first, a glitch and its way back are only two.
+JUMP = 8.0
+AROUND = 4
+SPIKE = 5.0  # the same for accelerations
+SPIKE_SHARE = 0.5  # and at least this share of the largest acceleration of the joint
+SMALLEST_JUMP = 1e-4  # [rad or m]
+MISMATCH_FAULT = 0.15  # share of the span by which given rates and values may differ
+MISMATCH_DOUBT = 0.03
+TURNS_BELIEVED = 20.0  # [rad] joints of arms seldom make more than three turns
+SPEED_BELIEVED = 30.0  # [rad/s] joints of arms seldom turn faster than 290 rpm
+SMALL_IN_DEGREES = 2.0 * math.pi  # a file in deg in which nothing exceeds this may be in rad
+CONFUSIONS = (
+    (math.pi / 180.0, "the rates look like degrees, not radians"),
+    (180.0 / math.pi, "the values look like degrees, not radians"),
+    (2.0 * math.pi / 60.0, "the rates look like rpm, not rad/s"),
+    (2.0 * math.pi, "the rates look like turns, not radians"),
+    (60.0, "the rates look like those of a minute"),
+    (1000.0, "the rates look a thousand times too small"),
+    (0.001, "the rates look a thousand times too large"),
+    (-1.0, "the sign is turned"),
+)
+
+
+class Series(NamedTuple):
+    """One column on its way through the checks.
+
+    Attributes:
+        name: Of the column as in the file.
+        values: In SI, (N,).
+        rows: Line number in the file of every sample.
+        file: The file.
+    """
+
+    name: str
+    values: Array
+    rows: tuple[int, ...]
+    file: str
+
+
+def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
+    """Where time does not go on.
+
+    Args:
+        time: [s].
+        pairs: Whether two samples (not three) may share one instant.
+
+    Returns:
+        A fault for each place, the first few.
+    """
+    step = np.diff(time.values)
+    wrong = step < 0.0 if pairs else step <= 0.0
+    if pairs:
+        wrong[1:] |= (step[1:] == 0.0) & (step[:-1] == 0.0)
+    rule = "must not go back, and at most two samples may share an instant" if pairs else "must increase"
+    faults = [
+        Fault(f"row {time.rows[i + 1]}, column {time.name}", f"time {rule}", float(time.values[i + 1]), "", time.file)
+        for i in np.flatnonzero(wrong)[:FAULTS_SHOWN]
+    ]
+    if wrong.sum() > FAULTS_SHOWN:
+        faults.append(
+            Fault(f"column {time.name}", f"{wrong.sum() - FAULTS_SHOWN} more rows like this", None, "", time.file)
+        )
+    if not faults and time.values[-1] <= time.values[0]:
+        faults.append(Fault(f"column {time.name}", "time must go on", None, "", time.file))
+    return faults
+
+
+def sampling_notes(time: Array) -> list[str]:
+    """Notes on samples at unequal distances.
+
+    Args:
+        time: Never decreasing [s], (N,).
+
+    Returns:
+        At most one note.
+    """
+    distinct = np.unique(time)
+    if len(distinct) < 3 or is_uniform(distinct):
+        return []
+    step = np.diff(distinct)
+    usual, longest = float(np.median(step)), int(step.argmax())
+    told = f"sampling is not uniform to {100 * UNIFORM:g} %: steps of {step.min():.4g} to {step.max():.4g} s"
+    if step[longest] > GAP_IN_TIME * usual:
+        return [f"doubt: {told}; the gap after t = {distinct[longest]:.4g} s is bridged as the rest is"]
+    return [told]
+
+
+def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) -> list[Fault]:
+    """Where a position leaves its course within one or two samples.
+
+    Args:
+        time: Never decreasing [s], (N,).
+        series: Positions [rad or m].
+        resolution: Step between readings [rad or m]; 0 for full precision.
+        turns: Whether it is an angle, so that a jump by a turn is a wrapped angle.
+
+    Returns:
+        A fault for each jump or spike, the first few.
+    """
+    length = np.diff(time)
+    step = np.abs(np.diff(series.values))
+    faults = [
+        Fault(
+            _place(series, i + 1),
+            f"position steps at t = {time[i]:.6g} s",
+            float(series.values[i + 1]),
+            "",
+            series.file,
+        )
+        for i in np.flatnonzero((length == 0.0) & (step > SMALLEST_JUMP))[:FAULTS_SHOWN]
+    ]
+    moving = np.flatnonzero(length > 0.0)
+    rate = step[moving] / length[moving]
+    sudden = moving[isolated(rate, JUMP) & (step[moving] > max(SMALLEST_JUMP, 20.0 * resolution))]
+    groups = np.split(sudden, np.flatnonzero(np.diff(sudden) > 1) + 1) if len(sudden) else []
+    for group in groups[:FAULTS_SHOWN]:
+        first, size = int(group[0]), float(series.values[group[0] + 1] - series.values[group[0]])
+        what = f"position {'jumps' if len(group) == 1 else 'has a spike'} by {size:.4g} rad or m at t = {time[first + 1]:.6g} s"
+        turned = turns and abs(abs(size) - 2.0 * math.pi) < 0.2 * math.pi
+        hint = "the angle is wrapped: unwrap it" if turned else "no drive can follow; if it is meant, sample it finer"
+        faults.append(Fault(_place(series, first + 1), what, float(series.values[first + 1]), hint, series.file))
+    if len(groups) > FAULTS_SHOWN:
+        more = f"{len(groups) - FAULTS_SHOWN} more jumps like this"
+        faults.append(Fault(f"column {series.name}", more, None, "", series.file))
+    return faults
+
+
+def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
+    """Which values tower over their eight neighbours.
+
+    Args:
+        sizes: Not negative, any unit, (N,).
+        times_larger: How often the third largest neighbour.
+
+    Returns:
+        True where so, (N,); nowhere in fewer than ten values.
+    """
+    if len(sizes) < 2 * AROUND + 2:
+        return np.zeros(len(sizes), dtype=np.bool_)
+    padded = np.pad(sizes, AROUND, mode="reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * AROUND + 1)
+    around = np.delete(windows, AROUND, axis=1)
+    third = np.partition(around, -3, axis=1)[:, -3]
+    return np.asarray((sizes > times_larger * third) & (sizes > 0.0))
+
+
+def spike_doubts(time: Array, acceleration: Array, joint: str) -> list[str]:
+    """Doubts about accelerations of one or two samples.
+
+    Args:
+        time: Never decreasing [s], (N,).
+        acceleration: [rad/s^2 or m/s^2], (N,).
+        joint: Its name.
+
+    Returns:
+        At most one doubt, at the largest spike.
+    """
+    size = np.abs(acceleration)
+    spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
+    if not len(spikes):
+        return []
+    worst = int(spikes[size[spikes].argmax()])
+    told = f"acceleration of {joint} has a spike of {acceleration[worst]:.4g} at t = {time[worst]:.6g} s"
+    return [f"doubt: {told} [rad/s^2 or m/s^2]: peak torque will be that of the spike"]
+
+
+def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -> tuple[list[Fault], list[str]]:
+    """Whether given rates are the derivatives of given values, by integrating the rates.
+
+    Args:
+        time: Never decreasing [s], (N,).
+        values: Positions or speeds.
+        rates: Their rates, as given.
+        smallest: Difference that does not count, in the unit of the values: resolution, or noise of a joint at rest.
+
+    Returns:
+        Faults and doubts, at most one together.
+    """
+    travel = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (rates.values[1:] + rates.values[:-1]))])
+    wanted, travel = values.values - values.values.mean(), travel - travel.mean()
+    span = max(float(np.ptp(wanted)), float(np.ptp(travel)))
+    off = np.abs(wanted - travel)
+    worst = int(off.argmax())
+    if off[worst] <= max(smallest, MISMATCH_DOUBT * span):
+        return [], []
+    share = float(off[worst]) / span
+    problem = f"is not the derivative of {values.name}: integrated, it misses by {100 * share:.3g} % of the span"
+    hint = _confusion(wanted, travel)
+    if share > MISMATCH_FAULT:
+        return [Fault(f"column {rates.name}", problem, None, hint, rates.file)], []
+    return [], [f"doubt: column {rates.name} {problem}" + (f"; {hint}" if hint else "")]
+
+
+def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str]:
+    """Doubts about radians that look like degrees.
+
+    Args:
+        column: As in the file.
+        unit: As in the file.
+        position: [rad], (N,).
+        joint: Its name.
+
+    Returns:
+        At most one doubt.
+    """
+    largest = float(np.abs(position).max())
+    if unit.casefold().startswith("rad") and largest > TURNS_BELIEVED:
+        turns = largest / (2.0 * math.pi)
+        return [f"doubt: column {column}: {joint} reaches {largest:.4g} rad, {turns:.3g} turns: are these degrees?"]
+    return []
+
+
+def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
+    """Doubts about a file in degrees in which nothing moves by more than 6.3 degrees.
+
+    Args:
+        columns: Those with degrees, as in the file.
+        positions: Of each [rad], (N,).
+
+    Returns:
+        At most one doubt.
+    """
+    largest = max((float(np.abs(from_si(position, "rad", "deg")).max()) for position in positions), default=0.0)
+    if 0.0 < largest <= SMALL_IN_DEGREES:
+        return [f"doubt: no angle of {', '.join(columns)} exceeds {largest:.3g} deg: are these radians?"]
+    return []
+
+
+def speed_doubts(column: str, speed: Array, joint: str) -> list[str]:
+    """Doubts about joint speeds that look like degrees a second or rpm.
+
+    Args:
+        column: As in the file.
+        speed: [rad/s], (N,).
+        joint: Its name.
+
+    Returns:
+        At most one doubt.
+    """
+    largest = float(np.abs(speed).max())
+    if largest <= SPEED_BELIEVED:
+        return []
+    return [f"doubt: column {column}: {joint} reaches {largest:.4g} rad/s: is this deg/s, rpm or a motor's speed?"]
+
+
+def _confusion(wanted: Array, travel: Array) -> str:
+    """The mend when wanted = factor x travel with a factor of some well-known confusion."""
+    power = float(travel @ travel)
+    if power == 0.0:
+        return "the rates are zero"
+    factor = float(wanted @ travel) / power
+    for known, words in CONFUSIONS:
+        if abs(factor / known - 1.0) < 0.02:
+            return words
+    return ""
+
+
+def _place(series: Series, index: int) -> str:
+    return f"row {series.rows[index]}, column {series.name}"

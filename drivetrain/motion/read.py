@@ -1,0 +1,315 @@
+"""Motions and load tables from CSV files, checked as a whole: all faults at once, doubts in the notes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+from drivetrain.motion.checks import (
+    Series,
+    jump_faults,
+    rate_mismatch,
+    sampling_notes,
+    small_angle_doubts,
+    speed_doubts,
+    spike_doubts,
+    time_faults,
+    unit_doubts,
+)
+from drivetrain.motion.columns import Assigned, Found, Kind, assigned_columns
+from drivetrain.motion.motion import LoadTable, Motion
+from drivetrain.motion.smoothing import (
+    Parabolas,
+    Smoothing,
+    SmoothingSpline,
+    chosen_smoothing,
+    detected_resolution,
+)
+from drivetrain.motion.table import Table, read_table
+from drivetrain.units import factor
+
+POSITION = Kind("position", ("q", "position", "pos", "angle", ""), ("rad", "m"), needed=True)
+VELOCITY = Kind("velocity", ("qd", "velocity", "vel", "speed", "dq"), ("rad/s", "m/s"), needed=False)
+ACCELERATION = Kind("acceleration", ("qdd", "acceleration", "accel", "acc", "ddq"), ("rad/s^2", "m/s^2"), needed=False)
+TORQUE = Kind("torque", ("torque", "tau"), ("N m",), needed=True)
+SPEED = Kind("speed", ("speed", "velocity", "qd"), ("rad/s",), needed=True)
+ROTATION = Kind("acceleration", ("acceleration", "accel", "acc", "qdd"), ("rad/s^2",), needed=False)
+
+STILL = 1e-3  # share of the largest span below which a joint counts as standing
+COARSE = 0.03  # error of the acceleration by coarse sampling from which on it is told
+
+
+def read_motion(
+    path: str | Path,
+    joint_names: Sequence[str],
+    *,
+    smoothing: Smoothing | None = None,
+    position_units: Sequence[str] | None = None,
+    name: str = "",
+) -> Motion:
+    """The motion in a CSV file.
+
+    Columns: ``time [s]``; per joint ``q_<joint> [deg]`` (or ``position_<joint>``, the joint's bare name, or ``q1``,
+    ``q2`` in order); where known ``qd_<joint> [rad/s]`` and ``qdd_<joint> [rad/s^2]``. What is not given is
+    differentiated, and the notes say how. Two rows may share an instant (a step of acceleration) when all three are
+    given. Doubts are notes that begin with "doubt:".
+
+    Args:
+        path: The file.
+        joint_names: (n,), in the order wanted.
+        smoothing: How to differentiate; None: parabolas, or a smoothing spline where the resolution of the numbers or
+            their noise would show in the acceleration.
+        position_units: ``rad`` or ``m`` for each joint, (n,), to be held against the file; None: as in the file.
+        name: What to call the motion; empty: the file's name.
+
+    Returns:
+        The motion, in SI.
+
+    Raises:
+        InputError: Cells that are no numbers, missing or misspelt columns or units, time that goes back, jumps and
+            spikes of position, rates that are not the derivatives of what they should be; all of them listed.
+    """
+    joints = tuple(joint_names)
+    table = read_table(path)
+    found = assigned_columns(table, joints, (POSITION, VELOCITY, ACCELERATION))
+    faults = [*table.faults, *found.faults, *_kind_faults(found, joints, position_units, table.file)]
+    time = _checked_time(table, found, faults, pairs=len(found.found) == 3 * len(joints))
+    notes = [*found.notes, *sampling_notes(time)]
+    still = STILL * max(float(np.ptp(found.found["position", joint].values)) for joint in joints)
+    blocks, ways = [], []
+    for joint in joints:
+        rows, how = _joint(time, table, found.found, joint, smoothing, faults)
+        notes += _consistency(time, table, found.found, joint, still, faults)
+        notes += spike_doubts(time, rows[2], joint)
+        blocks.append(rows)
+        ways.append(how)
+    if faults:
+        raise InputError(faults)
+    notes += _unit_notes(found.found, joints)
+    title = name or Path(path).stem
+    head = f"{title}: {len(time)} samples from {Path(path).name}, {time[-1] - time[0]:.4g} s"
+    position, velocity, acceleration = np.stack(blocks, axis=2)
+    told = [head, *_grouped(joints, ways), *notes]
+    return Motion(title, joints, time, position, velocity, acceleration, tuple(dict.fromkeys(told)))
+
+
+def read_load_table(path: str | Path, joint_names: Sequence[str] | None = None, *, name: str = "") -> LoadTable:
+    """The torque-speed-time table in a CSV file, for users without an arm.
+
+    Columns: ``time [s]``; per joint ``torque_<joint> [N m]`` and ``speed_<joint> [rpm]``, where known
+    ``acceleration_<joint> [rad/s^2]``; with one joint the bare ``torque``, ``speed`` and ``acceleration`` will do.
+    Between rows speed is a straight line; where no joint's acceleration is given, each row inside becomes two samples
+    with the slopes before and after it. Two rows may share an instant: the torque steps.
+
+    Args:
+        path: The file.
+        joint_names: (n,), in the order wanted; None: as the columns name them.
+        name: What to call the table; empty: the file's name.
+
+    Returns:
+        The table, in SI.
+
+    Raises:
+        InputError: Cells that are no numbers, missing or misspelt columns or units, time that goes back, steps of
+            speed, accelerations that are not the derivative of the speed; all of them listed.
+    """
+    table = read_table(path)
+    joints = tuple(joint_names) if joint_names is not None else _named_joints(table)
+    found = assigned_columns(table, joints, (TORQUE, SPEED, ROTATION))
+    faults = [*table.faults, *found.faults]
+    time = _checked_time(table, found, faults, pairs=True)
+    torque, speed = (np.stack([found.found[kind, j].values for j in joints], axis=1) for kind in ("torque", "speed"))
+    faults += _speed_step_faults(time, table, found.found, joints)
+    given = [joint for joint in joints if ("acceleration", joint) in found.found]
+    title = name or Path(path).stem
+    notes = [f"{title}: {len(time)} rows from {Path(path).name}, {time[-1] - time[0]:.4g} s", *found.notes]
+    if given and len(given) < len(joints):
+        rest = ", ".join(joint for joint in joints if joint not in given)
+        faults.append(
+            Fault("columns", f"give the acceleration of all joints or of none; missing: {rest}", file=table.file)
+        )
+    for joint in given:
+        speeds, rates = (_series(found.found[kind, joint], table) for kind in ("speed", "acceleration"))
+        wrong, doubts = rate_mismatch(time, speeds, rates, STILL * float(np.ptp(speed)))
+        faults += wrong
+        notes += doubts
+    if faults:
+        raise InputError(faults)
+    if given:
+        acceleration = np.stack([found.found["acceleration", joint].values for joint in joints], axis=1)
+        return LoadTable(title, joints, time, torque, speed, acceleration, (*notes, "acceleration as given"))
+    notes.append("acceleration from speed, a straight line between rows")
+    return LoadTable(title, joints, *_with_slopes(time, torque, speed), tuple(notes))
+
+
+def _checked_time(table: Table, found: Assigned, faults: list[Fault], *, pairs: bool) -> Array:
+    """The time column [s]; raises what stands in the way of all further checks."""
+    if faults or found.time is None:
+        raise InputError(faults)
+    wrong = time_faults(_series(found.time, table), pairs=pairs)
+    if wrong:
+        raise InputError(wrong)
+    return found.time.values
+
+
+def _kind_faults(found: Assigned, joints: tuple[str, ...], units: Sequence[str] | None, file: str) -> list[Fault]:
+    """Joints whose position, speed and acceleration do not all turn, or all slide."""
+    faults = []
+    for index, joint in enumerate(joints):
+        position = found.found.get(("position", joint))
+        if position is None:
+            continue
+        unit = units[index] if units is not None else position.unit
+        kind = "turns" if unit == "rad" else "slides"
+        for what, wanted in (("position", unit), ("velocity", f"{unit}/s"), ("acceleration", f"{unit}/s^2")):
+            column = found.found.get((what, joint))
+            if column is not None and column.unit != wanted:
+                problem = f"joint {joint} {kind}: its {what} must have a unit such as {wanted}"
+                faults.append(Fault(f"column {column.column.header}", problem, column.column.unit, "", file))
+    return faults
+
+
+def _series(found: Found, table: Table) -> Series:
+    return Series(found.column.header, found.values, table.rows, table.file)
+
+
+def _resolution(found: Found) -> float:
+    """The step between readings, in SI."""
+    return detected_resolution(found.column.values) * factor(found.column.unit)
+
+
+def _joint(
+    time: Array,
+    table: Table,
+    found: dict[tuple[str, str], Found],
+    joint: str,
+    smoothing: Smoothing | None,
+    faults: list[Fault],
+) -> tuple[Array, str]:
+    """Position, velocity and acceleration of one joint, (3, N), and how they came about; adds jumps to the faults."""
+    position = found["position", joint]
+    velocity, acceleration = found.get(("velocity", joint)), found.get(("acceleration", joint))
+    wrong = jump_faults(time, _series(position, table), _resolution(position), turns=position.unit == "rad")
+    faults += wrong
+    if velocity is not None and acceleration is not None:
+        return np.stack([position.values, velocity.values, acceleration.values]), "velocity and acceleration as given"
+    if wrong:  # nothing worth differentiating
+        return np.zeros((3, len(time))), ""
+    source = position if velocity is None else velocity
+    way = smoothing or chosen_smoothing(time, source.values, _resolution(source))
+    if isinstance(way, SmoothingSpline) and way.resolution is None:
+        way = SmoothingSpline(_resolution(source))
+    first, second = _differentiated(time, source.values, way)
+    doubt = _coarse(time, source.values) if isinstance(way, Parabolas) else ""
+    if velocity is not None:
+        return np.stack([position.values, velocity.values, first]), f"acceleration by {way.description}"
+    if acceleration is not None:
+        return np.stack([position.values, first, acceleration.values]), f"velocity by {way.description}"
+    return np.stack([position.values, first, second]), f"velocity and acceleration by {way.description}{doubt}"
+
+
+def _differentiated(time: Array, values: Array, way: Smoothing) -> tuple[Array, Array]:
+    """Both derivatives; exactly zero for a joint that stands."""
+    if float(np.ptp(values)) == 0.0:
+        return np.zeros_like(values), np.zeros_like(values)
+    first, second = way.derivatives(time, values)
+    return first, second
+
+
+def _coarse(time: Array, values: Array) -> str:
+    """A doubt where halving the samples changes the acceleration: the error falls with the square of the step."""
+    if len(time) < 9:
+        return ""
+    second = Parabolas().derivatives(time, values).second[2:-2:2]
+    halved = Parabolas().derivatives(time[::2], values[::2]).second[1 : 1 + len(second)]
+    size = float(np.sqrt(np.mean(second[: len(halved)] ** 2)))
+    change = float(np.sqrt(np.mean((second[: len(halved)] - halved) ** 2))) / 3.0
+    if size == 0.0 or change <= COARSE * size:
+        return ""
+    return f"; doubt: sampled coarsely, about {100 * change / size:.2g} % of the acceleration is uncertain"
+
+
+def _consistency(
+    time: Array,
+    table: Table,
+    found: dict[tuple[str, str], Found],
+    joint: str,
+    still: float,
+    faults: list[Fault],
+) -> list[str]:
+    """Doubts where given rates miss what they should be the derivative of; adds gross misses to the faults."""
+    doubts: list[str] = []
+    for kind, of in (("velocity", "position"), ("acceleration", "velocity")):
+        rates, values = found.get((kind, joint)), found.get((of, joint))
+        if rates is None or values is None:
+            continue
+        smallest = max(still, 2.0 * _resolution(values)) if of == "position" else 2.0 * _resolution(values)
+        wrong, some = rate_mismatch(time, _series(values, table), _series(rates, table), smallest)
+        faults += wrong
+        doubts += some
+    return doubts
+
+
+def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) -> list[str]:
+    """Doubts about units, from the size of the values."""
+    notes: list[str] = []
+    in_degrees = []
+    for joint in joints:
+        position, velocity = found["position", joint], found.get(("velocity", joint))
+        if position.unit == "rad":
+            notes += unit_doubts(position.column.header, position.column.unit, position.values, joint)
+            if factor(position.column.unit) == factor("deg"):
+                in_degrees.append(position)
+        if velocity is not None and velocity.unit == "rad/s":
+            notes += speed_doubts(velocity.column.header, velocity.values, joint)
+    headers = [position.column.header for position in in_degrees]
+    return notes + small_angle_doubts(headers, [position.values for position in in_degrees])
+
+
+def _grouped(joints: tuple[str, ...], ways: list[str]) -> list[str]:
+    """One note for all joints that were treated alike."""
+    return [
+        f"{', '.join(j for j, other in zip(joints, ways, strict=True) if other == way)}: {way}"
+        for way in dict.fromkeys(ways)
+    ]
+
+
+def _named_joints(table: Table) -> tuple[str, ...]:
+    """The joints that torque columns name; one called axis when the torque stands alone."""
+    names = [column.name for column in table.columns if column.name.casefold().startswith("torque")]
+    joints = tuple(name[len("torque") :].strip("_ .") for name in names)
+    if joints in ((), ("",)):
+        return ("axis",)
+    return joints
+
+
+def _speed_step_faults(
+    time: Array, table: Table, found: dict[tuple[str, str], Found], joints: tuple[str, ...]
+) -> list[Fault]:
+    """Speeds that differ at one instant: an impulse."""
+    same = np.diff(time) == 0.0
+    faults = []
+    for joint in joints:
+        speed = found["speed", joint]
+        for index in np.flatnonzero(same & (np.diff(speed.values) != 0.0)):
+            place = f"row {table.rows[index + 1]}, column {speed.column.header}"
+            value = float(speed.column.values[index + 1])
+            faults.append(Fault(place, "speed steps at one instant: an impulse", value, "", table.file))
+    return faults
+
+
+def _with_slopes(time: Array, torque: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
+    """Time, torque, speed and acceleration with both ends of every interval as samples; equal neighbours once."""
+    length = np.diff(time)
+    intervals = np.flatnonzero(length > 0.0)
+    slope = np.diff(speed, axis=0)[intervals] / length[intervals, np.newaxis]
+    ends = np.stack([intervals, intervals + 1], axis=1).ravel()
+    columns = np.hstack([time[ends, np.newaxis], torque[ends], speed[ends], np.repeat(slope, 2, axis=0)])
+    columns = columns[np.r_[True, np.any(columns[1:] != columns[:-1], axis=1)]]
+    n = torque.shape[1]
+    pieces = np.split(columns, [1, 1 + n, 1 + 2 * n], axis=1)
+    return pieces[0][:, 0], pieces[1], pieces[2], pieces[3]
