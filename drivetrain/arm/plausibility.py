@@ -41,8 +41,8 @@ def doubts(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
     density = mean_density(body)
     if gyration > REACH_FACTOR * size and density < DENSITY:
         found.append(
-            f"{called(name)}: {largest:.4g} kg m^2 with {body.mass:.4g} kg is a radius of gyration of {gyration:.3g} m, "
-            f"but its joints and centre of mass lie within {size:.3g} m, and a body so wide would have a density of "
+            f"{called(name)}: {largest:.4g} kg m^2 with {body.mass:.4g} kg is a radius of gyration of {gyration:.3g} m"
+            f", but its joints and centre of mass lie within {size:.3g} m, and a body so wide would have a density of "
             f"{density:.2g} kg/m^3: check its inertia"
         )
     return found
