@@ -128,9 +128,11 @@ def _conversion(text: str, unit: str) -> tuple[float, float]:
 def _radian_left_out(found: _Unit, wanted: _Unit) -> bool:
     """Sheets print viscous friction as Nms and the back-emf constant as Vs (or Nm/A): nothing else these can mean."""
     per_radian = [_unit("N m s/rad").dimension, _unit("V s/rad").dimension]
-    return wanted.dimension in per_radian and found.dimension == {
-        base: power for base, power in wanted.dimension.items() if base != "[angle]"
-    }
+    return (
+        "Hz" not in found.text
+        and wanted.dimension in per_radian
+        and found.dimension == {base: power for base, power in wanted.dimension.items() if base != "[angle]"}
+    )
 
 
 def _angle_hint(found: _Unit, wanted: _Unit) -> str:
@@ -336,9 +338,9 @@ def readable_unit(value: float, unit: str) -> str:
     Returns:
         Such as ``mA`` for 0.02 A; ``unit`` itself where no other is in use.
     """
-    choices = READABLE.get(unit, (unit,))
+    choices = READABLE.get(unit)
     size = abs(value)
-    if size == 0.0 or not math.isfinite(size):
+    if choices is None or size == 0.0 or not math.isfinite(size):
         return unit
     for choice in choices:
         if choice == "h" and size < LARGEST_IN_SECONDS:

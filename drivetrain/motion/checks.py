@@ -133,7 +133,8 @@ def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) 
     groups = np.split(sudden, np.flatnonzero(np.diff(sudden) > 1) + 1) if len(sudden) else []
     for group in groups[:FAULTS_SHOWN]:
         first, size = int(group[0]), float(series.values[group[0] + 1] - series.values[group[0]])
-        what = f"position {'jumps' if len(group) == 1 else 'has a spike'} by {size:.4g} rad or m at t = {time[first + 1]:.6g} s"
+        what = "jumps" if len(group) == 1 else "has a spike"
+        what = f"position {what} by {size:.4g} [rad or m] at t = {time[first + 1]:.6g} s"
         turned = turns and abs(abs(size) - 2.0 * math.pi) < 0.2 * math.pi
         hint = "the angle is wrapped: unwrap it" if turned else "no drive can follow; if it is meant, sample it finer"
         faults.append(Fault(_place(series, first + 1), what, float(series.values[first + 1]), hint, series.file))
