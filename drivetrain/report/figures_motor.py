@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.ticker import MaxNLocator
 
 from drivetrain.arrays import Array
 from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
@@ -52,7 +53,7 @@ def motor_regions(joint: JointResult, task: JointTask, study: Study) -> Regions:
     winding, housing = joint.series.winding_temperature, joint.series.housing_temperature
     hot = float(winding.max()) if winding is not None else motor.max_winding_temperature
     hot = cold if hot is None else hot
-    magnet = float(housing.max()) if housing is not None else hot
+    magnet = float(housing.mean()) if housing is not None else hot
     lasting = continuous_current(motor, study.ambient, housing_to_ambient=task.housing_to_ambient).value
 
     def forever(temperature: float, magnets: float) -> Array | None:
@@ -123,7 +124,9 @@ def draw_motor_plane(axes: Axes, joint: JointResult, regions: Regions, *, small:
     axes.axhline(0, color=MUTED, linewidth=0.7, zorder=2)
     axes.axvline(0, color=MUTED, linewidth=0.7, zorder=2)
     cloud(axes, convert(series.motor_speed, "rad/s", "rpm"), convert(series.motor_torque, "N m", unit), series.time)
-    if not small:
+    if small:
+        axes.xaxis.set_major_locator(MaxNLocator(5))
+    else:
         axes.set_xlabel("motor speed [rpm]")
         axes.set_ylabel(f"motor torque [{printed_unit(unit)}]")
     return unit

@@ -75,7 +75,7 @@ def _colours(selection: Selection) -> dict[str, str]:
 def _joint(axes: Axes, joint: str, fallen: list[Fallen], selection: Selection, colours: dict[str, str]) -> None:
     """The candidates of one joint."""
     known = [one for one in fallen if np.isfinite(one.objective)]
-    for check in sorted({one.check for one in known}, key=lambda check: check in colours):
+    for check in sorted({one.check for one in known}, key=lambda check: (check in colours, check)):
         group = [one for one in known if one.check == check]
         share = np.minimum([one.utilisation for one in group], LARGEST_DRAWN)
         many = len(known) > MOST_VECTOR_POINTS // 4

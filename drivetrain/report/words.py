@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
 from drivetrain.sizing.results import Check, Evaluation, JointResult, Selection, Verdict
 from drivetrain.study.study import DriveMass, Study
@@ -41,6 +43,8 @@ def check_sentence(check: Check) -> str:
     when = "" if check.time is None else f" at t = {number(check.time)} s"
     if check.required is None or check.available is None:
         return f"{check.name}{when}: {percent(check.utilisation)} of its limit"
+    if not math.isfinite(check.utilisation):
+        return f"{check.name}: {check.remark or 'beyond any number'}"
     required, available = (number(float(convert(v, check.unit, shown))) for v in (check.required, check.available))
     return f"{check.name} {required} {unit}".rstrip() + f"{when}, limit {available} {unit}".rstrip() + (
         f" ({percent(check.utilisation)})"

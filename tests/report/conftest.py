@@ -1,4 +1,4 @@
-"""A made-up six-axis evaluation with every kind of verdict in it, to draw and print without running a study."""
+"""A made-up evaluation of three joints with every kind of verdict in it, to draw and print without running a study."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, JointSeries, Selection, Verdict
 from drivetrain.study.study import GearAssumption, JointTask, Mount, MotorAssumption, Safety, Study
 
-NAMES = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+NAMES = ("shoulder_pan", "shoulder_lift", "elbow")
+SIZES = (3.0, 2.5, 2.0)
 SAMPLES = 1601
 
 
@@ -111,21 +112,21 @@ def made_up_checks(used: float) -> tuple[Check, ...]:
         judged("winding temperature", 155.0, "C", used, 3.1),
         judged("gear average torque", 60.0, "N m", 0.4 * used, None),
         judged("gear repeated peak torque", 100.0, "N m", 0.55 * used, 0.71),
-        Check("gear life", 2.0e4, None, "h", None, Verdict.NOT_CHECKED, None, "", "the sheet gives no rated life"),
+        Check("gear life L10", 2.0e4, None, "h", None, Verdict.NOT_CHECKED, None, "", "the sheet gives no rated life"),
         Check("inertia ratio", 1.8, None, "", None, Verdict.NOT_CHECKED, 0.2, "", "reported, the study sets no limit"),
     )
 
 
 def made_up_study() -> Study:
     time = np.linspace(0.0, 4.0, SAMPLES)
-    flat = np.zeros((SAMPLES, 6))
+    flat = np.zeros((SAMPLES, len(NAMES)))
     segment = np.minimum((time / 1.0).astype(int), 3)
     cycle = Cycle(
         NAMES, time, flat, flat, flat, None, np.where(segment == 1, 0, -1), ("box",), segment,
         ("approach", "carry", "retreat", "wait"), ("trapezoid at 80 % of the speed limits",),
     )  # fmt: skip
-    motors = {m.key: m for m in (made_up_motor(s) for s in (3.0, 2.5, 2.0, 1.0, 0.8, 0.5))}
-    gears = {g.key: g for g in (made_up_gear(s) for s in (3.0, 2.5, 2.0, 1.0, 0.8, 0.5))}
+    motors = {m.key: m for m in (made_up_motor(s) for s in SIZES)}
+    gears = {g.key: g for g in (made_up_gear(s) for s in SIZES)}
     joints = tuple(
         JointTask(
             name, (m, g), ((m, g),), ("12 gears: no compatible motor",), Mount(), None, Friction(), None,
@@ -135,7 +136,7 @@ def made_up_study() -> Study:
     )  # fmt: skip
     return Study(
         name="made_up_arm",
-        description="Six axes that carry a box <and nothing else>.",
+        description="Three axes that carry a box <and nothing else>.",
         path="/somewhere/on/one/machine/study.yaml",
         digest="0123456789abcdef" * 4,
         arm=None,
@@ -154,7 +155,7 @@ def made_up_study() -> Study:
     )
 
 
-def made_up_evaluation(used: tuple[float, ...] = (0.62, 0.97, 1.08, 0.5, 0.45, 0.3)) -> Evaluation:
+def made_up_evaluation(used: tuple[float, ...] = (0.62, 0.97, 1.08)) -> Evaluation:
     study = made_up_study()
     joints = {}
     for i, (task, share) in enumerate(zip(study.joints, used, strict=True)):
@@ -188,7 +189,7 @@ def made_up_fallen() -> tuple[Fallen, ...]:
 
 
 def made_up_selection(feasible: bool = True) -> Selection:
-    used = (0.62, 0.97, 0.98, 0.5, 0.45, 0.3) if feasible else (0.62, 0.97, 1.08, 0.5, 0.45, 0.3)
+    used = (0.62, 0.97, 0.98) if feasible else (0.62, 0.97, 1.08)
     evaluation = made_up_evaluation(used)
     drives = {name: (joint.motor, joint.gear) for name, joint in evaluation.joints.items()} if feasible else {}
     return Selection(
@@ -200,7 +201,7 @@ def made_up_selection(feasible: bool = True) -> Selection:
         made_up_fallen(),
         {name: (("acme-9", "wave-9-100", 3.1), ("acme-8", "wave-8-100", 3.4)) for name in NAMES},
         () if feasible else ("elbow: the nearest is acme-2 with wave-2-100", "a 10 % lower speed would do"),
-        {"nodes": 12, "candidates": 2400},
+        {"nodes": 12, "candidates": 1200},
     )
 
 

@@ -1,0 +1,181 @@
+"""The pictures say what they show: every axis with its unit, every limit by name. Letters are drawn as shapes, so the
+tests read the text that stands as a comment before each."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.report.figures_arm import margin_bars, supply_power, temperatures
+from drivetrain.report.figures_gear import gear_plane
+from drivetrain.report.figures_motor import motor_plane, motor_regions, worst_instant
+from drivetrain.report.figures_overview import overview_png
+from drivetrain.report.figures_selection import candidates
+from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
+from drivetrain.sizing.results import Evaluation, Selection
+
+LIMITS = ElectricalLimits(60.0, 45.6)
+
+
+def texts(svg: str) -> list[str]:
+    ET.fromstring(svg)
+    return [text.strip().replace("\u00a0", " ") for text in re.findall(r"<!--(.*?)-->", svg, re.DOTALL)]
+
+
+def test_motor_plane_names_axes_regions_and_points(evaluation: Evaluation) -> None:
+    joint, task = evaluation.joints["elbow"], evaluation.study.joints[2]
+    found = texts(motor_plane(joint, task, evaluation.study))
+    for label in ("motor speed [rpm]", "motor torque [N m]", "gear output speed [rpm]", "time in the cycle [s]"):
+        assert label in found
+    assert "torque at the gear output, no losses [N m]" in found
+    hot = f"{joint.series.winding_temperature.max():.0f} °C"
+    for region in ("intermittent", "continuous"):
+        assert f"{region}, winding at {hot}" in found and f"{region}, winding at 25 °C" in found
+    assert any(text.startswith("RMS ") for text in found)
+    told = " ".join(found)
+    assert "motor peak torque: 86 %" in told and "t = 0.710 s: " in told
+
+
+def test_gear_side_axis_is_the_motor_side_times_the_ratio(evaluation: Evaluation) -> None:
+    """Ticks are read off the drawing: the gear's 100 N m stands where the motor's 1 N m stands (ratio 100)."""
+    joint, task = evaluation.joints["elbow"], evaluation.study.joints[2]
+    svg = motor_plane(joint, task, evaluation.study)
+    spots = re.findall(r"<!-- ([−\d.]+) --><g [^>]*translate\(([\d.]+) ([\d.]+)\)", svg)
+    right = max(float(x) for _, x, _ in spots)
+    gear = {float(t.replace("−", "-")): float(y) for t, x, y in spots if float(x) > right - 15}
+    motor = {float(t.replace("−", "-")): float(y) for t, x, y in spots if float(x) < 60}
+    assert {200.0, -200.0} <= set(gear) and {2.0, -2.0} <= set(motor)
+    for value in (200.0, -200.0):
+        assert gear[value] == pytest.approx(motor[value / 100.0], abs=0.5)  # points; both are centred on the tick
+
+
+def test_regions_shrink_when_hot(evaluation: Evaluation) -> None:
+    for task in evaluation.study.joints:
+        regions = motor_regions(evaluation.joints[task.name], task, evaluation.study)
+        assert regions.hot > regions.cold == 25.0
+        for hot, cold in (
+            (regions.intermittent_hot, regions.intermittent_cold),
+            (regions.continuous_hot, regions.continuous_cold),
+        ):
+            assert hot is not None and cold is not None
+            assert np.abs(hot[:, 1]).max() < np.abs(cold[:, 1]).max()
+
+
+def test_worst_instant_is_not_a_temperature(evaluation: Evaluation) -> None:
+    joint = evaluation.joints["elbow"]
+    assert joint.binding is not None and joint.binding.name == "winding temperature"
+    worst = worst_instant(joint)
+    assert worst is not None and worst.name == "motor peak torque"
+
+
+def test_gear_plane_names_every_limit(evaluation: Evaluation) -> None:
+    found = " | ".join(texts(gear_plane(evaluation.joints["elbow"])))
+    for label in ("rated 80.0 N m", "average 120 N m", "repeated peak 200 N m", "momentary 400 N m"):
+        assert label in found
+    for label in ("rated 1\u202f996 rpm", "mean 3\u202f438 rpm", "maximum 6\u202f685 rpm"):
+        assert label in found
+    assert "gear input speed, magnitude [rpm]" in found and "gear output torque, magnitude [N m]" in found
+
+
+def test_direct_drive_has_no_gear_plane(without_data: Evaluation) -> None:
+    assert gear_plane(without_data.joints["elbow"]) == ""
+
+
+@pytest.mark.parametrize("prismatic", [False, True])
+def test_motion_strips_have_units(evaluation: Evaluation, prismatic: bool) -> None:
+    found = texts(motion_strips(evaluation.joints["elbow"], evaluation.study.cycle, prismatic=prismatic))
+    position = "position [m]" if prismatic else "position [°]"
+    labels = (position, "output speed [rpm]", "gear torque [N m]", "motor torque [N m]", "time in the cycle [s]")
+    assert set(labels) <= set(found)
+    assert {"approach", "carry", "retreat", "wait", "repeated peak", "momentary"} <= set(found)
+    assert "closest to a limit: winding temperature" in found
+
+
+def test_electrical_strips_have_units_and_limits(evaluation: Evaluation) -> None:
+    found = texts(electrical_strips(evaluation.joints["elbow"], evaluation.study.cycle, limits=LIMITS))
+    labels = ("current [A]", "terminal voltage [V]", "power [W]", "temperature [°C]", "available", "winding limit")
+    assert set(labels) <= set(found)
+    assert "far above: motor peak 60.0 A, amplifier peak 60.0 A" in found
+
+
+def test_missing_temperatures_are_told(without_data: Evaluation) -> None:
+    found = texts(electrical_strips(without_data.joints["elbow"], without_data.study.cycle, limits=LIMITS))
+    assert "not computed: the sheet lacks thermal data" in found
+    assert temperatures(without_data) == ""
+
+
+def test_margin_bars_hold_every_judged_check_sorted(evaluation: Evaluation) -> None:
+    svg = margin_bars(evaluation, reserve=0.1)
+    found = texts(svg)
+    judged = {
+        check.name for joint in evaluation.joints.values() for check in joint.checks if check.utilisation is not None
+    }
+    judged |= {check.name for check in evaluation.shared}
+    assert judged <= set(found)
+    assert "utilisation [% of the limit]" in found
+    names = [text for text in found if text in judged]
+    assert names[:3] == ["winding temperature", "motor RMS current", "motor peak torque"]
+    dots = [text for text in found if text in ("1", "2", "3")]
+    assert len(dots) == 3 * len(judged - {check.name for check in evaluation.shared})
+
+
+def test_margin_bars_survive_infinite_and_huge_utilisations(evaluation: Evaluation) -> None:
+    joint = evaluation.joints["elbow"]
+    checks = (
+        replace(joint.checks[0], utilisation=float("inf")),
+        replace(joint.checks[1], utilisation=50.0),
+        *joint.checks[2:],
+    )
+    changed = Evaluation(
+        evaluation.study, {"elbow": replace(joint, checks=checks)}, evaluation.shared, evaluation.objective
+    )
+    assert "5000 %" in texts(margin_bars(changed, reserve=0.1))
+
+
+def test_supply_power_tells_drawn_from_given_back(evaluation: Evaluation) -> None:
+    found = texts(supply_power(evaluation))
+    assert {"drawn", "given back", "power of all joints [kW]", "time in the cycle [s]"} <= set(found)
+
+
+def test_temperatures_show_every_joint(evaluation: Evaluation) -> None:
+    found = texts(temperatures(evaluation))
+    assert set(evaluation.joints) <= set(found)
+    assert "temperature in the periodic steady state [°C]" in found
+
+
+def test_candidates_show_every_joint_and_the_felling_checks(selection: Selection) -> None:
+    svg = candidates(selection)
+    found = texts(svg)
+    assert {f"{joint}: 400 fell" for joint in selection.evaluation.joints} <= set(found)
+    assert {"winding temperature", "motor voltage", "gear repeated peak torque", "chosen", "also passes"} <= set(found)
+    assert "mass of motor and gear [kg]" in found and "worst utilisation [%]" in found
+    assert "<image" in svg  # 400 points a joint are drawn as an image
+    assert candidates(replace(selection, fallen=(), alternatives={})) == ""
+
+
+def test_large_clouds_are_images_small_ones_are_not(evaluation: Evaluation) -> None:
+    joint, task = evaluation.joints["elbow"], evaluation.study.joints[2]
+    large = motor_plane(joint, task, evaluation.study)
+    few = {
+        name: values[::4]
+        for name, values in vars(joint.series).items()
+        if values is not None and name not in ("bearing_load", "load_inertia")
+    }
+    small = motor_plane(replace(joint, series=replace(joint.series, **few)), task, evaluation.study)
+    assert large.count("<image") == small.count("<image") + 1  # the colour bar is an image in both
+
+
+def test_nothing_known_still_draws(without_data: Evaluation) -> None:
+    joint, task = without_data.joints["elbow"], without_data.study.joints[2]
+    found = texts(motor_plane(joint, task, without_data.study))
+    assert "motor speed [rpm]" in found
+    assert not any(text.startswith("continuous") for text in found)
+
+
+def test_overview_is_one_png(evaluation: Evaluation) -> None:
+    data = overview_png(evaluation)
+    assert data.startswith(b"\x89PNG") and data == overview_png(evaluation)

@@ -1,0 +1,225 @@
+"""The page is one well-formed file that needs nothing from outside, holds every check, and never changes by itself."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from drivetrain.report.page import html_report
+from drivetrain.report.views import anchor, check_rows, nearest_misses
+from drivetrain.report.words import MODEL_LIMITS, check_sentence, headline, overall_sentence
+from drivetrain.sizing.results import Check, Evaluation, Selection, Verdict
+
+VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr"}
+
+
+class Structure(HTMLParser):
+    """Checks nesting, and collects ids, links and what would be loaded."""
+
+    def __init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.links: list[str] = []
+        self.loads: list[str] = []
+        self.rows: list[list[str]] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = {name: value or "" for name, value in attrs}
+        if tag not in VOID:
+            self.open.append(tag)
+        if "id" in values:
+            self.ids.append(values["id"])
+        if tag == "a":
+            self.links.append(values.get("href", ""))
+        self.loads += [v for n, v in values.items() if n in ("src", "xlink:href", "data", "action", "srcset")]
+        if tag in ("link", "iframe", "object", "embed", "base"):
+            self.loads.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th") and self.rows:
+            self.rows[-1].append("")
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open and self.open[-1] == tag, f"</{tag}> closes {self.open[-3:]}"
+        self.open.pop()
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] in ("style", "script"):
+            return
+        self.text += data
+        if self.rows and self.rows[-1] and "tr" in self.open:
+            self.rows[-1][-1] += data.strip()
+
+
+def read(page: str) -> Structure:
+    structure = Structure()
+    structure.feed(page)
+    structure.close()
+    assert structure.open == []
+    return structure
+
+
+@pytest.fixture(scope="module")
+def sized(evaluation: Evaluation) -> str:
+    return html_report(evaluation)
+
+
+@pytest.fixture(scope="module")
+def selected(selection: Selection) -> str:
+    return html_report(selection)
+
+
+def test_well_formed_and_self_contained(sized: str, selected: str) -> None:
+    for page in (sized, selected):
+        found = read(page)
+        assert all(load.startswith(("data:image/png;base64,", "#")) for load in found.loads)
+        assert not re.search(r"@import|url\((?!#)", page)
+        assert not re.search(r"""\b(?:fetch|XMLHttpRequest|import)\s*\(""", page)
+
+
+def test_ids_are_unique_and_links_lead_somewhere(selected: str) -> None:
+    found = read(selected)
+    assert len(found.ids) == len(set(found.ids))
+    assert found.links and {link[1:] for link in found.links} <= set(found.ids)
+
+
+def test_no_path_no_clock(sized: str) -> None:
+    assert "/somewhere/on/one/machine" not in sized
+    assert not re.search(r"\b20\d\d-\d\d-\d\d", sized)
+
+
+def test_text_of_the_study_is_escaped(sized: str) -> None:
+    assert "<and nothing else>" not in sized and "&lt;and nothing else&gt;" in sized
+    assert "Acme &lt;&amp;&gt; Sons" in sized
+
+
+def test_every_check_of_every_joint_is_in_the_table(sized: str, evaluation: Evaluation) -> None:
+    rows = [row for row in read(sized).rows if len(row) == 11][1:]
+    told = {(row[0], row[1]): row for row in rows}
+    wanted = [(j.name, c) for j in evaluation.joints.values() for c in j.checks] + [
+        ("supply", c) for c in evaluation.shared
+    ]
+    assert len(told) == len(rows) == len(wanted)
+    for joint, check in wanted:
+        row = told[joint, check.name]
+        assert row[2] == check.verdict
+        assert row[9] == check.source and row[10] == check.remark
+        assert row[3] == ("–" if check.utilisation is None else row[3]) != ""
+
+
+def test_numbers_are_shown_in_the_units_engineers_use(sized: str) -> None:
+    rows = {(row[0], row[1]): row for row in read(sized).rows if len(row) == 11}
+    speed = rows["shoulder_pan", "motor speed"]
+    assert speed[6] == "rpm" and speed[5] == "5\u202f730"  # 600 rad/s
+    heat = rows["elbow", "winding temperature"]
+    assert heat[3:9] == ["108\u00a0%", "167", "155", "°C", "−12.4", "3.10 s"]
+
+
+def test_assumptions_stand_before_any_picture(sized: str) -> None:
+    assert sized.index('id="assumptions"') < sized.index("<svg")
+    block = sized[sized.index('id="assumptions"') : sized.index('id="utilisation"')]
+    for told in ("25 °C", "48.0", "× 1.2", "efficiency 0.72 (range of the sheets)", "frameless", "standstill", "Izz"):
+        assert told in block
+    assert "at least 20\u202f000 h" in block
+
+
+def test_verdict_names_the_binding_limit_and_its_instant(sized: str) -> None:
+    text = read(sized).text
+    assert "The given drives do not do it." in text
+    assert "elbow: winding temperature 167 °C at t = 3.10 s, limit 155 °C (108\u00a0%)." in text
+
+
+def test_every_joint_has_four_pictures(sized: str, evaluation: Evaluation) -> None:
+    for name in evaluation.joints:
+        start = sized.index(f'<section id="{anchor(name)}"')
+        assert sized[start : sized.index("</section>", start)].count("<svg") == 4
+
+
+def test_catalogue_rows_are_verbatim_with_source(sized: str) -> None:
+    block = sized[sized.index('<section id="rows"') :]
+    assert "made-up sheet, edition 2024, row 3" in block and "made-up sheet, page 12" in block
+    rows = [row for row in read(sized).rows if len(row) == 3]
+    assert ["resistance", "0.133333", "ohm"] in rows
+    assert ["max winding temperature", "155", "°C"] in rows
+    assert "Not on the sheet:" in block
+
+
+def test_what_was_not_checked_is_listed_with_the_reason(sized: str) -> None:
+    block = sized[sized.index('<section id="unchecked"') :]
+    assert block.count("the sheet gives no rated life") == 3
+    assert all(limit in read(sized).text for limit in MODEL_LIMITS)
+
+
+def test_selection_says_why_the_others_fell(selected: str, selection: Selection) -> None:
+    found = read(selected)
+    assert "Why the others fell" in found.text
+    counts = [row for row in found.rows if row and row[0] in selection.evaluation.joints and len(row) == 5 and row[1].isdigit()]
+    assert [row[1] for row in counts] == ["400"] * 3
+    assert all(sum(map(int, row[2:])) == 400 for row in counts)
+    assert "acme-9" in found.text and "proof: optimal" in found.text
+    nearest = nearest_misses(selection, "elbow")
+    shares = sorted(one.utilisation for one in selection.fallen if one.joint == "elbow")
+    assert nearest[0].utilisation.startswith(f"{100 * shares[0]:.1f}"[:5])
+
+
+def test_when_nothing_fits_the_advice_is_at_the_top(nothing_fits: Selection) -> None:
+    text = read(html_report(nothing_fits)).text
+    assert "FAIL" in text and "No allowed set of drives does it." in text
+    assert text.index("a 10 % lower speed would do") < text.index("What the numbers rest on")
+
+
+def test_bare_sheets_still_give_a_page(without_data: Evaluation) -> None:
+    text = read(html_report(without_data)).text
+    assert "NOT CHECKED" in text and "Nothing could be judged" in text
+    assert "Traceback" not in text
+
+
+def test_same_bytes_in_another_process(selected: str) -> None:
+    """Another hash seed and another clock; the page may depend on neither."""
+    factory = Path(__file__).with_name("conftest.py")
+    code = (
+        "import importlib.util, sys, hashlib\n"
+        f"spec = importlib.util.spec_from_file_location('factory', {str(factory)!r})\n"
+        "factory = importlib.util.module_from_spec(spec); spec.loader.exec_module(factory)\n"
+        "from drivetrain.report.page import html_report\n"
+        "page = html_report(factory.made_up_selection())\n"
+        "print(hashlib.sha256(page.encode()).hexdigest())\n"
+    )
+    environment = os.environ | {"PYTHONHASHSEED": "77", "SOURCE_DATE_EPOCH": "86400", "TZ": "Asia/Tokyo"}
+    root = Path(__file__).resolve().parents[2]
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == hashlib.sha256(selected.encode()).hexdigest()
+
+
+def test_weight(selected: str) -> None:
+    """Below 2 MB for six joints: a third of a megabyte a joint."""
+    assert len(selected.encode()) < 3 * 333_000
+
+
+def test_words_for_every_verdict(evaluation: Evaluation, without_data: Evaluation, nothing_fits: Selection) -> None:
+    assert headline(evaluation, None) == "The given drives do not do it."
+    assert headline(without_data, None).startswith("Nothing could be judged")
+    assert headline(nothing_fits.evaluation, nothing_fits).startswith("No allowed set")
+    assert overall_sentence(without_data) == "Nothing could be checked: the sheets lack data."
+    endless = Check("winding temperature", float("inf"), 155.0, "C", float("inf"), Verdict.FAIL, None, "", "no steady one")
+    assert check_sentence(endless) == "winding temperature: no steady one"
+
+
+def test_rows_give_what_was_required_even_when_nothing_limits(evaluation: Evaluation) -> None:
+    told = [row for row in check_rows(evaluation) if row.name == "inertia ratio"]
+    assert [row.required for row in told] == ["1.80"] * 3 and {row.available for row in told} == {"–"}
