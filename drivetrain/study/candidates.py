@@ -47,8 +47,9 @@ def candidate_pairs(
         gears, gear_words = _kept("gears", catalog.gears, form.gears, ledger, (*place, "gears"))
         words.append(gear_words)
     pairs = _paired(form, catalog, motors, gears, ledger, place)
+    frameless = any(catalog.motors[key].frameless for key in motors)
     possible = len(motors) * (1 if form.gears is None else len(gears))
-    words.append(f"pairs: {len(pairs)} of {possible} combinations {_rule_words(form)}")
+    words.append(f"pairs: {len(pairs)} of {possible} combinations {_rule_words(form, frameless)}")
     return tuple(sorted(pairs, key=lambda pair: (pair_mass(catalog, pair), pair))), tuple(words)
 
 
@@ -117,14 +118,14 @@ def _paired(
     return compatible_pairs(catalog, motors, gears, rule)
 
 
-def _rule_words(form: CandidatesForm) -> str:
+def _rule_words(form: CandidatesForm, frameless: bool) -> str:
     if not isinstance(form.pairs, str):
         return "are listed in the study"
     if form.gears is None:
         return "are considered, as direct drives"
     if form.pairs == "all":
         return "are considered: the study vouches that they fit"
-    if form.pairs == "published":
+    if form.pairs == "published" or not frameless:
         return "are published as fitting"
     rule = frameless_rule(form)
     return (
@@ -148,7 +149,7 @@ def _kept(
             _check_names(name, wanted, rows, ledger, (*place, name))
         held = [key for key in kept if _holds(name, wanted, key, rows[key])]
         if len(held) < len(kept):
-            aside.append(f"{len(kept) - len(held)} by {name} {_wanted_words(wanted, units.get(name, ''))}")
+            aside.append(f"{len(kept) - len(held)} by '{name}: {_wanted_words(wanted, units.get(name, ''))}'")
         kept = held
     counted = f"{part}: {len(kept)} of {len(rows)} considered"
     return kept, counted + (f"; put aside {', '.join(aside)}" if aside else "")

@@ -39,7 +39,7 @@ def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
 
     Args:
         form: The study.
-        ledger: Takes faults and notes.
+        ledger: Takes faults, and which rows the study replaces; the catalogue keeps its own notes.
 
     Returns:
         The rows; empty folders where they could not be read.
@@ -49,7 +49,6 @@ def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
         catalog = read_catalog(*catalog_folders(form, ledger.document.folder))
     motors = _own(form.motors, Motor, "motors", ledger)
     gears = _own(form.gears, Gear, "gears", ledger)
-    ledger.note(catalog.notes)
     replaced = [key for key in (*motors, *gears) if key in catalog.motors or key in catalog.gears]
     if replaced:
         ledger.note([f"The study's own rows replace those of the catalogue: {', '.join(replaced)}."])
