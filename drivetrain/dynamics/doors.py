@@ -1,0 +1,144 @@
+"""Where samples come in and go to the compiled recursion: shapes and numbers are checked here, once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drivetrain.arrays import Array, batch
+from drivetrain.dynamics.kernels import compiled
+from drivetrain.dynamics.packed import Packed
+from drivetrain.errors import Fault, InputError
+
+NO_TIP = np.empty((0, 6))
+
+
+class Outputs(NamedTuple):
+    """Arrays for the recursion to fill; what has no rows is not computed."""
+
+    gear: Array  # torque at the output of the gear [N m or N], (N, n)
+    axial: Array  # angular acceleration of the link before, along the joint axis [rad/s^2], (N, n)
+    wrench: Array  # through the joint, (moment [N m], force [N]), (N, n, 6)
+
+
+TORQUE_ONLY = Outputs(np.empty((0, 1)), np.empty((0, 1)), np.empty((0, 1, 6)))
+
+
+def samples(n: int, named: dict[str, Any]) -> list[Array]:
+    """Samples as arrays of one shape; that they are finite is left to the recursion, which sees it in passing.
+
+    Args:
+        n: Joints.
+        named: What came in, by name [rad or m, and per s, s^2, or N m], (n,) or (N, n) each.
+
+    Returns:
+        The values, (N, n) each, C order; N = 1 for one sample. Not copied when they are so already.
+
+    Raises:
+        InputError: Not numbers, wrong shapes, or shapes that differ.
+    """
+    try:
+        arrays = [np.asarray(value, dtype=np.float64, order="C") for value in named.values()]
+    except (TypeError, ValueError):
+        raise _complaint(n, named) from None
+    shape = arrays[0].shape
+    if len(shape) not in (1, 2) or shape[-1] != n or any(array.shape != shape for array in arrays):
+        raise _complaint(n, named)
+    return [array.reshape(-1, n) for array in arrays]
+
+
+def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
+    """As ``samples``, and every number is finite.
+
+    Args:
+        n: Joints.
+        named: What came in, by name [rad or m, and per s, s^2, or N m], (n,) or (N, n) each.
+
+    Returns:
+        The values, (N, n) each, C order; N = 1 for one sample.
+
+    Raises:
+        InputError: As ``samples``; or a NaN or infinity.
+    """
+    arrays = samples(n, named)
+    if not all(np.isfinite(array).all() for array in arrays):
+        raise _complaint(n, named)
+    return arrays
+
+
+def tip_samples(model: Packed, tip_wrench: Any, count: int) -> Array:
+    """The wrench on the environment as the recursion takes it.
+
+    Args:
+        model: The arm.
+        tip_wrench: In the tip frame, (moment [N m], force [N]), (6,) or (N, 6), or None.
+        count: N, the samples of the motion.
+
+    Returns:
+        In the last link's frame [N m, N], (0, 6), (1, 6) or (N, 6).
+
+    Raises:
+        InputError: Wrong shape, or a NaN or infinity.
+    """
+    if tip_wrench is None:
+        return NO_TIP
+    rows = batch(tip_wrench, 6, "tip_wrench")
+    if np.ndim(tip_wrench) == 2 and len(rows) != count:
+        raise InputError(Fault("tip_wrench", f"must have shape (6,), or (N, 6) with N = {count} as q has", rows.shape))
+    return rows @ model.tip
+
+
+def run(
+    model: Packed,
+    motion: Sequence[Array],
+    *,
+    gravity: Array | None = None,
+    tip: Array = NO_TIP,
+    outputs: Outputs = TORQUE_ONLY,
+) -> Array:
+    """The generalised torques of a motion, by the compiled recursion.
+
+    Args:
+        model: The arm.
+        motion: q, qd, qdd [rad or m, and per s, s^2], (N, n) each, C order.
+        gravity: In the frame of the base [m/s^2], (3,). None: the arm's.
+        tip: As from ``tip_samples`` [N m, N].
+        outputs: What to fill besides.
+
+    Returns:
+        Torque [N m or N], (N, n).
+
+    Raises:
+        InputError: A number that is NaN, infinite, or too large to be squared.
+    """
+    q, qd, qdd = motion
+    torque = np.empty(q.shape)
+    weight = model.gravity if gravity is None else gravity
+    spoiled = compiled()(model.simple, model.rows, model.spins, weight, q, qd, qdd, tip, torque, *outputs)
+    if spoiled != 0.0:
+        raise _complaint(q.shape[1], {"q": q, "qd": qd, "qdd": qdd})
+    return torque
+
+
+def _complaint(n: int, named: dict[str, Any]) -> InputError:
+    """Every fault of samples that are known to be wrong."""
+    faults: list[Fault] = []
+    arrays: dict[str, Array] = {}
+    for name, value in named.items():
+        try:
+            arrays[name] = batch(value, n, name)
+        except InputError as error:
+            faults.extend(error.faults)
+    if faults:
+        return InputError(faults)
+    lead, first = next(iter(named.items()))
+    for name, value in named.items():
+        if np.shape(value) != np.shape(first):
+            faults.append(Fault(name, f"must have the shape of {lead}, {np.shape(first)}", f"shape {np.shape(value)}"))
+    if not faults:
+        large = {name: float(np.abs(array).max(initial=0.0)) for name, array in arrays.items()}
+        name = max(large, key=lambda key: large[key])
+        faults.append(Fault(name, "is too large to calculate with", large[name]))
+    return InputError(faults)

@@ -1,0 +1,151 @@
+"""Inverse dynamics with drives: the torques that a motion asks for, by the Newton-Euler recursion.
+
+Rotors may ride on any link and spin about any axis. The recursion itself is compiled, see ``kernels.py``: the first
+call in a process takes some tenths of a second, the very first on a machine some seconds.
+
+Reference: Modern Robotics (Lynch and Park), equations 8.103 to 8.111.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.dynamics.doors import TORQUE_ONLY, Outputs, finite_samples, run, samples, tip_samples
+from drivetrain.dynamics.packed import packed
+
+
+@dataclass(frozen=True, eq=False)
+class DriveTorques:
+    """What each drive must give, without losses; one sample has no leading axis.
+
+    Attributes:
+        gear: Torque at the output of the gear [N m; N at a prismatic joint], (N, n); equation 8.110.
+        motor: Torque at the motor's shaft [N m; as gear where there is no rotor], (N, n); equation 8.111.
+    """
+
+    gear: Array
+    motor: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointLoads:
+    """Everything that a motion asks of the joints; one sample has no leading axis.
+
+    Attributes:
+        torque: Generalised torque, rotors included [N m; N at a prismatic joint], (N, n).
+        gear: At the output of the gear, without losses [N m; N at a prismatic joint], (N, n).
+        motor: At the motor's shaft, without losses [N m; as gear where there is no rotor], (N, n).
+        wrench: What each joint passes on to the link after it, (moment [N m], force [N]), (N, n, 6), in the joint's
+            frame: origin where the joint sits on its axis (``joint_points``), z along the axis; with every joint at
+            zero x and y are the base's, turned the shortest way that takes the base's z to the axis. The frame moves
+            with the link after the joint.
+        carrier_acceleration: Angular acceleration of the link before the joint, along the joint's axis [rad/s^2],
+            (N, n).
+    """
+
+    torque: Array
+    gear: Array
+    motor: Array
+    wrench: Array
+    carrier_acceleration: Array
+
+
+def inverse_dynamics(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> Array:
+    """The generalised joint torques of a motion, rotors included.
+
+    Args:
+        arm: With rotors or without.
+        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
+            (6,) or (N, 6). None: nothing.
+
+    Returns:
+        Torque [N m; N at a prismatic joint], (n,) or (N, n): entry i is ``ratio_i`` times the torque of motor i.
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equations 8.103 to 8.111.
+    """
+    model = packed(arm)
+    motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
+    torque = run(model, motion, tip=tip_samples(model, tip_wrench, len(motion[0])))
+    return torque if np.ndim(q) == 2 else torque[0]
+
+
+def drive_torques(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> DriveTorques:
+    """What a motion asks of each drive, at the output of the gear and at the motor, without losses.
+
+    Args:
+        arm: With rotors or without; a joint without one is a direct drive, of ratio 1.
+        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
+            (6,) or (N, 6). None: nothing.
+
+    Returns:
+        Torques of gears and motors [N m; N at a prismatic joint], (n,) or (N, n).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equations 8.110 and 8.111.
+    """
+    model = packed(arm)
+    motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
+    gear = np.empty(motion[0].shape)
+    tip = tip_samples(model, tip_wrench, len(gear))
+    motor = run(model, motion, tip=tip, outputs=TORQUE_ONLY._replace(gear=gear))
+    motor /= model.ratios
+    return DriveTorques(gear, motor) if np.ndim(q) == 2 else DriveTorques(gear[0], motor[0])
+
+
+def joint_loads(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> JointLoads:
+    """Everything that a motion asks of the joints: torques, and the six-component wrench that loads the bearings.
+
+    Args:
+        arm: With rotors or without.
+        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
+            (6,) or (N, 6). None: nothing.
+
+    Returns:
+        The loads [N m, N, rad/s^2].
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equations 8.109 to 8.111.
+    """
+    model = packed(arm)
+    motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
+    shape = motion[0].shape
+    outputs = Outputs(np.empty(shape), np.empty(shape), np.empty((*shape, 6)))
+    torque = run(model, motion, tip=tip_samples(model, tip_wrench, len(motion[0])), outputs=outputs)
+    loads = (torque, outputs.gear, torque / model.ratios, outputs.wrench, outputs.axial)
+    return JointLoads(*loads) if np.ndim(q) == 2 else JointLoads(*(load[0] for load in loads))
+
+
+def gravity_torque(arm: Arm, q: Any) -> Array:
+    """The generalised torques that hold the arm still, nothing at its tip.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+
+    Returns:
+        Torque [N m; N at a prismatic joint], (n,) or (N, n).
+
+    Raises:
+        InputError: Wrong shape, or a NaN or infinity.
+
+    Reference: Modern Robotics, section 8.3.2, the term g(theta) of equation 8.27.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    rest = np.zeros(positions.shape)
+    torque = run(packed(arm), (positions, rest, rest))
+    return torque if np.ndim(q) == 2 else torque[0]

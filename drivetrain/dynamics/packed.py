@@ -1,0 +1,261 @@
+"""An arm as the compiled recursion wants it: frames on the joint axes, bodies as ten numbers, rotors folded in.
+
+A rotor that is balanced and axisymmetric moves its carrier as a body fixed to it would, but for the couple
+``J ratio (qdd z + w x z qd)``, and asks its motor for ``J (ratio qdd + z . dw)``, w and dw those of the carrier. So its
+mass and inertia join the carrier's, and the rest costs a few operations. Any other rotor is a body of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import MountedRotor, RotorLevel
+from drivetrain.arrays import Array
+from drivetrain.dynamics import passes
+from drivetrain.spatial.rotations import frame_along
+
+# On angles, on lengths over the arm's, on inertias over the rotor's: above rounding, far below any workshop.
+BALANCED = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Packed:
+    """What ``kernels.compiled`` gives takes for an arm.
+
+    Attributes:
+        simple: Whether a joint is revolute, (n,).
+        rows: Constants of the n links, then of the m rotors that need a pass of their own, (n + m, passes.WIDTH).
+        spins: Joint, carrier, and 1 if balanced, of those rotors, (m, 3).
+        gravity: In the frame of the base [m/s^2], (3,).
+        tip: Takes a wrench in the tip frame to one in the last link's frame, row by row from the right, (6, 6).
+        ratios: Of the gears, 1 where there is no rotor [- or rad/m], (n,).
+    """
+
+    simple: np.ndarray
+    rows: Array
+    spins: np.ndarray
+    gravity: Array
+    tip: Array
+    ratios: Array
+
+
+@lru_cache(maxsize=64)
+def packed(arm: Arm) -> Packed:
+    """The arm for the compiled recursion, remembered by the identity of the arm.
+
+    Args:
+        arm: With rotors or without.
+
+    Returns:
+        Its constants, in SI units.
+    """
+    frames = link_frames(arm)
+    inverse = _inverse(frames)
+    bodies = _carry(inverse[1:] @ arm.home, arm.masses, arm.inertias)
+    rows = np.zeros((arm.n, passes.WIDTH))
+    _place(rows, inverse[:-1] @ frames[1:])
+    _joints(rows, arm, frames)
+    extra, spins = _mount(arm, inverse, rows, bodies)
+    _bodies(rows, bodies)
+    return Packed(
+        _revolute(rows),
+        np.vstack([rows, *extra]),
+        np.array(spins, dtype=np.int64).reshape(-1, 3),
+        frames[0, :3, :3].T @ arm.gravity,
+        _wrench_map(inverse[-1] @ arm.tip),
+        np.array([1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]),
+    )
+
+
+def axis_directions(arm: Arm) -> Array:
+    """The directions of the joint axes, along which the z axes of the joint frames lie.
+
+    Args:
+        arm: The arm.
+
+    Returns:
+        Unit directions in the base frame, all joints zero [-], (n, 3).
+    """
+    turning = _turning(arm)
+    return np.where(turning[:, None], arm.screws[:, :3], arm.screws[:, 3:])
+
+
+def link_frames(arm: Arm) -> Array:
+    """Frames of the base and of the links as the recursion takes them, with every joint at zero.
+
+    The origin of link i is the point of joint axis i nearest to ``joint_points[i]``, its z axis is the joint's, its x
+    axis is at right angles to the next joint's too. The base has the frame of link 0.
+
+    Args:
+        arm: The arm.
+
+    Returns:
+        Poses in the base frame [m], (n + 1, 4, 4).
+    """
+    axes = axis_directions(arm)
+    turning = _turning(arm)[:, None]
+    on_axis = np.cross(arm.screws[:, :3], arm.screws[:, 3:])
+    along = np.sum(axes * (arm.joint_points - on_axis), axis=1, keepdims=True)
+    frames = np.zeros((arm.n + 1, 4, 4))
+    frames[1:, :3, 3] = np.where(turning, on_axis + axes * along, arm.joint_points)
+    frames[:, 3, 3] = 1.0
+    for i, z in enumerate(axes):
+        across = np.cross(z, axes[i + 1]) if i + 1 < arm.n else np.zeros(3)
+        x = across if across.any() else frame_along(z)[:, 0]
+        # A short cross product is inexact; what it must be is exactly at right angles to z.
+        x = x / np.linalg.norm(x)
+        x = x - z * (z @ x)
+        x = x / np.linalg.norm(x)
+        frames[i + 1, :3, :3] = np.column_stack([x, np.cross(z, x), z])
+    frames[0] = frames[1]
+    return frames
+
+
+def _turning(arm: Arm) -> np.ndarray:
+    return np.asarray(arm.screws[:, :3].any(axis=1))
+
+
+def _inverse(poses: Array) -> Array:
+    result = np.zeros_like(poses)
+    turned = np.swapaxes(poses[..., :3, :3], -1, -2)
+    result[..., :3, :3] = turned
+    result[..., :3, 3] = -(turned @ poses[..., :3, 3, None])[..., 0]
+    result[..., 3, 3] = 1.0
+    return result
+
+
+def _carry(poses: Array, masses: Array, inertias: Array) -> Array:
+    """Second moments, first moments and mass, as [[S, h], [h, m]], of bodies whose centre frames have these poses."""
+    traces = np.trace(inertias, axis1=-2, axis2=-1)[..., None, None]
+    central = np.zeros((*np.shape(masses), 4, 4))
+    central[..., :3, :3] = 0.5 * traces * np.eye(3) - inertias
+    central[..., 3, 3] = masses
+    return np.asarray(poses @ central @ np.swapaxes(poses, -1, -2))
+
+
+def _place(rows: Array, steps: Array) -> None:
+    """Where the joints stand in the frames before."""
+    rotation = steps[:, :3, :3]
+    tilt = np.hypot(rotation[:, 1, 2], rotation[:, 2, 2])
+    rows[:, passes.CA] = rotation[:, 2, 2] / tilt
+    rows[:, passes.SA] = -rotation[:, 1, 2] / tilt
+    rows[:, passes.OFFSET] = np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0])
+    rows[:, passes.PX : passes.PZ + 1] = steps[:, :3, 3]
+    rows[:, passes.R0 :] = rotation.reshape(-1, 9)
+
+
+def _joints(rows: Array, arm: Arm, frames: Array) -> None:
+    """How the joints move, and how far their own frames are turned from the recursion's."""
+    turning = _turning(arm)
+    pitch = np.sum(arm.screws[:, :3] * arm.screws[:, 3:], axis=1)
+    # What rounding leaves of the pitch of a revolute joint is none.
+    pitch[np.abs(pitch) <= 1e-12 * np.linalg.norm(arm.screws[:, 3:], axis=1)] = 0.0
+    rows[:, passes.TURN] = turning
+    rows[:, passes.SLIDE] = np.where(turning, pitch, 1.0)
+    rows[~_revolute(rows), passes.OFFSET] = 0.0  # the whole rotation holds it
+    for row, frame in zip(rows, frames[1:, :3, :3], strict=True):
+        row[[passes.CD, passes.SD]] = frame[:, :2].T @ frame_along(frame[:, 2])[:, 0]
+
+
+def _revolute(rows: Array) -> np.ndarray:
+    return np.asarray(rows[:, passes.TURN] == 1.0) & (rows[:, passes.SLIDE] == 0.0)
+
+
+def _bodies(rows: Array, bodies: Array) -> None:
+    """Mass, first and second moments into their columns."""
+    rows[..., passes.MASS] = bodies[..., 3, 3]
+    rows[..., passes.HX : passes.HZ + 1] = bodies[..., :3, 3]
+    rows[..., passes.SXX : passes.SZZ + 1] = np.diagonal(bodies, axis1=-2, axis2=-1)[..., :3]
+    rows[..., passes.SXY] = bodies[..., 0, 1]
+    rows[..., passes.SXZ] = bodies[..., 0, 2]
+    rows[..., passes.SYZ] = bodies[..., 1, 2]
+
+
+def _mount(arm: Arm, inverse: Array, rows: Array, bodies: Array) -> tuple[list[Array], list[tuple[int, int, int]]]:
+    """Fold the rotors into the rows and the bodies of the links; give back those that need a pass of their own."""
+    extra, spins = [], []
+    for joint, rotor in enumerate(arm.rotors):
+        if rotor is None:
+            continue
+        own = _own_pass(arm, joint, rotor, inverse, rows, bodies)
+        if own is not None:
+            extra.append(own[0])
+            spins.append((joint, rotor.carrier, own[1]))
+    return extra, spins
+
+
+def _own_pass(
+    arm: Arm, joint: int, rotor: MountedRotor, inverse: Array, rows: Array, bodies: Array
+) -> tuple[Array, int] | None:
+    """The row of a rotor that needs a pass of its own, and whether it is balanced; None when it is folded in."""
+    spin = _spin_frame(rotor)
+    whole = _carry(_inverse(spin) @ rotor.home, np.asarray(rotor.mass), rotor.inertia)
+    balanced = _is_balanced(whole, float(np.abs(spin[:3, 3]).max()))
+    if arm.level is RotorLevel.FULL and not balanced:
+        return _spinning_body(inverse[rotor.carrier + 1] @ spin, whole, rotor.ratio), 0
+    if rotor.carrier >= 0:
+        in_carrier = inverse[rotor.carrier + 1] @ rotor.home
+        bodies[rotor.carrier] += _carry(in_carrier, np.asarray(rotor.mass), rotor.inertia)
+    if arm.level is RotorLevel.NONE:
+        return None
+    axial = float(whole[0, 0] + whole[1, 1])
+    rows[joint, passes.OWN] += axial * rotor.ratio**2
+    if arm.level is RotorLevel.REFLECTED or rotor.carrier < 0 or axial == 0.0:
+        return None
+    direction = inverse[rotor.carrier + 1, :3, :3] @ spin[:3, 2]
+    return _coupled(rows, joint, rotor.carrier, axial * rotor.ratio * direction)
+
+
+def _coupled(rows: Array, joint: int, carrier: int, spin: Array) -> tuple[Array, int] | None:
+    """Put a balanced rotor's momentum for a unit joint rate, in its carrier's frame, where it is cheapest.
+
+    That is the joint's row if it lies along its axis, and else a row of its own, which is given back.
+    """
+    axis = rows[joint, [passes.R0 + 2, passes.R0 + 5, passes.R0 + 8]]
+    along = float(axis @ spin)
+    if carrier == joint - 1 and _revolute(rows)[joint] and np.linalg.norm(spin - along * axis) <= BALANCED * abs(along):
+        rows[joint, passes.SPIN] = along
+        return None
+    row = np.zeros(passes.WIDTH)
+    row[passes.PX : passes.PZ + 1] = spin
+    return row, 1
+
+
+def _spin_frame(rotor: MountedRotor) -> Array:
+    """Frame on the spin axis, z along it, abreast of the centre of mass; base frame, all joints zero, (4, 4)."""
+    direction = rotor.screw[:3]
+    on_axis = np.cross(direction, rotor.screw[3:])
+    frame = np.eye(4)
+    frame[:3, :3] = frame_along(direction)
+    frame[:3, 3] = on_axis + direction * float(direction @ (rotor.home[:3, 3] - on_axis))
+    return frame
+
+
+def _is_balanced(whole: Array, size: float) -> bool:
+    """Whether a body seen from a frame on its spin axis is balanced and axisymmetric about z."""
+    off_axis = np.abs(whole[:2, 3]).max() > BALANCED * whole[3, 3] * max(1.0, size)
+    uneven = max(abs(whole[0, 1]), abs(whole[0, 2]), abs(whole[1, 2]), abs(whole[0, 0] - whole[1, 1]))
+    return not (off_axis or uneven > BALANCED * np.abs(whole[:3, :3]).max())
+
+
+def _spinning_body(place: Array, whole: Array, ratio: float) -> Array:
+    """The row of a rotor that is a body of its own."""
+    row = np.zeros(passes.WIDTH)
+    row[passes.PX : passes.PZ + 1] = place[:3, 3]
+    row[passes.R0 :] = place[:3, :3].ravel()
+    row[passes.TURN] = ratio
+    _bodies(row, whole)
+    return row
+
+
+def _wrench_map(tip: Array) -> Array:
+    """Takes rows (moment, force) in the tip frame to the last link's frame."""
+    rotation, (x, y, z) = tip[:3, :3], tip[:3, 3]
+    result = np.zeros((6, 6))
+    result[:3, :3] = result[3:, 3:] = rotation.T
+    result[3:, :3] = (np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) @ rotation).T
+    return result
