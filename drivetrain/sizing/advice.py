@@ -1,0 +1,214 @@
+"""When nothing fits: the nearest set of drives, what binds it, and what would mend it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from drivetrain.drive.drive import Drive
+from drivetrain.sizing.candidates import Candidate, Field, Judgement
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.judge import ESSENTIAL
+from drivetrain.sizing.results import Check, Evaluation, Verdict
+from drivetrain.sizing.tree import Blocked
+from drivetrain.study.study import Study
+
+SLOWEST = 10.0  # times the cycle's length; slower is another task
+HIGHEST = 10.0  # times the supply's voltage
+
+
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The set of drives that comes nearest to what is asked.
+
+    Attributes:
+        study: What is asked.
+        blocked: Where nothing held.
+        path: One candidate a joint.
+    """
+
+    study: Study
+    blocked: Blocked
+    path: tuple[Candidate, ...]
+
+    @property
+    def keys(self) -> dict[str, tuple[str, str]]:
+        """Of motor and gear, by joint name."""
+        return {task.name: one.keys for task, one in zip(self.study.joints, self.path, strict=True)}
+
+
+def nearest_set(study: Study, fields: Sequence[Field], blocked: Blocked) -> Nearest:
+    """The set that comes nearest: what held, the nearest candidate where nothing did, and so on to the base.
+
+    Args:
+        study: The task.
+        fields: Candidates of every joint.
+        blocked: The deepest place the search reached.
+
+    Returns:
+        One candidate a joint.
+    """
+    chosen = dict(blocked.chosen)
+    for joint in range(blocked.joint, -1, -1):
+        mounted = {index: one.drive for index, one in chosen.items()}
+        chosen[joint] = _first_or_nearest(fields[joint], mounted)
+    return Nearest(study, blocked, tuple(chosen[joint] for joint in range(len(fields))))
+
+
+def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
+    """What stands in the way of the nearest set, and each single change that was tried and mends it.
+
+    Args:
+        evaluation: Of the nearest set.
+        near: The nearest set.
+
+    Returns:
+        Sentences: the place and its candidate, the binding check, then the changes.
+    """
+    words = [_place(near), *_binding(evaluation)]
+    if any(check.name in ESSENTIAL and check.verdict is Verdict.NOT_CHECKED for check in _checks(evaluation)):
+        return (*words, "No change of the task mends missing data: complete the catalogue rows or state assumptions.")
+    found = [text for text in (_slower(near), _lighter(near), _higher(near)) if text]
+    if not found:
+        found = [
+            f"Neither a slower cycle (up to {SLOWEST:g} times as long), nor less payload, nor more supply voltage "
+            f"(up to {HIGHEST:g} times) alone mends it: the catalogue needs a stronger drive."
+        ]
+    return (*words, *found)
+
+
+def slowed(study: Study, factor: float) -> Study:
+    """The same task made slower: the same path, in more time.
+
+    Args:
+        study: The task.
+        factor: Of the cycle's length; above 1.
+
+    Returns:
+        The task; torques of a load table are left as they are.
+    """
+    cycle = study.cycle
+    return replace(
+        study,
+        cycle=replace(
+            cycle,
+            time=cycle.time * factor,
+            velocity=cycle.velocity / factor,
+            acceleration=cycle.acceleration / factor**2,
+        ),
+    )
+
+
+def lightened(study: Study, share: float) -> Study:
+    """The same task with a smaller share of its payloads.
+
+    Args:
+        study: The task.
+        share: That is left of every payload's mass and inertia; 1 or less.
+
+    Returns:
+        The task.
+    """
+    payloads = tuple(replace(one, mass=one.mass * share, inertia=one.inertia * share) for one in study.payloads)
+    return replace(study, payloads=payloads)
+
+
+def _first_or_nearest(field: Field, mounted: dict[int, Drive]) -> Candidate:
+    """The first candidate that holds, else the one with the smallest worst utilisation."""
+    demand = field.demand(mounted)
+    quick = [field.judge(one, mounted, demand) for one in field.candidates]
+    held = next((one.candidate for one in quick if one.holds), None)
+    if held is not None:
+        return held
+    best: Judgement | None = None
+    for one in sorted(quick, key=lambda judgement: judgement.worst):
+        # The stages made so far bound the rest from below.
+        if best is not None and one.worst >= best.worst:
+            break
+        full = field.judge(one.candidate, mounted, demand, full=True)
+        if best is None or full.worst < best.worst:
+            best = full
+    return field.candidates[0] if best is None else best.candidate
+
+
+def _place(near: Nearest) -> str:
+    if near.blocked.joint < 0:
+        return "Every joint has a drive that holds; together they ask too much of the supply."
+    name = near.study.joints[near.blocked.joint].name
+    motor, gear = near.path[near.blocked.joint].keys
+    return f"No candidate at {name} holds; the nearest is {motor} with {gear or 'no gear'}."
+
+
+def _checks(evaluation: Evaluation) -> list[Check]:
+    return [check for joint in evaluation.joints.values() for check in joint.checks] + list(evaluation.shared)
+
+
+def _binding(evaluation: Evaluation) -> list[str]:
+    """The failed check that is furthest over its limit, joint by joint."""
+    found = []
+    places = [(name, joint.checks) for name, joint in evaluation.joints.items()] + [("supply", evaluation.shared)]
+    for place, checks in places:
+        failed = [check for check in checks if check.verdict is Verdict.FAIL]
+        if failed:
+            check = max(failed, key=lambda one: one.utilisation or 0.0)
+            found.append(f"Binding at {place}: {check.name}, {_figures(check)}.")
+    return found
+
+
+def _figures(check: Check) -> str:
+    required, available = (math.nan if v is None else v for v in (check.required, check.available))
+    over = 100.0 * ((check.utilisation or 0.0) - 1.0)
+    excess = f"{over:.3g} % over" if math.isfinite(over) else "without bound"
+    return f"{required:.4g} of {available:.4g} {check.unit} ({excess})"
+
+
+def _slower(near: Nearest) -> str:
+    found = _least(near, lambda change: slowed(near.study, 1.0 + change), SLOWEST - 1.0)
+    if found is None:
+        return ""
+    length = near.study.cycle.duration
+    kept = "" if near.study.arm is not None else ", at the table's torques"
+    return (
+        f"A slower motion mends it: a cycle of {length * (1.0 + found):.4g} s instead of {length:.4g} s, "
+        f"{100.0 * found:.0f} % longer{kept}."
+    )
+
+
+def _lighter(near: Nearest) -> str:
+    if near.study.arm is None or not any(payload.mass > 0.0 for payload in near.study.payloads):
+        return ""
+    found = _least(near, lambda change: lightened(near.study, 1.0 - change), 1.0)
+    if found is None:
+        return ""
+    masses = ", ".join(
+        f"{one.name} {one.mass * (1.0 - found):.3g} kg instead of {one.mass:.3g} kg" for one in near.study.payloads
+    )
+    return f"Less payload mends it: {masses}."
+
+
+def _higher(near: Nearest) -> str:
+    supply = near.study.supply
+    found = _least(
+        near, lambda change: replace(near.study, supply=replace(supply, voltage=supply.voltage * (1.0 + change))),
+        HIGHEST - 1.0,
+    )  # fmt: skip
+    if found is None:
+        return ""
+    return f"More supply voltage mends it: {supply.voltage * (1.0 + found):.4g} V instead of {supply.voltage:g} V."
+
+
+def _least(near: Nearest, changed: Callable[[float], Study], most: float) -> float | None:
+    """The smallest change in whole percent that mends the nearest set, by bisection; None when the largest does not."""
+    low, high = 0, round(100.0 * most)
+
+    def mends(percent: int) -> bool:
+        """Whether the set holds with this change."""
+        return evaluate(changed(percent / 100.0), near.keys).feasible
+
+    if not mends(high):
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if mends(middle) else (middle, high)
+    return high / 100.0

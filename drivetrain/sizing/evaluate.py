@@ -1,0 +1,157 @@
+"""Given drives held against a study: from the tip to the base, each loading the joints before it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from drivetrain.drive.drive import Drive
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.motion.duty_cycle import sample_weights
+from drivetrain.sizing.checks import reported
+from drivetrain.sizing.checks_supply import supply_checks
+from drivetrain.sizing.demand import joint_demand
+from drivetrain.sizing.fill import assumed_drive
+from drivetrain.sizing.judge import joint_result
+from drivetrain.sizing.mounting import drive_mass
+from drivetrain.sizing.operation import operation
+from drivetrain.sizing.results import Check, Evaluation, JointResult
+from drivetrain.study.study import DriveMass, Study
+
+Pair = tuple[str, str]
+
+
+def evaluate(study: Study, drives: Mapping[str, Pair] | None = None) -> Evaluation:
+    """Every limit of every drive held against the task.
+
+    Args:
+        study: The task.
+        drives: Keys of (motor, gear) by joint name, gear key "" for a direct drive; a joint that is not named keeps
+            the drive that the study gives it.
+
+    Returns:
+        Every check of every joint and of the supply.
+
+    Raises:
+        InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
+    """
+    keys = given_drives(study, drives or {})
+    mounted = {i: assumed_drive(study, task, *keys[task.name]) for i, task in enumerate(study.joints)}
+    results = {task.name: evaluate_joint(study, mounted, i, keys[task.name]) for i, task in enumerate(study.joints)}
+    return Evaluation(study, results, shared_checks(study, results), objective(study, mounted))
+
+
+def given_drives(study: Study, drives: Mapping[str, Pair]) -> dict[str, Pair]:
+    """The drive of every joint: the caller's, else the study's.
+
+    Args:
+        study: The task.
+        drives: Keys of (motor, gear) by joint name.
+
+    Returns:
+        Keys by joint name, in the arm's order.
+
+    Raises:
+        InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
+    """
+    names = [task.name for task in study.joints]
+    faults = [
+        Fault(f"drives.{name}", "is no joint of the study", name, nearest(name, names))
+        for name in drives
+        if name not in names
+    ]
+    found: dict[str, Pair] = {}
+    for task in study.joints:
+        pair = drives.get(task.name, task.drive)
+        if pair is None:
+            faults.append(Fault(f"drives.{task.name}", "has no drive: give one, or let one be selected"))
+        else:
+            faults += _unknown_keys(study, task.name, pair)
+            found[task.name] = pair
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+def evaluate_joint(study: Study, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
+    """One joint's drive with every check; the search judges by the same functions.
+
+    Args:
+        study: The task.
+        mounted: Drives by joint index; those that load this joint and its own are looked at.
+        joint: Index of the joint.
+        keys: Of its motor and gear.
+
+    Returns:
+        The result.
+    """
+    demand = joint_demand(study, mounted, joint)
+    return joint_result(operation(study, joint, demand, mounted[joint]), study.joints[joint].name, *keys)
+
+
+def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:
+    """The checks of all joints together.
+
+    Args:
+        study: The task.
+        results: By joint name.
+
+    Returns:
+        The supply's power [W]; and, where an unknown mass leaves joints too lightly loaded, that it was not checked.
+    """
+    lacking = [name for name, result in results.items() if _power_unknown(result)]
+    found = supply_checks(
+        study.supply, study.cycle.time, sample_weights(study.cycle.time),
+        {name: result.series.electrical_power for name, result in results.items()},
+        reserve=study.safety.reserve, unknown=", ".join(lacking),
+    )  # fmt: skip
+    massless = [name for name, result in results.items() if drive_mass(result.drive) is None]
+    if massless and study.drive_mass in (DriveMass.ADDED, DriveMass.REPLACED):
+        remark = f"unknown at {', '.join(massless)}: the joints before are judged too lightly"
+        found += (reported("mass of the drives", "kg", None, remark),)
+    return found
+
+
+def objective(study: Study, mounted: Mapping[int, Drive]) -> float:
+    """What selection minimises, for a set of drives.
+
+    Args:
+        study: Its objective.
+        mounted: Drives by joint index.
+
+    Returns:
+        Mass [kg] or price of all of them; NaN where one is unknown.
+    """
+    return float(sum(objective_share(study, drive) for drive in mounted.values()))
+
+
+def objective_share(study: Study, drive: Drive) -> float:
+    """What one drive adds to the objective.
+
+    Args:
+        study: Its objective.
+        drive: Motor and gear.
+
+    Returns:
+        Mass [kg] or price; NaN when unknown.
+    """
+    if study.objective == "mass":
+        mass = drive_mass(drive)
+        return float("nan") if mass is None else mass
+    gear = 0.0 if drive.gear.key == "" else drive.gear.price
+    return float("nan") if drive.motor.price is None or gear is None else drive.motor.price + gear
+
+
+def _power_unknown(result: JointResult) -> bool:
+    """Whether the motor's torque, and so its power, could not be computed."""
+    return any(check.name == "motor voltage" and check.required is None for check in result.checks)
+
+
+def _unknown_keys(study: Study, joint: str, pair: Pair) -> list[Fault]:
+    motor, gear = pair
+    catalog, faults = study.catalog, []
+    if motor not in catalog.motors:
+        hint = nearest(motor, catalog.motors)
+        faults.append(Fault(f"drives.{joint}.motor", "is not in the catalogue", motor, hint))
+    if gear and gear not in catalog.gears:
+        faults.append(Fault(f"drives.{joint}.gear", "is not in the catalogue", gear, nearest(gear, catalog.gears)))
+    return faults

@@ -1,0 +1,93 @@
+"""A drive from two catalogue rows, with the study's assumptions where the sheets are silent."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor, no_load_friction
+from drivetrain.study.study import JointTask, Study
+
+DIRECT = Gear("", 1.0, kind="ideal", efficiency=1.0)
+"""What stands for the gear of a direct drive."""
+
+# Inertia at the input over that of a solid cylinder of the gear's mass and diameter: 95th percentile of the rows of
+# the source catalogues that print it (560 planetary, 24 koaxdrive, 118 strain wave); RV as strain wave.
+INPUT_INERTIA_SHARE = {"planetary": 0.03, "spur": 0.03, "koaxdrive": 0.004, "strain_wave": 0.085, "rv": 0.085}
+_ROUND_DENSITY = 5200.0 * 3.141592653589793 / 4.0  # kg/m^3 of a cylinder as long as wide, over its diameter cubed
+
+
+def assumed_drive(study: Study, task: JointTask, motor: str, gear: str) -> Drive:
+    """The drive of one motor and one gear at one joint, unknown data filled where the study states an assumption.
+
+    Args:
+        study: Its catalogue and its assumptions.
+        task: Of the joint: friction of joint and motor.
+        motor: Key in the catalogue.
+        gear: Key in the catalogue; empty for a direct drive.
+
+    Returns:
+        The drive, every assumption used told in words.
+    """
+    words: list[str] = []
+    row = study.catalog.motors[motor]
+    filled_motor = _filled_motor(row, study, words)
+    filled_gear = _filled_gear(study.catalog.gears[gear], study, words) if gear else DIRECT
+    if task.motor_friction is None and no_load_friction(filled_motor) is None:
+        reason = "a frameless motor has no bearings; " if row.frameless else ""
+        words.append(f"motor {motor}: {reason}no-load friction is not on the sheet and not counted")
+    return Drive(filled_motor, filled_gear, task.friction, task.motor_friction, tuple(words))
+
+
+def _filled_motor(motor: Motor, study: Study, words: list[str]) -> Motor:
+    kind = "frameless" if motor.frameless else motor.kind
+    assumption = study.motor_assumptions.get(kind)
+    if assumption is None:
+        return motor
+    changes: dict[str, float] = {}
+    named = (
+        ("max_winding_temperature", "winding limit", "C"),
+        ("winding_time_constant", "winding time constant", "s"),
+        ("housing_time_constant", "housing time constant", "s"),
+    )
+    for field, name, unit in named:
+        value = getattr(assumption, field)
+        if value is not None and getattr(motor, field) is None:
+            changes[field] = value
+            words.append(_words(f"motor {motor.key}: {name} {value:g} {unit} assumed", assumption.source))
+    return replace(motor, **changes) if changes else motor  # type: ignore[arg-type]
+
+
+def _filled_gear(gear: Gear, study: Study, words: list[str]) -> Gear:
+    changes: dict[str, float] = {}
+    assumption = study.gear_assumptions.get(gear.kind)
+    if assumption is not None:
+        for field, name in (("efficiency", "efficiency"), ("backdriving_efficiency", "back-driving efficiency")):
+            value = getattr(assumption, field)
+            if value is not None and getattr(gear, field) is None:
+                changes[field] = value
+                words.append(_words(f"gear {gear.key}: {name} {100 * value:g} % assumed", assumption.source))
+        share = assumption.no_load_torque_share
+        if share is not None and gear.no_load_torque is None and gear.continuous_torque is not None:
+            changes["no_load_torque"] = share * gear.continuous_torque / abs(gear.ratio)
+            text = f"gear {gear.key}: no-load running torque {100 * share:g} % of rated torque over ratio assumed"
+            words.append(_words(text, assumption.source))
+    inertia = _input_inertia(gear)
+    if inertia is not None:
+        changes["inertia"] = inertia
+        text = f"gear {gear.key}: input inertia {inertia:.2g} kg m^2 assumed"
+        words.append(_words(text, f"{INPUT_INERTIA_SHARE[gear.kind]:g} of a solid cylinder's, high among gears of its kind"))
+    return replace(gear, **changes) if changes else gear  # type: ignore[arg-type]
+
+
+def _input_inertia(gear: Gear) -> float | None:
+    """A high estimate of an input inertia that the sheet does not print; None when it does, or nothing is known."""
+    if gear.inertia is not None or gear.mass is None or gear.kind not in INPUT_INERTIA_SHARE:
+        return None
+    squared = (gear.mass / _ROUND_DENSITY) ** (2.0 / 3.0) if gear.diameter is None else gear.diameter**2
+    return INPUT_INERTIA_SHARE[gear.kind] * gear.mass * squared / 8.0
+
+
+def _words(text: str, source: str) -> str:
+    return f"{text} ({source})" if source else text

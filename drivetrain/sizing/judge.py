@@ -1,0 +1,92 @@
+"""One drive at one joint, judged: the same stages for an evaluation and for a search."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drivetrain.drive.gear import mesh_factors
+from drivetrain.sizing.checks_gear import GEAR_CHECKS
+from drivetrain.sizing.checks_motor import ELECTRIC_CHECKS, SPEED_CHECKS, TORQUE_CHECKS
+from drivetrain.sizing.mounting import drive_mass
+from drivetrain.sizing.operation import Operation
+from drivetrain.sizing.results import Check, JointResult, Verdict
+
+STAGES = (GEAR_CHECKS, SPEED_CHECKS, TORQUE_CHECKS, ELECTRIC_CHECKS)
+"""From cheap to dear: what needs no motor torque, what needs no temperature, and the rest."""
+
+ESSENTIAL = ("gear repeated peak torque", "motor peak torque", "motor voltage", "motor RMS current")
+"""A drive of which one of these could not be checked is not chosen by a search."""
+
+
+def judge(operation: Operation, *, stop_at_fail: bool = False) -> tuple[Check, ...]:
+    """Everything held against one drive.
+
+    Args:
+        operation: The drive at its work.
+        stop_at_fail: Leave out the stages after the first one in which a check failed.
+
+    Returns:
+        The checks in a fixed order; a direct drive has none of a gear.
+    """
+    found: list[Check] = []
+    for stage in STAGES:
+        if stage is GEAR_CHECKS and is_direct(operation):
+            continue
+        found += [check(operation) for check in stage]
+        if stop_at_fail and any(check.verdict is Verdict.FAIL for check in found):
+            break
+    return tuple(found)
+
+
+def is_direct(operation: Operation) -> bool:
+    """Whether there is no gear.
+
+    Args:
+        operation: The drive at its work.
+
+    Returns:
+        True for a direct drive.
+    """
+    return operation.drive.gear.key == ""
+
+
+def joint_result(operation: Operation, name: str, motor: str, gear: str) -> JointResult:
+    """One joint's drive with every check and its series.
+
+    Args:
+        operation: The drive at its work.
+        name: Of the joint.
+        motor: Catalogue key.
+        gear: Catalogue key; empty for a direct drive.
+
+    Returns:
+        The result.
+    """
+    return JointResult(
+        name, motor, gear, operation.drive, judge(operation), operation.series(), tuple(_remarks(operation))
+    )
+
+
+def _remarks(operation: Operation) -> list[str]:
+    """What a reader should know that belongs to no single check."""
+    demand, drive = operation.demand, operation.drive
+    remarks = []
+    if operation.missing:
+        remarks.append(
+            f"{operation.missing} unknown: motor torque, current and power are shown without and are not judged"
+        )
+    holds = bool(np.any(demand.at_rest & (np.abs(demand.gear_torque) > 0.0)))
+    if holds and demand.moves:
+        remarks.append(
+            "at rest the mesh carries part of the load: heat counts the smaller torque that still holds, "
+            "peaks the larger one that starts the motion"
+        )
+    elif holds:
+        remarks.append("the joint never moves: the smaller torque that still holds counts")
+    if mesh_factors(operation.computed.gear).driven <= 0.0:
+        remarks.append("the gear locks itself: the load cannot drive the motor, which must help it down")
+    if drive_mass(drive) is None:
+        remarks.append("mass of motor or gear unknown: it does not load the joints before, which are judged too lightly")
+    if operation.heat is not None and not operation.heat.converged:
+        remarks.append("magnet and housing temperature could not be matched: temperatures are approximate")
+    return remarks

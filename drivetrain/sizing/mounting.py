@@ -1,0 +1,183 @@
+"""The arm as a set of drives loads it: their masses on the links that carry them, their rotors behind the gears."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.bodies import with_body, with_payload
+from drivetrain.arm.rotors import Rotor
+from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive, drive_inertia
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.inertia import cylinder
+from drivetrain.spatial.rotations import frame_along
+from drivetrain.study.study import DriveMass, JointTask, Mount, Study
+
+DRIVE_DENSITY = 5200.0  # kg/m^3; median of the rows that print diameter, length and mass: 5180 motors, 5370 gears
+
+
+def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) -> Arm:
+    """The arm with drives in its joints and a payload at its tip.
+
+    Where the study says ``replaced``, what the links hold is first taken out at every joint, as a point (its own
+    inertia is unknown and stays: a small excess on the safe side); ``added`` and ``replaced`` put each drive in as
+    solid cylinders; ``included`` moves no mass. The rotor turns behind its gear in all three.
+
+    Args:
+        study: Of which the arm, the mounts and the payloads are taken; it must have an arm.
+        drives: By joint name; joints without one are left as direct drives without mass.
+        payload_index: Into the study's payloads, -1 for an empty tip.
+
+    Returns:
+        The arm with masses [kg], inertias [kg m^2] and rotors in place.
+
+    Raises:
+        InputError: The study has no arm, or a link would be left without mass.
+    """
+    index = {task.name: i for i, task in enumerate(study.joints)}
+    arm = arm_with_drives(study, {index[name]: drive for name, drive in drives.items()})
+    return carrying(study, arm, payload_index)
+
+
+def arm_with_drives(study: Study, drives: Mapping[int, Drive]) -> Arm:
+    """The study's arm with drives in its joints and nothing at its tip; see ``loaded_arm``.
+
+    Args:
+        study: Of which the arm and the mounts are taken; it must have an arm.
+        drives: By joint index.
+
+    Returns:
+        The arm with masses [kg], inertias [kg m^2] and rotors in place.
+
+    Raises:
+        InputError: The study has no arm, or a link would be left without mass.
+    """
+    arm = _emptied(study)
+    rotors: list[Rotor | None] = [None] * arm.n
+    for joint, drive in drives.items():
+        task = study.joints[joint]
+        rotors[joint] = _rotor(drive, joint, task)
+        if study.drive_mass is not DriveMass.INCLUDED:
+            arm = _with_drive(arm, joint, task.mount, drive)
+    return with_rotors(arm, rotors)
+
+
+def carrying(study: Study, arm: Arm, payload_index: int) -> Arm:
+    """An arm with one of the study's payloads at its tip.
+
+    Args:
+        study: Of which the payloads are taken.
+        arm: The arm.
+        payload_index: Into the study's payloads, -1 for an empty tip.
+
+    Returns:
+        The arm with the payload's mass [kg] and inertia [kg m^2] on its last link.
+    """
+    if payload_index < 0:
+        return arm
+    payload = study.payloads[payload_index]
+    if payload.mass == 0.0:
+        return arm
+    return with_payload(arm, payload.mass, payload.com, payload.inertia)
+
+
+def drive_mass(drive: Drive) -> float | None:
+    """Mass of motor and gear together; an ideal gear weighs nothing.
+
+    Args:
+        drive: Motor and gear.
+
+    Returns:
+        [kg]; None when one of them is unknown.
+    """
+    gear = 0.0 if drive.gear.kind == "ideal" and drive.gear.mass is None else drive.gear.mass
+    return None if drive.motor.mass is None or gear is None else drive.motor.mass + gear
+
+
+def drive_body_inertia(drive: Drive, axis: Array) -> Array:
+    """Inertia of motor and gear as solid cylinders with one centre, the rotor's about its axis left out.
+
+    That part belongs to the rotor, which is a body of its own; counted here too it would count twice. Sizes that a
+    sheet does not print follow from DRIVE_DENSITY, with both unknown from a cylinder as long as wide.
+
+    Args:
+        drive: Motor and gear; a part of unknown mass counts nothing.
+        axis: Unit vector along both, (3,).
+
+    Returns:
+        About the centre, in the axes in which ``axis`` is given [kg m^2], (3, 3).
+    """
+    motor, gear = drive.motor, drive.gear
+    along_z = _cylinder(motor.mass, motor.diameter, motor.length) + _cylinder(gear.mass, gear.diameter, gear.length)
+    along_z[2, 2] -= min(motor.rotor_inertia or 0.0, along_z[2, 2])
+    rotation = frame_along(axis)
+    turned: Array = rotation @ along_z @ rotation.T
+    return 0.5 * (turned + turned.T)
+
+
+def carrier_link(joint: int, mount: Mount) -> int:
+    """Index of the link that holds the stator.
+
+    Args:
+        joint: Index of the joint.
+        mount: Where its drive sits.
+
+    Returns:
+        The link before the joint, the one after it, or -1 for the base.
+    """
+    return {"parent": joint - 1, "child": joint, "base": -1}[mount.carrier]
+
+
+def _emptied(study: Study) -> Arm:
+    """The study's arm without the drives that its links already hold."""
+    arm = study.arm
+    if arm is None:
+        raise InputError(Fault("arm", "is needed to load it with drives", hint="a load table already holds its torque"))
+    if study.drive_mass is DriveMass.REPLACED:
+        for joint, task in enumerate(study.joints):
+            if task.contained is not None and task.contained.mass > 0.0:
+                mount = task.contained.mount
+                point = _mount_point(arm, joint, mount)
+                arm = with_body(arm, carrier_link(joint, mount), -task.contained.mass, point, np.zeros((3, 3)))
+    return arm
+
+
+def _with_drive(arm: Arm, joint: int, mount: Mount, drive: Drive) -> Arm:
+    mass = (drive.motor.mass or 0.0) + (drive.gear.mass or 0.0)
+    if mass == 0.0:
+        return arm
+    inertia = drive_body_inertia(drive, _joint_axis(arm, joint))
+    return with_body(arm, carrier_link(joint, mount), mass, _mount_point(arm, joint, mount), inertia)
+
+
+def _rotor(drive: Drive, joint: int, task: JointTask) -> Rotor:
+    """Rotor and gear input as one inertia about the joint's axis; massless, its mass counts with the drive's."""
+    ratio = drive.gear.ratio / (task.travel_per_turn or 1.0)
+    return Rotor(ratio, drive_inertia(drive), carrier=carrier_link(joint, task.mount))
+
+
+def _joint_axis(arm: Arm, joint: int) -> Array:
+    """Direction of a joint's axis, or of its travel, base frame, all joints at zero."""
+    screw = arm.screws[joint]
+    axis: Array = screw[:3] if screw[:3].any() else screw[3:]
+    return axis
+
+
+def _mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
+    point: Array = arm.joint_points[joint] + mount.offset * _joint_axis(arm, joint)
+    return point
+
+
+def _cylinder(mass: float | None, diameter: float | None, length: float | None) -> Array:
+    """Inertia of a solid cylinder about z; a size that is unknown follows from DRIVE_DENSITY."""
+    if not mass:
+        return np.zeros((3, 3))
+    area = 4.0 * mass / (DRIVE_DENSITY * math.pi)  # diameter squared times length
+    if diameter is None:
+        diameter = area ** (1.0 / 3.0) if length is None else math.sqrt(area / length)
+    return cylinder(mass, diameter / 2.0, area / diameter**2 if length is None else length).inertia.copy()

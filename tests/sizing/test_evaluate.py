@@ -1,0 +1,291 @@
+"""Given drives judged: by hand on one axis, every check able to fail and to be left out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.friction import Friction
+from drivetrain.errors import InputError
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.results import Check, Evaluation, JointResult, Verdict
+from drivetrain.study.study import GearAssumption, MotorAssumption, Safety
+
+LOAD = 0.4  # kg m^2 at the gear's output
+TOP = 4.0  # rad/s
+RAMP = 0.5  # s, up and down
+
+
+def trapezoid(make, load=LOAD):
+    """Up in RAMP, 1 s at TOP, down in RAMP, 1 s of rest; samples doubled where the acceleration steps."""
+    time = np.array([0.0, RAMP, RAMP, 1 + RAMP, 1 + RAMP, 1 + 2 * RAMP, 1 + 2 * RAMP, 2 + 2 * RAMP])
+    speed = np.array([0.0, TOP, TOP, TOP, TOP, 0.0, 0.0, 0.0])
+    acceleration = np.array([TOP, TOP, 0, 0, -TOP, -TOP, 0, 0]) / RAMP
+    return make.table_cycle(time, load * acceleration, speed, acceleration)
+
+
+def check_of(result: Evaluation | JointResult, name: str) -> Check:
+    checks = result.shared if isinstance(result, Evaluation) else result.checks
+    return next(check for check in checks if check.name == name)
+
+
+@pytest.fixture
+def one_axis(make):
+    """A lossy drive accelerating and braking a flywheel; no motor friction."""
+    frictionless = make.task(motor_friction=Friction())
+    return make.study(trapezoid(make), joints=(frictionless,))
+
+
+def test_flywheel_by_hand(one_axis, make):
+    joint = evaluate(one_axis).joints["j1"]
+    ratio, eta = make.gear.ratio, make.gear.efficiency
+    rotor = (make.motor.rotor_inertia + make.gear.inertia) * ratio * TOP / RAMP
+    up = LOAD * TOP / RAMP / (eta * ratio) + rotor
+    down = -LOAD * TOP / RAMP * (2 - 1 / eta) / ratio - rotor
+    np.testing.assert_allclose(joint.series.motor_torque[[1, 2, 3]], [up, 0, 0], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(joint.series.motor_torque[4], down, rtol=1e-12)
+    assert check_of(joint, "motor peak torque").required == pytest.approx(up, rel=1e-12)
+    assert check_of(joint, "motor speed").required == pytest.approx(ratio * TOP)
+    assert check_of(joint, "gear repeated peak torque").required == pytest.approx(LOAD * TOP / RAMP)
+    assert check_of(joint, "gear mean input speed").required == pytest.approx(ratio * TOP * (1 + RAMP) / 3.0)
+    # Samples 0 and 5 are at rest; the trapezoidal rule counts their holding torque for half a ramp each.
+    squares = [joint.series.motor_torque[0], up, 0.0, 0.0, down, joint.series.motor_torque[5], 0.0, 0.0]
+    mean = RAMP / 2 * sum(x**2 for x in squares) / 3.0
+    constant = joint.series.motor_torque[1] / joint.series.current[1]
+    assert check_of(joint, "motor RMS current").required == pytest.approx(math.sqrt(mean) / constant, rel=1e-12)
+
+
+def test_electrical_power_goes_somewhere(one_axis, make):
+    friction = make.task(friction=Friction(coulomb=0.5, viscous=0.1), motor_friction=Friction(0.002, viscous=1e-6))
+    time = np.linspace(0, 2, 401)
+    speed = 3 * np.sin(np.pi * time)
+    torque = 6 * np.cos(3.3 * time)  # all four quadrants
+    study = make.study(make.table_cycle(time, torque, speed, 3 * np.pi * np.cos(np.pi * time)), joints=(friction,))
+    series = evaluate(study).joints["j1"].series
+    quadrants = {(a, b) for a, b in zip(np.sign(torque), np.sign(speed), strict=True) if a and b}
+    assert len(quadrants) == 4
+    motor = make.motor
+    resistance = motor.resistance * (1 + 0.0039 * (series.winding_temperature - 25))
+    copper = resistance * series.current**2
+    rotor = series.rotor_torque * series.motor_speed
+    output = torque * speed
+    joint_loss = (series.gear_torque - torque) * speed
+    other = series.electrical_power - copper - rotor - output - joint_loss
+    assert np.all(joint_loss >= 0)
+    moving = np.abs(speed) > 1e-9
+    # What is left is the loss of motor friction and mesh: never a source, and exactly the friction part's power.
+    assert np.all(other[moving] >= -1e-9)
+    np.testing.assert_allclose(other, series.friction_torque * series.motor_speed, atol=1e-9)
+
+
+def test_efficiency_towards_one_is_lossless(one_axis, make):
+    def current(efficiency):
+        catalog = replace(one_axis.catalog, gears={"g1": replace(make.gear, efficiency=efficiency)})
+        return evaluate(replace(one_axis, catalog=catalog)).joints["j1"].series.motor_torque
+
+    lossless = current(1.0)
+    errors = [np.abs(current(1.0 - step) - lossless).max() for step in (1e-2, 1e-4, 1e-6)]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 1e-6
+
+
+SHRUNK = {
+    "gear repeated peak torque": ("gear", "repeated_peak_torque", 1e-3),
+    "gear momentary peak torque": ("gear", "momentary_torque", 1e-3),
+    "gear average torque": ("gear", "average_torque_limit", 1e-3),
+    "gear maximum input speed": ("gear", "max_input_speed", 1e-3),
+    "gear mean input speed": ("gear", "average_input_speed_limit", 1e-3),
+    "gear life L10": ("gear", "rated_life", 1.0),
+    "output bearing tilting moment": ("gear", "tilting_moment_limit", 1e-3),
+    "output bearing axial load": ("gear", "axial_load_limit", 1e-3),
+    "output bearing radial load": ("gear", "radial_load_limit", 1e-3),
+    "motor speed": ("motor", "max_speed", 1e-3),
+    "motor peak torque": ("motor", "peak_torque", 1e-5),
+    "motor peak current": ("motor", "peak_current", 1e-5),
+    "motor RMS current": ("motor", "nominal_current", 1e-5),
+    "winding temperature": ("motor", "max_winding_temperature", 25.01),
+    "amplifier peak current": ("amplifier", "peak_current", 1e-5),
+    "amplifier continuous current": ("amplifier", "continuous_current", 1e-5),
+    "motor voltage": ("supply", "voltage", 1e-3),
+    "inertia ratio": ("safety", "inertia_ratio", 1e-6),
+    "supply peak power": ("supply", "peak_power", 1e-6),
+    "supply mean power": ("supply", "mean_power", 1e-6),
+    "supply regenerated power": ("supply", "regenerated_power", 0.0),
+}
+REMOVED_WITH = {  # what else must go before nobody states the limit
+    "gear repeated peak torque": ("continuous_torque",),
+    "gear average torque": ("continuous_torque",),
+    "motor peak torque": ("peak_current", "nominal_voltage"),
+    "motor RMS current": ("resistance_housing_ambient",),
+}
+
+
+@pytest.fixture
+def swinging(make):
+    """A two-link arm whose joints turn about horizontal axes, tilted so that no bearing load is zero."""
+    arm = make.planar_arm([0.3, 0.3], [2.0, 1.0])
+    arm = replace(arm, gravity=np.array([0.5, 3.0, -9.2]))
+    return make.study(make.sines(2, size=0.8), arm=arm, safety=Safety(life=3.6e6, inertia_ratio=1e6))
+
+
+def changed(study, where, field, value):
+    if where in ("gear", "motor"):
+        rows = {"gear": study.catalog.gears, "motor": study.catalog.motors}[where]
+        key = next(iter(rows))
+        row = {key: replace(rows[key], **{field: value})}
+        return replace(study, catalog=replace(study.catalog, **{f"{where}s": row}))
+    if where == "amplifier":
+        tasks = tuple(replace(t, amplifier=replace(t.amplifier, **{field: value})) for t in study.joints)
+        return replace(study, joints=tasks)
+    return replace(study, **{where: replace(getattr(study, where), **{field: value})})
+
+
+def found(evaluation, name):
+    everything = [*evaluation.joints["j1"].checks, *evaluation.shared]
+    return next(check for check in everything if check.name == name)
+
+
+@pytest.mark.parametrize("name", SHRUNK)
+def test_every_check_can_fail_and_can_be_missing(swinging, name):
+    where, field, small = SHRUNK[name]
+    plain = found(evaluate(swinging), name)
+    if name != "motor peak torque":  # not printed: from the peak current
+        assert plain.verdict in (Verdict.PASS, Verdict.MARGINAL), plain
+    shrunk = found(evaluate(changed(swinging, where, field, small)), name)
+    assert shrunk.verdict is Verdict.FAIL
+    assert shrunk.utilisation > 1
+    if name == "motor voltage":
+        return  # a study always has a supply voltage
+    without = changed(swinging, where, field, None)
+    for other in REMOVED_WITH.get(name, ()):
+        without = changed(without, where, other, None)
+    missing = found(evaluate(without), name)
+    assert missing.verdict is Verdict.NOT_CHECKED
+    assert missing.utilisation is None
+    assert missing.remark
+
+
+def test_every_check_is_in_the_table_of_tests(swinging):
+    evaluation = evaluate(swinging)
+    names = {check.name for check in [*evaluation.joints["j1"].checks, *evaluation.shared]}
+    assert names == set(SHRUNK)
+
+
+def test_verdicts_leave_the_wanted_reserve(one_axis, make):
+    required = check_of(evaluate(one_axis).joints["j1"], "gear repeated peak torque").required
+    verdicts = []
+    for share in (0.85, 0.95, 1.05):
+        study = changed(one_axis, "gear", "repeated_peak_torque", required / share)
+        verdicts.append(check_of(evaluate(study).joints["j1"], "gear repeated peak torque").verdict)
+    assert verdicts == [Verdict.PASS, Verdict.MARGINAL, Verdict.FAIL]
+
+
+def test_safety_factors_multiply_what_is_required(one_axis):
+    plain = evaluate(one_axis).joints["j1"]
+    safe = evaluate(replace(one_axis, safety=Safety(peak_torque=1.5, rms=1.25, speed=1.2, voltage=1.1))).joints["j1"]
+    factors = {
+        "gear repeated peak torque": 1.5, "motor peak torque": 1.5, "motor peak current": 1.5,
+        "amplifier peak current": 1.5, "motor RMS current": 1.25, "amplifier continuous current": 1.25,
+        "motor speed": 1.2, "gear maximum input speed": 1.2, "gear mean input speed": 1.2, "motor voltage": 1.1,
+        "gear average torque": 1.0, "winding temperature": 1.0,
+    }  # fmt: skip
+    for name, factor in factors.items():
+        assert check_of(safe, name).required == pytest.approx(factor * check_of(plain, name).required), name
+
+
+def test_unknown_efficiency_is_not_judged_but_may_be_assumed(one_axis):
+    silent = changed(one_axis, "gear", "efficiency", None)
+    evaluation = evaluate(silent)
+    joint = evaluation.joints["j1"]
+    for name in ("motor peak torque", "motor voltage", "motor RMS current", "winding temperature"):
+        check = check_of(joint, name)
+        assert check.verdict is Verdict.NOT_CHECKED
+        assert "efficiency" in check.remark
+    assert {check.verdict for check in evaluation.shared} == {Verdict.NOT_CHECKED}
+    assumed = replace(silent, gear_assumptions={"planetary": GearAssumption(efficiency=0.8, source="a guess")})
+    np.testing.assert_array_equal(
+        evaluate(assumed).joints["j1"].series.current, evaluate(one_axis).joints["j1"].series.current
+    )
+    assert any("80 %" in words and "a guess" in words for words in evaluate(assumed).joints["j1"].drive.assumptions)
+
+
+def test_motor_assumptions_fill_only_what_is_unknown(one_axis):
+    assumption = {"brushless": MotorAssumption(max_winding_temperature=80.0, source="a guess")}
+    known = evaluate(replace(one_axis, motor_assumptions=assumption)).joints["j1"]
+    assert check_of(known, "winding temperature").available == 125.0
+    silent = changed(one_axis, "motor", "max_winding_temperature", None)
+    filled = evaluate(replace(silent, motor_assumptions=assumption)).joints["j1"]
+    assert check_of(filled, "winding temperature").available == 80.0
+
+
+def test_runaway_heat_fails_without_bound(one_axis):
+    hot = changed(one_axis, "motor", "resistance_housing_ambient", 4000.0)
+    check = check_of(evaluate(hot).joints["j1"], "winding temperature")
+    assert check.verdict is Verdict.FAIL
+    assert check.utilisation == math.inf
+
+
+def test_warmer_air_leaves_less_of_everything_thermal(one_axis):
+    cool, warm = evaluate(one_axis).joints["j1"], evaluate(replace(one_axis, ambient=60.0)).joints["j1"]
+    for name in ("motor RMS current", "winding temperature"):
+        assert check_of(warm, name).utilisation > check_of(cool, name).utilisation
+
+
+def test_direct_drive_has_no_gear_checks(one_axis):
+    joint = evaluate(one_axis, {"j1": ("m1", "")}).joints["j1"]
+    assert not any(check.name.startswith(("gear", "output bearing")) for check in joint.checks)
+    np.testing.assert_allclose(joint.series.motor_speed, joint.series.speed)
+
+
+def test_start_from_rest_counts_for_peaks_and_holding_for_heat(make):
+    time = np.linspace(0.0, 1.0, 101)
+    speed = np.where(time < 0.5, 0.0, np.sin(2 * np.pi * (time - 0.5)) ** 2)
+    hold = make.table_cycle(time, np.full(101, 10.0), speed, np.gradient(speed, time))
+    study = make.study(hold, joints=(make.task(motor_friction=Friction()),))
+    joint = evaluate(study).joints["j1"]
+    eta, ratio = make.gear.efficiency, make.gear.ratio
+    assert joint.series.motor_torque[0] == pytest.approx(10.0 * (2 - 1 / eta) / ratio)
+    assert check_of(joint, "motor peak torque").required >= 10.0 / eta / ratio * (1 - 1e-12)
+    still = make.study(make.table_cycle(time, np.full(101, 10.0), 0 * time, 0 * time), joints=study.joints)
+    joint = evaluate(still).joints["j1"]
+    assert check_of(joint, "motor peak torque").required == pytest.approx(10.0 * (2 - 1 / eta) / ratio)
+
+
+def test_supply_sums_joints_instant_by_instant(make):
+    time = np.linspace(0.0, 1.0, 201)
+    speed = np.sin(2 * np.pi * time)
+    torque = np.stack([5.0 * np.ones_like(time), -5.0 * np.ones_like(time)], axis=1)
+    cycle = make.table_cycle(time, torque, np.stack([speed, speed], axis=1), np.zeros((201, 2)))
+    evaluation = evaluate(make.study(cycle))
+    total = sum(joint.series.electrical_power for joint in evaluation.joints.values())
+    assert check_of(evaluation, "supply peak power").required == pytest.approx(total.max())
+    drawn = np.trapezoid(np.maximum(total, 0), time)
+    fed_back = np.trapezoid(np.maximum(-total, 0), time)
+    assert check_of(evaluation, "supply mean power").required == pytest.approx(drawn)
+    assert check_of(evaluation, "supply regenerated power").required == pytest.approx(fed_back, abs=1e-12)
+    # One drives while the other brakes: together they draw less than the driving one alone.
+    alone = [joint.series.electrical_power.max() for joint in evaluation.joints.values()]
+    assert check_of(evaluation, "supply peak power").required < max(alone)
+
+
+def test_every_fault_of_the_drives_at_once(one_axis):
+    with pytest.raises(InputError) as error:
+        evaluate(one_axis, {"j1": ("m2", "gg1"), "k1": ("m1", "g1")})
+    text = str(error.value)
+    assert len(error.value.faults) == 3
+    assert "known: m1" in text and "'g1'" in text and "known: j1" in text
+    with pytest.raises(InputError, match="has no drive"):
+        evaluate(replace(one_axis, joints=(replace(one_axis.joints[0], drive=None),)))
+
+
+def test_unknown_limits_of_amplifier_are_not_passes(one_axis, make):
+    bare = replace(one_axis, joints=(make.task(amplifier=Amplifier()),), supply=Supply(48.0))
+    evaluation = evaluate(bare)
+    joint = evaluation.joints["j1"]
+    assert check_of(joint, "amplifier peak current").verdict is Verdict.NOT_CHECKED
+    assert {check.verdict for check in evaluation.shared} == {Verdict.NOT_CHECKED}
+    assert all(check.required is not None for check in evaluation.shared)
