@@ -3,12 +3,14 @@
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import drivetrain
 from drivetrain.errors import InputError
 from drivetrain.units import (
     NAMES,
@@ -228,5 +230,11 @@ def test_text_for_reports(value, unit, show, text):
 
 
 def test_pint_waits_until_a_unit_is_read():
-    script = "import sys, drivetrain.units as u; assert 'pint' not in sys.modules; u.factor('V'); assert 'pint' in sys.modules"
-    subprocess.run([sys.executable, "-c", script], check=True)
+    lines = [
+        "import sys, drivetrain.units as u",
+        "before = 'pint' in sys.modules",
+        "u.factor('V')",
+        "sys.exit(before or 'pint' not in sys.modules)",
+    ]
+    checkout = Path(drivetrain.__file__).parent.parent
+    subprocess.run([sys.executable, "-c", "\n".join(lines)], check=True, cwd=checkout)
