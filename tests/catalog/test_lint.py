@@ -1,0 +1,284 @@
+"""The lint finds what contradicts itself, and leaves sound rows alone."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from drivetrain.catalog.findings import Severity, slip
+from drivetrain.catalog.gear_rules import FAMILY, check_families, check_gear, exact_ratio
+from drivetrain.catalog.importers import import_table
+from drivetrain.catalog.lint import LintFault, lint
+from drivetrain.catalog.motor_rules import check_motor
+from drivetrain.catalog.table import Cell, Row
+from drivetrain.errors import InputError
+from drivetrain.shipped import shipped
+
+DATA = Path(__file__).parent / "data" / "si_table"
+FAULTY_MOTORS, FAULTY_GEARS = 5, 40  # the last rows of the excerpts
+
+# maxon RE 40 148867 (24 V), SI, as printed in the catalogue of 2019.
+RE40: dict[str, Cell] = {
+    "kind": "brushed", "current_basis": "dc", "winding_basis": "line_line", "nominal_voltage": 24.0,
+    "no_load_speed": 793.776, "no_load_current": 0.137, "nominal_speed": 725.7, "nominal_torque": 0.177,
+    "nominal_current": 6.0, "stall_torque": 2.42, "stall_current": 80.2, "resistance": 0.299, "inductance": 8.2e-5,
+    "torque_constant": 0.0302, "speed_constant": 33.2, "speed_torque_gradient": 328.0,
+    "mechanical_time_constant": 0.00466, "rotor_inertia": 1.42e-5, "resistance_winding_housing": 1.93,
+    "resistance_housing_ambient": 4.65, "winding_time_constant": 41.5, "housing_time_constant": 809.0,
+    "max_winding_temperature": 155.0, "max_speed": 1256.6, "diameter": 0.04, "mass": 0.48,
+}  # fmt: skip
+
+SOUND_GEAR: dict[str, Cell] = {
+    "kind": "planetary", "stages": 2.0, "ratio": 20.25, "ratio_exact": "81/4", "efficiency": 0.75,
+    "continuous_torque": 0.6, "repeated_peak_torque": 0.9, "momentary_torque": 1.5, "max_input_speed": 800.0,
+    "average_input_speed_limit": 600.0, "stiffness_1": 100.0, "stiffness_2": 200.0, "stiffness_3": 300.0,
+    "torque_1": 0.1, "torque_2": 0.5, "no_load_torque": 0.002,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def imported(tmp_path_factory: pytest.TempPathFactory) -> list[LintFault]:
+    out = tmp_path_factory.mktemp("imported")
+    import_table(DATA, out, basis="dc")
+    return lint(out)
+
+
+def keys(name: str) -> list[str]:
+    with (DATA / name).open(encoding="utf-8", newline="") as file:
+        return [row["key"] for row in csv.DictReader(file)]
+
+
+def columns_of(faults: list[LintFault], key: str, severity: Severity = Severity.ERROR) -> set[str]:
+    return {fault.column.split(" [")[0] for fault in faults if fault.key == key and fault.severity is severity}
+
+
+def test_the_45_rows_known_to_be_wrong_are_found_for_their_reasons(imported: list[LintFault]) -> None:
+    motors, gears = keys("motors.csv")[-FAULTY_MOTORS:], keys("gears.csv")[-FAULTY_GEARS:]
+    speed_controlled = {"no_load_speed", "stall_torque", "stall_current"}  # integrated electronics limit all three
+    for key in motors[:4]:
+        assert columns_of(imported, key) == speed_controlled
+    assert columns_of(imported, motors[4]) == {"no_load_speed"}
+    more_lasting_than_peak = {"maxon_144410"} | {key for key in gears if "GPX19LN" in key}
+    misprinted = {"maxon_GPX19LZKLSL0150CPLW", "maxon_305137"}
+    assert len(more_lasting_than_peak) == 12
+    for key in gears:
+        if key in more_lasting_than_peak:
+            assert columns_of(imported, key) == {"continuous_torque"}
+        elif key in misprinted:
+            assert columns_of(imported, key) == {"ratio_exact"}
+        elif key == "maxon_410657":  # the page prints one torque of two
+            assert columns_of(imported, key) == {"continuous_torque"}
+        else:  # empty pages
+            assert columns_of(imported, key) == {"ratio", "continuous_torque"}
+
+
+def test_sound_rows_are_left_alone(imported: list[LintFault]) -> None:
+    bad = {*keys("motors.csv")[-FAULTY_MOTORS:], *keys("gears.csv")[-FAULTY_GEARS:]}
+    others = [fault for fault in imported if fault.key not in bad]
+    errors = {(fault.key, fault.column) for fault in others if fault.severity is Severity.ERROR}
+    # A sheet without resistance and torque constant cannot be used, however right the rest.
+    lacking = "kollmorgen_TBM(S)-6051-A"
+    assert errors == {(lacking, "resistance [ohm]"), (lacking, "torque_constant [N m/A]")}
+    unusual = {fault.key for fault in others if fault.severity is Severity.WARNING}
+    assert unusual == {
+        "maxon_ECXZ16M1VF35N1IL1D589B",  # nominal speed above the no-load speed
+        "maxon_476927", "beckhoff_NPT045-MF_i5",  # one of the two torques missing
+        "maxon_166954",  # lasting input speed above the short one
+    }  # fmt: skip
+
+
+def test_a_fault_tells_place_printed_and_predicted(imported: list[LintFault]) -> None:
+    fault = next(f for f in imported if f.key == "maxon_350909" and f.column.startswith("stall_current"))
+    line = keys("motors.csv").index("maxon_350909") + 2
+    assert (Path(fault.file).name, fault.row) == ("motors.csv", line)
+    assert fault.printed == pytest.approx(4.41)
+    assert fault.predicted == pytest.approx(24.0 / 0.201, rel=1e-6)
+    for part in (f"row {line}", "stall_current [A]", "4.41", "119.4", "V/R"):
+        assert part in str(fault)
+
+
+def test_the_shipped_catalogue_is_clean() -> None:
+    assert lint(shipped("catalogs")) == []
+
+
+def test_the_sound_rows_of_this_file_are_sound() -> None:
+    assert check_motor(RE40) == []
+    assert check_gear(SOUND_GEAR) == []
+
+
+SLIPS: dict[str, Mapping[str, float]] = {
+    "no-load speed printed in rpm taken as rad/s": {"no_load_speed": 60 / (2 * math.pi)},
+    "torque constant in N cm/A": {"torque_constant": 100.0},
+    "torque constant mN m taken as N m": {"torque_constant": 1000.0},
+    "torque constant per rms ampere of a phase": {"torque_constant": math.sqrt(1.5)},
+    "torque constant per peak ampere of a phase": {"torque_constant": math.sqrt(4.0 / 3.0) * 1.0},
+    "back-emf per phase for torque constant": {"torque_constant": 1 / math.sqrt(3.0)},
+    "resistance of one phase": {"resistance": 0.5},
+    "resistance in mohm taken as ohm": {"resistance": 1000.0},
+    "inductance in mH taken as H": {"inductance": 1000.0},
+    "inductance in uH taken as H": {"inductance": 1e6},
+    "inertia in g cm^2 a power of ten off": {"rotor_inertia": 10.0},
+    "inertia in kg cm^2 taken as kg m^2": {"rotor_inertia": 1e4},
+    "stall torque in mN m taken as N m": {"stall_torque": 1000.0},
+    "stall current rms for dc": {"stall_current": math.sqrt(2.0)},
+}
+
+
+@pytest.mark.parametrize("slip_name", SLIPS)
+def test_unit_slips_of_a_motor_are_errors(slip_name: str) -> None:
+    wrong = dict(RE40)
+    for name, factor in SLIPS[slip_name].items():
+        value = wrong[name]
+        assert isinstance(value, float)
+        wrong[name] = value * factor
+    found = check_motor(wrong)
+    assert any(finding.severity is Severity.ERROR for finding in found)
+
+
+@pytest.mark.parametrize("factor", [1.09, 1 / 1.09])
+@pytest.mark.parametrize("name", ["no_load_speed", "stall_torque", "stall_current", "mechanical_time_constant"])
+def test_nine_percent_pass_and_eleven_do_not(name: str, factor: float) -> None:
+    value = RE40[name]
+    assert isinstance(value, float)
+    assert not [f for f in check_motor({**RE40, name: value * factor}) if f.severity is Severity.ERROR]
+    worse = factor**1.5
+    assert {f.column for f in check_motor({**RE40, name: value * worse}) if f.severity is Severity.ERROR} == {name}
+
+
+def test_a_sheet_printed_per_phase_and_rms_is_judged_in_its_own_convention() -> None:
+    """RE40's numbers as a sinusoidal machine would print them; the prediction comes back in rms amperes."""
+    rms = {**RE40, "kind": "brushless", "current_basis": "rms", "winding_basis": "phase", "resistance": 0.1495}
+    rms |= {"inductance": 4.1e-5, "torque_constant": 0.0302 * math.sqrt(1.5)}
+    rms |= {name: RE40[name] / math.sqrt(1.5) for name in ("no_load_current", "nominal_current", "stall_current")}  # type: ignore[operator]
+    assert check_motor(rms) == []
+    wrong = check_motor({**rms, "stall_current": 80.2})
+    assert [f.column for f in wrong] == ["stall_current"]
+    assert wrong[0].predicted == pytest.approx(24.0 / 0.299 / math.sqrt(1.5), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "column", "severity"),
+    [
+        ({"nominal_current": 0.1}, "no_load_current", "error"),
+        ({"peak_current": 5.0}, "nominal_current", "error"),
+        ({"peak_torque": 0.1}, "nominal_torque", "error"),
+        ({"peak_current": 20.0, "peak_torque": 1.0}, "peak_torque", "error"),
+        ({"peak_current": 40.0, "peak_torque": 1.0}, "peak_torque", "warning"),
+        ({"nominal_speed": 800.0}, "nominal_speed", "warning"),
+        ({"nominal_torque": 0.26}, "nominal_torque", "warning"),
+        ({"nominal_current": 8.0, "nominal_torque": 0.237}, "nominal_current", "warning"),
+        ({"housing_time_constant": 20.0}, "winding_time_constant", "warning"),
+        ({"coulomb_friction": 0.003, "viscous_friction": 4e-6}, "no_load_current", "warning"),
+        ({"mass": 0.03}, "rotor_inertia", "error"),
+        ({"mass": 0.06}, "rotor_inertia", "warning"),
+        ({"inductance": 0.299 * 5e-7}, "inductance", "error"),
+        ({"current_basis": "rms"}, "current_basis", "error"),
+        ({"winding_basis": "phase"}, "winding_basis", "error"),
+    ],
+)
+def test_each_motor_rule(change: Mapping[str, Cell], column: str, severity: str) -> None:
+    assert (column, severity) in {(f.column, f.severity.value) for f in check_motor({**RE40, **change})}
+
+
+@pytest.mark.parametrize(
+    ("change", "column", "severity"),
+    [
+        ({"continuous_torque": 1.0}, "continuous_torque", "error"),
+        ({"average_torque_limit": 0.5}, "continuous_torque", "error"),
+        ({"repeated_peak_torque": 2.0}, "repeated_peak_torque", "error"),
+        ({"stiffness_1": 250.0}, "stiffness_1", "error"),
+        ({"stiffness_3": 150.0}, "stiffness_2", "error"),
+        ({"torque_1": 0.6}, "torque_1", "error"),
+        ({"no_load_torque": 0.05}, "no_load_torque", "error"),
+        ({"ratio": 24.0}, "ratio", "error"),
+        ({"ratio": -24.0}, "ratio", "error"),
+        ({"ratio": 21.5}, "ratio", "warning"),
+        ({"ratio_exact": "81:4"}, "ratio_exact", "error"),
+        ({"ratio_exact": "81/0"}, "ratio_exact", "error"),
+        ({"backdriving_efficiency": 0.8}, "backdriving_efficiency", "warning"),
+        ({"efficiency": 0.3}, "efficiency", "warning"),
+        ({"stages": 1.0}, "ratio", "warning"),
+        ({"average_input_speed_limit": 900.0}, "average_input_speed_limit", "warning"),
+        ({"rated_speed": 900.0}, "rated_speed", "warning"),
+        ({"size": 25.0, "pitch_diameter": 0.05}, "pitch_diameter", "warning"),
+        ({"continuous_torque": None}, "continuous_torque", "warning"),
+        ({"continuous_torque": None, "momentary_torque": None}, "continuous_torque", "error"),
+        ({"repeated_peak_torque": None, "momentary_torque": None}, "repeated_peak_torque", "warning"),
+    ],
+)
+def test_each_gear_rule(change: Mapping[str, Cell], column: str, severity: str) -> None:
+    assert (column, severity) in {(f.column, f.severity.value) for f in check_gear({**SOUND_GEAR, **change})}
+
+
+def test_a_negative_ratio_with_its_fraction_is_sound() -> None:
+    assert check_gear({**SOUND_GEAR, "ratio": -20.25}) == []
+    assert exact_ratio(" 57 / 13 ") == Fraction(57, 13)
+    assert exact_ratio("-5/2") is None
+
+
+def test_an_odd_denominator_is_an_error_only_when_one_digit_makes_it() -> None:
+    def row(line: int, text: str) -> Row:
+        return Row(line, {"maker": "m", "stages": 3.0, "ratio_exact": text})
+
+    usual = [row(line, "19683/125") for line in range(2, 2 + FAMILY)]
+    odd = [row(20, "19683/64"), row(21, "19683/225"), row(22, "19683/124")]
+    found = {(r.line, finding.severity.value) for r, finding in check_families([*usual, *odd])}
+    assert found == {(20, "warning"), (21, "error")}  # 124 for 125 moves the ratio by less than a sheet's tolerance
+    assert check_families([*usual[1:], *odd]) == []  # too few to know what is usual
+    assert check_families([*usual, *odd[:1], row(23, "19683/64")]) == []  # two alike are a family of their own
+
+
+def test_slips_are_named_both_ways() -> None:
+    assert "rpm" in slip(9.55) and "rpm" in slip(1 / 9.55)
+    assert "rms" in slip(math.sqrt(2.0))
+    assert slip(1.07) == "" and slip(4.0) == ""
+
+
+def write(folder: Path, **tables: str) -> Path:
+    for name, text in tables.items():
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_texts_units_duplicates_and_missing_sources(tmp_path: Path) -> None:
+    header = (
+        "key,kind,maker,part_number,current_basis,winding_basis,resistance [ohm],torque_constant [mNm/A],source,edition"
+    )
+    rows = [
+        "A,brushed,m,1,dc,line_line,1,10,s,2020",
+        "A,brushed,m,1,dc,line_line,2,10,,",
+        "B,brushed,m,1,,line_line,1,0,s,",
+    ]
+    found = lint(write(tmp_path, motors="\n".join([header, *rows]) + "\n"))
+    assert [(f.row, f.column, f.severity.value) for f in found] == [
+        (3, "key", "error"),
+        (3, "source", "error"),
+        (4, "current_basis", "error"),
+        (4, "torque_constant [mNm/A]", "error"),
+        (4, "edition", "warning"),
+        (4, "part_number", "warning"),
+    ]
+    assert found[2].key == "B"
+
+
+def test_pairs_are_held_against_the_keys_of_all_folders(tmp_path: Path) -> None:
+    gears = "key,kind,ratio,continuous_torque [Nm],repeated_peak_torque [Nm],source,edition\nG,spur,5,1,2,s,e\n"
+    own, other = tmp_path / "own", tmp_path / "other"
+    own.mkdir()
+    other.mkdir()
+    write(own, gears=gears, compatibility="motor_key,gear_keys\nM,G H G\n")
+    write(other, gears=gears.replace("\nG,", "\nH,"))
+    assert [(f.column, f.printed) for f in lint(own)] == [("gear_keys", "H"), ("gear_keys", "G")]  # no motors: no look
+    assert [(f.printed, f.severity.value) for f in lint(own, beside=[other])] == [("G", "warning")]
+
+
+def test_a_folder_without_tables_is_an_input_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"motors\.csv"):
+        lint(tmp_path)
+    with pytest.raises(InputError, match="no folder"):
+        lint(tmp_path / "missing")
