@@ -26,7 +26,8 @@ def public_definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.Class
 
 def signature(node: ast.FunctionDef) -> set[str]:
     arguments = node.args
-    names = [a.arg for a in [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]]
+    several = [arguments.vararg] if arguments.vararg else []
+    names = [a.arg for a in [*arguments.posonlyargs, *arguments.args, *several, *arguments.kwonlyargs]]
     return set(names) - {"self", "cls"}
 
 
