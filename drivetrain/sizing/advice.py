@@ -66,7 +66,7 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     Returns:
         Sentences: the place and its candidate, the binding check, then the changes.
     """
-    words = [_place(near), *_binding(evaluation)]
+    words = [_place(near), *_binding(evaluation, near)]
     if any(check.name in ESSENTIAL and check.verdict is Verdict.NOT_CHECKED for check in _checks(evaluation)):
         return (*words, "No change of the task mends missing data: complete the catalogue rows or state assumptions.")
     found = [text for text in (_slower(near), _lighter(near), _higher(near)) if text]
@@ -115,19 +115,19 @@ def lightened(study: Study, share: float) -> Study:
 
 
 def _first_or_nearest(field: Field, mounted: dict[int, Drive]) -> Candidate:
-    """The first candidate that holds, else the one with the smallest worst utilisation."""
+    """The first candidate that holds, else the one nearest to holding."""
     demand = field.demand(mounted)
     quick = [field.judge(one, mounted, demand) for one in field.candidates]
     held = next((one.candidate for one in quick if one.holds), None)
     if held is not None:
         return held
     best: Judgement | None = None
-    for one in sorted(quick, key=lambda judgement: judgement.worst):
+    for one in sorted(quick, key=lambda judgement: judgement.distance):
         # The stages made so far bound the rest from below.
-        if best is not None and one.worst >= best.worst:
+        if best is not None and one.distance >= best.distance:
             break
         full = field.judge(one.candidate, mounted, demand, full=True)
-        if best is None or full.worst < best.worst:
+        if best is None or full.distance < best.distance:
             best = full
     return field.candidates[0] if best is None else best.candidate
 
@@ -144,16 +144,22 @@ def _checks(evaluation: Evaluation) -> list[Check]:
     return [check for joint in evaluation.joints.values() for check in joint.checks] + list(evaluation.shared)
 
 
-def _binding(evaluation: Evaluation) -> list[str]:
-    """The failed check that is furthest over its limit, joint by joint."""
+def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
+    """The failed check that is furthest over its limit: where the search stopped, then place by place to the base."""
     found = []
-    places = [(name, joint.checks) for name, joint in evaluation.joints.items()] + [("supply", evaluation.shared)]
-    for place, checks in places:
+    places = [(name, joint.checks) for name, joint in evaluation.joints.items()]
+    for place, checks in [*places[near.blocked.joint :: -1], *places, ("supply", evaluation.shared)]:
         failed = [check for check in checks if check.verdict is Verdict.FAIL]
         if failed:
-            check = max(failed, key=lambda one: one.utilisation or 0.0)
+            check = max(failed, key=_excess)
             found.append(f"Binding at {place}: {check.name}, {_figures(check)}.")
-    return found
+    return list(dict.fromkeys(found))
+
+
+def _excess(check: Check) -> float:
+    """Utilisation for ordering; heat that runs away comes last, as the check beside it has a number."""
+    used = check.utilisation or 0.0
+    return used if math.isfinite(used) else 0.0
 
 
 def _figures(check: Check) -> str:

@@ -74,9 +74,13 @@ class Judgement:
         return not self.lacking and all(check.verdict is not Verdict.FAIL for check in self.checks)
 
     @property
-    def worst(self) -> float:
-        """Largest utilisation; infinite when an essential check is missing."""
-        return math.inf if self.lacking else max((check.utilisation or 0.0 for check in self.checks), default=0.0)
+    def distance(self) -> float:
+        """How far it is from holding: the largest finite utilisation; infinite when an essential check is missing.
+
+        Heat that runs away has no number of its own; the RMS current tells how far it is.
+        """
+        found = [check.utilisation for check in self.checks if check.utilisation is not None]
+        return math.inf if self.lacking else max((used for used in found if math.isfinite(used)), default=0.0)
 
     def fallen(self, joint: str) -> Fallen:
         """The check that felled it.
@@ -221,7 +225,8 @@ def joint_fields(study: Study) -> tuple[Field, ...]:
     fields, faults = [], []
     for joint, task in enumerate(study.joints):
         pairs = task.pairs if task.drive is None else (task.drive,)
-        known, unknown = [], []
+        known: list[Candidate] = []
+        unknown: list[Candidate] = []
         for motor, gear in dict.fromkeys(pairs):
             drive = assumed_drive(study, task, motor, gear)
             candidate = Candidate(motor, gear, drive, _share(study, drive))
@@ -279,7 +284,8 @@ def _empty(study: Study, task: JointTask, unknown: int) -> Fault:
     place = f"joints.{task.name}"
     if unknown:
         problem = f"none of its {unknown} candidates has a known {study.objective}"
-        return Fault(place, problem, hint=f"fill the {study.objective} column of the catalogue, or change the objective")
+        hint = f"fill the {study.objective} column of the catalogue, or change the objective"
+        return Fault(place, problem, hint=hint)
     return Fault(place, "has neither a given drive nor a candidate", hint="; ".join(task.passed_over))
 
 

@@ -118,7 +118,8 @@ def gear_life_check(op: Operation) -> Check:
         return reported(name, "h", wanted, "the sheet has no rated life, torque and speed together")
     source = f"rated life of {_name(gear)}"
     if op.safety.life is None:
-        return held(name, "h", None, Limit(life / HOUR, source, "told, not judged: the study asks no life"), reserve=0.0)
+        told = Limit(life / HOUR, source, "told, not judged: the study asks no life")
+        return held(name, "h", None, told, reserve=op.safety.reserve)
     return held(name, "h", op.safety.life / HOUR, Limit(life / HOUR, source), reserve=op.safety.reserve)
 
 

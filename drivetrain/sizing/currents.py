@@ -9,6 +9,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, available_voltage, from_dc
 from drivetrain.sizing.results import Evaluation, JointResult
 
+
 def current_commands(evaluation: Evaluation) -> pd.DataFrame:
     """The currents that drive the motion, one row per sample and joint.
 

@@ -14,7 +14,7 @@ from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, friction_torque
 from drivetrain.drive.gear import average_torque
 from drivetrain.dynamics.newton_euler import inverse_dynamics, joint_loads
-from drivetrain.motion.duty_cycle import sample_weights
+from drivetrain.motion.duty_cycle import Indices, sample_weights
 from drivetrain.sizing.mounting import arm_with_drives, carrying
 from drivetrain.study.study import Study
 
@@ -46,7 +46,7 @@ class JointDemand:
     carrier_acceleration: Array
     gear_torque: Array
     friction: Friction
-    payload: Array
+    payload: Indices
     wrench: Array | None
     load_inertia: Array | None
 

@@ -77,7 +77,8 @@ def _filled_gear(gear: Gear, study: Study, words: list[str]) -> Gear:
     if inertia is not None:
         changes["inertia"] = inertia
         text = f"gear {gear.key}: input inertia {inertia:.2g} kg m^2 assumed"
-        words.append(_words(text, f"{INPUT_INERTIA_SHARE[gear.kind]:g} of a solid cylinder's, high among gears of its kind"))
+        share = INPUT_INERTIA_SHARE[gear.kind]
+        words.append(_words(text, f"{share:g} of a solid cylinder's, high among gears of its kind"))
     return replace(gear, **changes) if changes else gear  # type: ignore[arg-type]
 
 

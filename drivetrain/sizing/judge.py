@@ -75,7 +75,7 @@ def _remarks(operation: Operation) -> list[str]:
         remarks.append(
             f"{operation.missing} unknown: motor torque, current and power are shown without and are not judged"
         )
-    holds = bool(np.any(demand.at_rest & (np.abs(demand.gear_torque) > 0.0)))
+    holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
     if holds and demand.moves:
         remarks.append(
             "at rest the mesh carries part of the load: heat counts the smaller torque that still holds, "
@@ -86,7 +86,7 @@ def _remarks(operation: Operation) -> list[str]:
     if mesh_factors(operation.computed.gear).driven <= 0.0:
         remarks.append("the gear locks itself: the load cannot drive the motor, which must help it down")
     if drive_mass(drive) is None:
-        remarks.append("mass of motor or gear unknown: it does not load the joints before, which are judged too lightly")
+        remarks.append("mass of motor or gear unknown: it does not load the joints before, judged too lightly")
     if operation.heat is not None and not operation.heat.converged:
         remarks.append("magnet and housing temperature could not be matched: temperatures are approximate")
     return remarks

@@ -17,6 +17,7 @@ from drivetrain.sizing.demand import JointDemand
 from drivetrain.sizing.results import JointSeries
 from drivetrain.study.study import JointTask, Safety, Study, Supply
 
+
 @dataclass(frozen=True, eq=False)
 class Operation:
     """One drive doing one joint's work over the repeated cycle.

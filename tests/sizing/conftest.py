@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -101,7 +102,8 @@ def study(cycle: Cycle, arm: Arm | None = None, **changes: Any) -> Study:
         name="test", description="", path="", digest="", arm=arm,
         drive_mass=None if arm is None else DriveMass.ADDED,
         payloads=(), cycle=cycle, joints=tuple(task(name) for name in cycle.joint_names),
-        supply=Supply(48.0, peak_power=2000.0, mean_power=500.0, regenerated_power=500.0), ambient=25.0, safety=Safety(),
+        supply=Supply(48.0, peak_power=2000.0, mean_power=500.0, regenerated_power=500.0), ambient=25.0,
+        safety=Safety(),
         gear_assumptions={}, motor_assumptions={}, objective="mass",
         catalog=Catalog({"m1": MOTOR}, {"g1": GEAR}),
     )  # fmt: skip
@@ -113,21 +115,10 @@ def payload(mass: float, name: str = "part") -> Payload:
     return Payload(name, mass, np.zeros(3), np.zeros((3, 3)))
 
 
-@dataclass(frozen=True)
-class Make:
-    """Everything above, for tests that cannot import this file."""
-
-    motor: Motor = MOTOR
-    gear: Gear = GEAR
-    table_cycle: Callable[..., Cycle] = staticmethod(table_cycle)
-    arm_cycle: Callable[..., Cycle] = staticmethod(arm_cycle)
-    sines: Callable[..., Cycle] = staticmethod(sines)
-    planar_arm: Callable[..., Arm] = staticmethod(planar_arm)
-    task: Callable[..., JointTask] = staticmethod(task)
-    study: Callable[..., Study] = staticmethod(study)
-    payload: Callable[..., Payload] = staticmethod(payload)
-
-
 @pytest.fixture(scope="session")
-def make() -> Make:
-    return Make()
+def make() -> SimpleNamespace:
+    """Everything above, for tests that cannot import this file."""
+    return SimpleNamespace(
+        motor=MOTOR, gear=GEAR, table_cycle=table_cycle, arm_cycle=arm_cycle, sines=sines, planar_arm=planar_arm,
+        task=task, study=study, payload=payload,
+    )  # fmt: skip

@@ -1,0 +1,244 @@
+"""The search against brute force, its proof, its account of what fell, and its answer when nothing fits."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Supply
+from drivetrain.errors import InputError
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.results import Verdict
+from drivetrain.sizing.search import select
+from drivetrain.study.study import DriveMass, Mount
+
+
+def random_catalog(make, rng, motors=3, gears=3, strong=1.0):
+    """Rows around a common size, so that some fit and some do not; mass grows with strength, not strictly."""
+    rows = {}
+    for i in range(motors):
+        size = strong * rng.uniform(0.4, 2.5)
+        rows[f"m{i}"] = replace(
+            make.motor, key=f"m{i}", mass=0.4 * size * rng.uniform(0.8, 1.3), nominal_current=5.0 * size,
+            peak_current=18.0 * size, rotor_inertia=2e-5 * size**2, resistance=0.3 / size,
+            price=float(rng.uniform(50, 200)),
+        )  # fmt: skip
+    wheels = {}
+    for i in range(gears):
+        size = strong * rng.uniform(0.4, 2.5)
+        wheels[f"g{i}"] = replace(
+            make.gear, key=f"g{i}", ratio=float(rng.choice([30.0, 60.0, 100.0])), mass=0.4 * size,
+            repeated_peak_torque=35.0 * size, average_torque_limit=25.0 * size, momentary_torque=80.0 * size,
+            price=float(rng.uniform(40, 150)),
+        )  # fmt: skip
+    return Catalog(rows, wheels)
+
+
+def random_study(make, seed, joints=2, carrier="parent", objective="mass"):
+    rng = np.random.default_rng(seed)
+    arm = make.planar_arm([0.4, 0.35, 0.3][:joints], rng.uniform(0.5, 2.0, joints))
+    catalog = random_catalog(make, rng)
+    pairs = tuple(itertools.product(catalog.motors, catalog.gears))
+    cycle = make.sines(joints, samples=41, duration=2.0, size=rng.uniform(0.4, 1.2))
+    tasks = tuple(
+        make.task(name, drive=None, pairs=pairs, mount=Mount(carrier, 0.05 * (i % 2)))
+        for i, name in enumerate(cycle.joint_names)
+    )
+    supply = Supply(48.0, peak_power=float(rng.uniform(60, 600)))
+    return make.study(cycle, arm=arm, joints=tasks, catalog=catalog, supply=supply, objective=objective)
+
+
+def brute_force(study):
+    """The smallest objective over every combination, each evaluated on its own."""
+    best = math.inf
+    for pairs in itertools.product(*(task.pairs for task in study.joints)):
+        evaluation = evaluate(study, dict(zip(study.cycle.joint_names, pairs, strict=True)))
+        if evaluation.feasible:
+            best = min(best, evaluation.objective)
+    return best
+
+
+@pytest.mark.parametrize(
+    ("seed", "carrier", "objective"),
+    [(0, "parent", "mass"), (1, "parent", "mass"), (2, "parent", "price"), (3, "child", "mass"), (4, "base", "price"),
+     (5, "child", "price"), (6, "parent", "price")],
+)  # fmt: skip
+def test_exhausted_search_is_brute_force(make, seed, carrier, objective):
+    study = random_study(make, seed, carrier=carrier, objective=objective)
+    selection = select(study, node_limit=10**6)
+    expected = brute_force(study)
+    if math.isinf(expected):
+        assert not selection.feasible
+        assert selection.proof == "no set fits: every combination was ruled out"
+    else:
+        assert selection.proof == "optimal"
+        # Sums of the same numbers in another order.
+        assert selection.objective == pytest.approx(expected, rel=1e-14)
+
+
+def test_random_instances_have_both_answers(make):
+    found = [select(random_study(make, seed), node_limit=10**6).feasible for seed in range(6)]
+    assert any(found) and not all(found)
+
+
+def feasible_study(make, joints=3, seed=0):
+    rng = np.random.default_rng(seed)
+    catalog = random_catalog(make, rng, motors=4, gears=4, strong=3.0)
+    study = random_study(make, 1, joints=joints)
+    tasks = tuple(
+        replace(task, pairs=tuple(itertools.product(catalog.motors, catalog.gears))) for task in study.joints
+    )
+    slow = make.sines(joints, samples=41, duration=6.0, size=0.4)
+    return replace(study, catalog=catalog, joints=tasks, cycle=slow, supply=Supply(48.0))
+
+
+def test_bound_is_below_and_best_above_whatever_the_budget(make):
+    study = feasible_study(make)
+    exact = select(study, node_limit=10**6)
+    assert exact.proof == "optimal"
+    for limit in (1, 3, 5, 8, 12):
+        some = select(study, node_limit=limit)
+        assert some.feasible
+        assert some.objective >= exact.objective * (1 - 1e-12)
+        if some.proof != "optimal":
+            bound = float(some.proof.split("lower bound ")[1].split(" ")[0])
+            gap = float(some.proof.split("at most ")[1].split(" %")[0])
+            assert bound <= exact.objective * 1.005  # three printed digits
+            assert some.objective <= exact.objective * (1 + gap / 100) * 1.01
+
+
+def test_selection_is_what_evaluate_says(make):
+    study = feasible_study(make)
+    selection = select(study, node_limit=20)
+    evaluation = evaluate(study, selection.drives)
+    assert selection.objective == evaluation.objective
+    assert evaluation.feasible
+    chosen = selection.drives
+    for fallen in selection.fallen:
+        swapped = {**chosen, fallen.joint: (fallen.motor, fallen.gear)}
+        joint = evaluate(study, swapped).joints[fallen.joint]
+        check = next(one for one in joint.checks if one.name == fallen.check)
+        assert check.verdict is Verdict.FAIL
+        assert (check.required, check.available, check.utilisation) == (
+            fallen.required, fallen.available, fallen.utilisation,
+        )  # fmt: skip
+    for joint, others in selection.alternatives.items():
+        for motor, gear, _ in others:
+            result = evaluate(study, {**chosen, joint: (motor, gear)}).joints[joint]
+            assert result.verdict in (Verdict.PASS, Verdict.MARGINAL)
+    for task in study.joints:
+        fell = {(one.motor, one.gear) for one in selection.fallen if one.joint == task.name}
+        stood = {(motor, gear) for motor, gear, _ in selection.alternatives[task.name]}
+        assert chosen[task.name] not in fell
+        assert not fell & stood
+        assert fell | stood | {chosen[task.name]} <= set(task.pairs)
+        assert len(fell) + len(stood) + 1 == len(task.pairs) or len(stood) == 5
+
+
+def test_same_study_same_answer(make):
+    first, second = (select(feasible_study(make), node_limit=10) for _ in range(2))
+    assert first.drives == second.drives
+    assert first.fallen == second.fallen
+    assert first.proof == second.proof
+
+
+def test_given_drives_stay(make):
+    study = feasible_study(make)
+    free = select(study, node_limit=5)
+    other = free.alternatives["j2"][0][:2]
+    tasks = tuple(replace(t, drive=other, pairs=()) if t.name == "j2" else t for t in study.joints)
+    fixed = select(replace(study, joints=tasks), node_limit=5)
+    assert fixed.drives["j2"] == other
+    assert not fixed.alternatives["j2"]
+
+
+def test_heavier_wrist_drive_loads_the_shoulder(make):
+    study = feasible_study(make)
+    light = evaluate(study, dict.fromkeys(study.cycle.joint_names, ("m0", "g0")))
+    motor = study.catalog.motors["m0"]
+    heavy_rows = {**study.catalog.motors, "heavy": replace(motor, key="heavy", mass=motor.mass + 3.0)}
+    study = replace(study, catalog=replace(study.catalog, motors=heavy_rows))
+    drives = {"j1": ("m0", "g0"), "j2": ("m0", "g0"), "j3": ("heavy", "g0")}
+    heavy = evaluate(study, drives)
+    for joint, grows in (("j1", True), ("j2", True), ("j3", False)):
+        before, after = (np.abs(e.joints[joint].series.gear_torque).max() for e in (light, heavy))
+        assert (after > before * 1.05) if grows else after == before
+    included = evaluate(replace(study, drive_mass=DriveMass.INCLUDED), drives)
+    assert np.abs(included.joints["j1"].series.gear_torque).max() < np.abs(
+        light.joints["j1"].series.gear_torque
+    ).max()
+
+
+def test_nothing_fits_names_place_margin_and_mend(make):
+    study = feasible_study(make, joints=2)
+    payloads = (make.payload(12.0),)
+    cycle = replace(study.cycle, payload=np.zeros(len(study.cycle.time), dtype=int), payload_names=("part",))
+    selection = select(replace(study, cycle=cycle, payloads=payloads), node_limit=50)
+    assert not selection.feasible
+    assert math.isnan(selection.objective)
+    assert selection.evaluation.verdict is Verdict.FAIL
+    text = " ".join(selection.advice)
+    assert "nearest" in text and "Binding at" in text and "% over" in text
+    mend = next(line for line in selection.advice if line.startswith("Less payload"))
+    mass = float(mend.split("part ")[1].split(" kg")[0])
+    keys = {name: (joint.motor, joint.gear) for name, joint in selection.evaluation.joints.items()}
+    # Three printed digits: just below holds, a tenth more does not.
+    lighter = replace(study, cycle=cycle, payloads=(make.payload(mass * 0.99),))
+    assert evaluate(lighter, keys).feasible
+    assert not evaluate(replace(lighter, payloads=(make.payload(mass * 1.1 + 0.2),)), keys).feasible
+
+
+def test_too_fast_a_motion_is_mended_by_time(make):
+    study = feasible_study(make, joints=2)
+    fast = replace(study, cycle=make.sines(2, samples=41, duration=0.5, size=0.4))
+    selection = select(fast, node_limit=50)
+    assert not selection.feasible
+    assert any(line.startswith("A slower motion mends it") for line in selection.advice)
+
+
+def test_supply_that_is_too_small_blocks_the_whole_set(make):
+    study = replace(feasible_study(make, joints=2), supply=Supply(48.0, peak_power=1e-3))
+    selection = select(study, node_limit=30)
+    assert not selection.feasible
+    assert "supply" in " ".join(selection.advice)
+    assert all(joint.verdict is not Verdict.FAIL for joint in selection.evaluation.joints.values())
+
+
+def test_missing_data_never_wins(make):
+    study = feasible_study(make, joints=2)
+    motors = {key: replace(m, rotor_inertia=None) if key == "m0" else m for key, m in study.catalog.motors.items()}
+    selection = select(replace(study, catalog=replace(study.catalog, motors=motors)), node_limit=10**6)
+    assert all(motor != "m0" for motor, _ in selection.drives.values())
+    reasons = {one.check for one in selection.fallen if one.motor == "m0"}
+    assert any("not checked" in reason for reason in reasons)
+
+
+def test_price_without_prices_says_so(make):
+    study = replace(feasible_study(make, joints=2), objective="price")
+    motors = {key: replace(m, price=None) for key, m in study.catalog.motors.items()}
+    with pytest.raises(InputError, match="known price"):
+        select(replace(study, catalog=replace(study.catalog, motors=motors)))
+    motors["m1"] = study.catalog.motors["m1"]
+    motors["m2"] = study.catalog.motors["m2"]
+    selection = select(replace(study, catalog=replace(study.catalog, motors=motors)), node_limit=10**6)
+    assert {one.motor for one in selection.fallen if one.check == "price (not known)"} == {"m0", "m3"}
+
+
+def test_progress_is_told(make):
+    told = []
+    select(feasible_study(make, joints=2), node_limit=5, progress=lambda *step: told.append(step))
+
+    class Bar:
+        steps = 0
+
+        def advance(self, done, total, text):
+            self.steps += 1
+
+    bar = Bar()
+    select(feasible_study(make, joints=2), node_limit=5, progress=bar)
+    assert bar.steps == len(told) > 3
