@@ -9,7 +9,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
@@ -20,8 +20,6 @@ import typer
 from drivetrain.version import __version__
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.study.study import Study
 
@@ -89,13 +87,18 @@ def demo(out: OutFolder = None) -> None:
 @app.command()
 def init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The study to write.")] = Path("study.yaml"),
+    arm: Annotated[str, typer.Option(help="A built-in arm, or a URDF file.")] = "ur5-corrected",
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
 ) -> None:
     """Write a commented study to start from."""
     with _told():
-        from drivetrain.study.template import write_template
+        from drivetrain.errors import Fault, InputError
+        from drivetrain.report.outputs import write_files
+        from drivetrain.study.template import study_template
 
-        write_template(file, overwrite=force)
+        if file.exists() and not force:
+            raise InputError(Fault(str(file), "is already there", hint="choose another name, or give --force"))
+        write_files(file.parent, {file.name: study_template(arm)})
         _say(f"wrote {file}")
         _say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")
 
@@ -244,18 +247,15 @@ def _listed(heading: str, lines: list[str], *, most: int) -> None:
 
 
 @contextmanager
-def _working(text: str) -> Iterator[Console]:
-    """Says what takes time; the first run also compiles."""
-    from drivetrain.report.terminal import console
+def _working(text: str) -> Iterator[Callable[[int, int, str], None]]:
+    """Says what takes time, and shows how far it is; the first run also compiles."""
+    from drivetrain.report.terminal import console, progress
 
     screen = console(errors=True)
     if _must_compile():
         screen.print("compiling the dynamics once (about half a minute) ...")
-    if not screen.is_terminal:
-        yield screen
-        return
-    with screen.status(f"{text} ..."):
-        yield screen
+    with progress(screen, text) as step:
+        yield step
 
 
 def _must_compile() -> bool:
@@ -268,8 +268,8 @@ def _selected(study: Study) -> Selection:
     """The search, with its progress."""
     from drivetrain.sizing.search import select as search
 
-    with _working("searching the catalogues"):
-        return search(study)
+    with _working("searching the catalogues") as step:
+        return search(study, progress=step)
 
 
 def _default_out(study: Study) -> Path:

@@ -42,7 +42,7 @@ def margin_bars(evaluation: Evaluation, *, reserve: float, name: str = "margins"
             for joint, share in sorted(groups[check], key=lambda pair: (pair[1], pair[0])):
                 _dot(axes, row, joint, share)
         axes.set_ylim(len(order) - 0.4, -0.6)
-        axes.set_xlim(0, max(1.12, 1.06 * largest))
+        axes.set_xlim(-0.015, max(1.12, 1.06 * largest))
         axes.set_yticks(range(len(order)), order)
         axes.tick_params(axis="y", length=0)
         axes.grid(axis="y", visible=False)
@@ -177,7 +177,7 @@ def _thermometer(axes: object, row: int, joint: object, ambient: float) -> None:
     axes.barh(row, hottest - ambient, left=ambient, height=0.42, color=ORANGE, alpha=0.85, linewidth=0)  # type: ignore[attr-defined]
     if series.housing_temperature is not None:
         housing = float(series.housing_temperature.max())
-        axes.barh(row, housing - ambient, left=ambient, height=0.42, color=BLUE, linewidth=0)  # type: ignore[attr-defined]
+        axes.barh(row, housing - ambient, left=ambient, height=0.2, color=BLUE, linewidth=0)  # type: ignore[attr-defined]
     axes.annotate(f"{hottest:.0f} °C", (hottest, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5)  # type: ignore[attr-defined]
     if limit is not None:
         axes.plot(limit, row, "|", color=VERMILLION, markersize=13, markeredgewidth=2)  # type: ignore[attr-defined]

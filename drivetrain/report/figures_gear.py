@@ -76,7 +76,9 @@ def gear_plane(joint: JointResult, *, name: str = "gear") -> str:
         axes.set_xlim(0.0, right)
         axes.set_ylim(0.0, top)
         _regions(axes, dict((n, v) for n, v, _, _ in shown_torques), dict((n, v) for n, v, _, _ in shown_speeds))
-        _torque_limits(axes, shown_torques, printed_unit(torque_unit), top)
+        outermost = max((value for _, value, _, _ in shown_speeds if value <= right), default=right)
+        label_end = outermost if outermost > 0.7 * right else right
+        _torque_limits(axes, shown_torques, printed_unit(torque_unit), label_end)
         _speed_limits(axes, shown_speeds, right)
         points = cloud(axes, speed, torque, series.time)
         bar = figure.colorbar(points, ax=axes, orientation="horizontal", aspect=60, pad=0.02)  # type: ignore[arg-type]
@@ -109,14 +111,15 @@ def _regions(axes: Axes, torques: dict[str, float], speeds: dict[str, float]) ->
         axes.fill_between([0.0, right], 0.0, min(lasting, far_up), color=SKY, alpha=0.30, linewidth=0)
 
 
-def _torque_limits(axes: Axes, lines: list[Line], unit: str, top: float) -> None:
-    """Limits as horizontal lines with a label at the right; those beyond the edge named there."""
+def _torque_limits(axes: Axes, lines: list[Line], unit: str, label_end: float) -> None:
+    """Limits as horizontal lines with labels that end at one speed; those beyond the edge named there."""
+    top = axes.get_ylim()[1]
     inside = [line for line in lines if line[1] <= top]
     heights = spread([value for _, value, _, _ in inside], 0.045 * top)
     for (label, value, colour, dash), height in zip(inside, heights, strict=True):
         axes.axhline(value, color=colour, linestyle=dash, linewidth=1.1)
         axes.annotate(
-            f"{label} {number(value)} {unit}", (1.0, height), xycoords=("axes fraction", "data"), xytext=(-3, 2),
+            f"{label} {number(value)} {unit}", (label_end, height), xytext=(-4, 2),
             textcoords="offset points", ha="right", va="bottom", fontsize=7.5, color=INK,
         )  # fmt: skip
     beyond = [f"{label} {number(value)} {unit}" for label, value, _, _ in lines if value > top]
@@ -132,8 +135,8 @@ def _speed_limits(axes: Axes, lines: list[Line], right: float) -> None:
     for (label, value, colour, dash), place in zip(inside, places, strict=True):
         axes.axvline(value, color=colour, linestyle=dash, linewidth=1.1)
         axes.annotate(
-            f"{label} {number(value)} rpm", (place, 0.09), xycoords=("data", "axes fraction"), xytext=(-2, 0),
-            textcoords="offset points", rotation=90, ha="right", va="bottom", fontsize=7.5, color=INK,
+            f"{label} {number(value)} rpm", (place, 0.09), xycoords=("data", "axes fraction"), xytext=(3, 0),
+            textcoords="offset points", rotation=90, ha="left", va="bottom", fontsize=7.5, color=INK,
         )  # fmt: skip
     beyond = [f"{label} {number(value)} rpm" for label, value, _, _ in lines if value > right]
     if beyond:

@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from drivetrain.report.svg import (
     BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, MOST_VECTOR_POINTS, house_style, svg_text,
@@ -14,7 +15,7 @@ from drivetrain.report.svg import (
 from drivetrain.sizing.results import Fallen, Selection
 
 CHECK_COLOURS = (VERMILLION, BLUE, ORANGE, PURPLE, SKY, "#7f6a3f")
-LARGEST_DRAWN = 100.0
+LARGEST_DRAWN = 10.0  # times the limit; candidates beyond stand at the upper edge
 
 
 def candidates(selection: Selection, *, name: str = "candidates") -> str:
@@ -94,7 +95,13 @@ def _joint(axes: Axes, joint: str, fallen: list[Fallen], selection: Selection, c
         share = min(max(result.binding.utilisation, 0.21), LARGEST_DRAWN)
         axes.plot(mass, 100 * share, "*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
     largest = max([one.utilisation for one in known], default=1.0)
-    axes.set_ylim(18, 100 * min(max(2.0, 1.3 * largest), 1.3 * LARGEST_DRAWN))
+    axes.set_ylim(18, 100 * min(max(2.0, 1.3 * largest), 1.15 * LARGEST_DRAWN))
+    if known and max(one.objective for one in known) > 3.0 * min(one.objective for one in known) > 0.0:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.xaxis.set_minor_formatter("")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:.0f}")
     axes.yaxis.set_minor_formatter("")
     axes.set_title(f"{joint}: {len(fallen)} fell")

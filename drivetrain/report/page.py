@@ -18,9 +18,9 @@ from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips
 from drivetrain.report.quantities import number, with_unit
 from drivetrain.report.svg import share_glyphs
 from drivetrain.report.views import (
-    CSS, anchor, check_row, check_rows, fallen_counts, joint_card, matrix, nearest_misses, part,
+    CSS, anchor, check_row, check_rows, fallen_counts, joint_card, matrix, nearest_misses, part, passed_over, used_rows,
 )  # fmt: skip
-from drivetrain.report.words import MODEL_LIMITS, headline, objective_text, overall_sentence
+from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
 from drivetrain.study.study import JointTask, Study
 from drivetrain.version import __version__
@@ -62,6 +62,7 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
         "verdict": str(verdict),
         "verdict_css": CSS[verdict],
         "headline": headline(evaluation, selection),
+        "gaps": gaps(evaluation),
         "binding": overall_sentence(evaluation),
         "objective": objective_text(evaluation),
         "proof": "" if selection is None else selection.proof,
@@ -106,7 +107,7 @@ def _body(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]
         "is_selection": selection is not None,
         "felling_checks": checks,
         "fallen_counts": counts,
-        "passed_over": [(task.name, task.passed_over) for task in evaluation.study.joints if task.passed_over],
+        "passed_over": passed_over(evaluation.study.joints),
         "model_limits": MODEL_LIMITS,
     }
 
@@ -131,7 +132,7 @@ def _joint(
         "rows": [check_row(joint.name, check) for check in joint.checks],
         "assumptions": joint.drive.assumptions,
         "remarks": joint.remarks,
-        "parts": [part(joint.drive.motor), *([part(joint.drive.gear)] if joint.gear else [])],
+        "parts": used_rows(joint, study),
         "alternatives": [] if selection is None else _alternatives(selection, joint.name),
         "misses": [] if selection is None else nearest_misses(selection, joint.name),
         "fell": 0 if selection is None else sum(one.joint == joint.name for one in selection.fallen),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -81,19 +82,21 @@ def number(value: float | None, digits: int = 3) -> str:
     """A number with so many significant digits, whole digits never cut.
 
     Args:
-        value: Any; None, NaN and infinity give a dash.
+        value: Any; None and NaN give a dash.
         digits: Significant digits.
 
     Returns:
-        Such as ``12.5``, ``1 250``, ``0.034``, ``2.1e-7``; a thin space groups thousands.
+        Such as ``12.5``, ``1 250``, ``0.034``, ``2.10e−7``, ``∞``; a thin space groups thousands.
     """
-    if value is None or not math.isfinite(value):
+    if value is None or math.isnan(value):
         return DASH
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
     size = abs(value)
     if size == 0.0:
         return "0"
     if not 1e-4 <= size < 1e9:
-        return f"{value:.{digits - 1}e}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")
+        return re.sub(r"e\+?(-?)0*", r"e\1", f"{value:.{digits - 1}e}").replace("-", "−")
     decimals = max(0, digits - 1 - math.floor(math.log10(size)))
     return f"{value:,.{decimals}f}".replace(",", "\u202f").replace("-", "−")
 
@@ -109,7 +112,7 @@ def with_unit(value: float | None, unit: str, *, shown: str = "") -> str:
     Returns:
         Such as ``2 300 rpm``.
     """
-    if value is None or not math.isfinite(value):
+    if value is None or math.isnan(value):
         return DASH
     chosen = shown or shown_unit(value, unit)
     return f"{number(float(convert(value, unit, chosen)))}\u00a0{printed_unit(chosen)}".strip("\u00a0")

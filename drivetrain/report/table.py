@@ -6,7 +6,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drivetrain.report.quantities import DASH, percent
-from drivetrain.report.words import headline, objective_text, overall_sentence
+from drivetrain.report.words import gaps, headline, objective_text, overall_sentence
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
 
 STYLES = {Verdict.PASS: "bold green", Verdict.MARGINAL: "bold yellow", Verdict.FAIL: "bold red", Verdict.NOT_CHECKED: "dim"}
@@ -80,6 +80,8 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
         Text(f"closest to a limit: {overall_sentence(evaluation)}"),
         Text(f"objective: {objective_text(evaluation)}"),
     ]
+    if gaps(evaluation):
+        lines.insert(1, Text(gaps(evaluation), "yellow"))
     if selection is not None:
         lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates fell"))
         lines += [Text(f"mend: {line}") for line in selection.advice]

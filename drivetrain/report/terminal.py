@@ -90,7 +90,7 @@ def _value(value: object) -> str:
 
 
 @contextmanager
-def progress(to: Console, text: str) -> Iterator[Callable[[int, int], None]]:
+def progress(to: Console, text: str) -> Iterator[Callable[[int, int, str], None]]:
     """A bar while something long is done; nothing when the output is no terminal.
 
     Args:
@@ -98,13 +98,13 @@ def progress(to: Console, text: str) -> Iterator[Callable[[int, int], None]]:
         text: What is being done.
 
     Yields:
-        A function to call with (done, of how many).
+        A function to call with (done, of how many, what is being done).
     """
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=to, transient=True, disable=not to.is_terminal) as bar:
         task = bar.add_task(text, total=None)
 
-        def step(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total)
+        def step(done: int, total: int, doing: str) -> None:
+            bar.update(task, completed=done, total=total, description=doing or text)
 
         yield step

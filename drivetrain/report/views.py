@@ -13,6 +13,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.words import common_unit, joint_sentence
 from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, Selection, Verdict
+from drivetrain.study.study import JointTask, Study
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
 MOST_SHOWN = 8  # candidates a list; the file fallen.csv holds them all
@@ -25,6 +26,7 @@ class CheckRow:
     Attributes:
         joint: Its name, or ``supply``.
         name, required, available, unit, utilisation, margin, time, source, remark, verdict: Texts.
+        told: The number that a check without a verdict tells, with its unit; a dash when it tells none.
         css: Class of the verdict.
         share: Utilisation as a number for sorting and the bar; -1 when not checked.
         seconds: Instant for sorting [s]; -1 when it belongs to none.
@@ -36,6 +38,7 @@ class CheckRow:
     available: str
     unit: str
     utilisation: str
+    told: str
     margin: str
     time: str
     source: str
@@ -100,12 +103,13 @@ def anchor(text: str) -> str:
     return "joint-" + re.sub(r"[^A-Za-z0-9]+", "-", text).strip("-")
 
 
-def check_row(joint: str, check: Check) -> CheckRow:
+def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
     """A check as texts.
 
     Args:
         joint: Its name, or ``supply``.
         check: What was found.
+        rows: Sources of the catalogue rows used; they stand there in full and are cut out here.
 
     Returns:
         The row.
@@ -119,6 +123,10 @@ def check_row(joint: str, check: Check) -> CheckRow:
     if check.required is not None and check.available is not None and check.utilisation is not None:
         difference = float(convert(check.available, check.unit, shown) - convert(check.required, check.unit, shown))
         margin = ("+" if difference > 0 else "") + number(difference)
+    source = check.source
+    for row in rows:
+        source = source.replace(f" ({row})", "") if row else source
+    told = next((value for value in (check.required, check.available) if value is not None), None)
     share = check.utilisation if check.utilisation is not None and not math.isnan(check.utilisation) else -1.0
     return CheckRow(
         joint=joint,
@@ -127,9 +135,10 @@ def check_row(joint: str, check: Check) -> CheckRow:
         available=text(check.available),
         unit=printed_unit(shown),
         utilisation=percent(check.utilisation),
+        told=f"{text(told)} {printed_unit(shown) if told is not None else ''}".strip() if check.utilisation is None else "",
         margin=margin,
         time=DASH if check.time is None else f"{number(check.time)} s",
-        source=check.source,
+        source=source,
         remark=check.remark,
         verdict=str(check.verdict),
         css=CSS[check.verdict],
@@ -147,7 +156,10 @@ def check_rows(evaluation: Evaluation) -> list[CheckRow]:
     Returns:
         The rows of the utilisation table.
     """
-    rows = [check_row(joint.name, check) for joint in evaluation.joints.values() for check in joint.checks]
+    rows = []
+    for joint in evaluation.joints.values():
+        sources = (joint.drive.motor.source, joint.drive.gear.source)
+        rows += [check_row(joint.name, check, sources) for check in joint.checks]
     return rows + [check_row("supply", check) for check in evaluation.shared]
 
 
@@ -191,10 +203,10 @@ def matrix(evaluation: Evaluation) -> list[tuple[str, list[CheckRow | None]]]:
 
 
 def part(record: Motor | Gear) -> Part:
-    """A catalogue row as used: every known number in SI, as the calculation took it.
+    """A catalogue row: every known number in SI.
 
     Args:
-        record: With the study's assumptions filled in.
+        record: As the catalogue gives it.
 
     Returns:
         Its cells and what is missing.
@@ -213,6 +225,38 @@ def part(record: Motor | Gear) -> Part:
             known.append((spoken, _cell(value), *_described(columns.get(field.name))))
     title = " ".join(text for text in (record.maker, record.part_number or record.series) if text)
     return Part(title or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing))
+
+
+def used_rows(joint: JointResult, study: Study) -> list[Part]:
+    """The catalogue rows of a joint's drive, as the catalogue gives them.
+
+    Args:
+        joint: Its result.
+        study: With the catalogue.
+
+    Returns:
+        The motor, and the gear unless it is a direct drive.
+    """
+    motor = study.catalog.motors.get(joint.motor, joint.drive.motor)
+    gear = study.catalog.gears.get(joint.gear, joint.drive.gear)
+    return [part(motor), *([part(gear)] if joint.gear else [])]
+
+
+def passed_over(tasks: tuple[JointTask, ...]) -> list[tuple[str, str]]:
+    """What the rules of the study put aside; joints with the same rules in one line.
+
+    Args:
+        tasks: The joints of the study.
+
+    Returns:
+        (joints, what was put aside).
+    """
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for task in tasks:
+        if task.passed_over:
+            groups.setdefault(task.passed_over, []).append(task.name)
+    every = len(groups) == 1 and len(tasks) == sum(map(len, groups.values()))
+    return [("all joints" if every else ", ".join(names), "; ".join(lines)) for lines, names in groups.items()]
 
 
 def _cell(value: object) -> str:
@@ -259,8 +303,7 @@ def fallen_row(fallen: Fallen) -> FallenRow:
     check = Check("", fallen.required, fallen.available, fallen.unit, None, Verdict.FAIL)
     shown = common_unit(check)
     required, available = (
-        number(float(convert(v, fallen.unit, shown))) if math.isfinite(v) else DASH
-        for v in (fallen.required, fallen.available)
+        number(float(convert(v, fallen.unit, shown))) for v in (fallen.required, fallen.available)
     )
     return FallenRow(
         fallen.motor,

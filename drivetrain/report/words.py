@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
+from drivetrain.sizing.judge import ESSENTIAL
 from drivetrain.sizing.results import Check, Evaluation, JointResult, Selection, Verdict
 from drivetrain.study.study import DriveMass, Study
 
@@ -40,15 +41,14 @@ def check_sentence(check: Check) -> str:
         return f"{check.name}: not checked"
     shown = common_unit(check)
     unit = printed_unit(shown)
-    when = "" if check.time is None else f" at t = {number(check.time)} s"
+    when = "" if check.time is None else f" at t\u00a0=\u00a0{number(check.time)}\u00a0s"
     if check.required is None or check.available is None:
         return f"{check.name}{when}: {percent(check.utilisation)} of its limit"
     if not math.isfinite(check.utilisation):
         return f"{check.name}: {check.remark or 'beyond any number'}"
     required, available = (number(float(convert(v, check.unit, shown))) for v in (check.required, check.available))
-    return f"{check.name} {required} {unit}".rstrip() + f"{when}, limit {available} {unit}".rstrip() + (
-        f" ({percent(check.utilisation)})"
-    )
+    asked, allowed = (f"{value}\u00a0{unit}".rstrip() for value in (required, available))
+    return f"{check.name} {asked}{when}, limit {allowed} ({percent(check.utilisation)})"
 
 
 def common_unit(check: Check) -> str:
@@ -119,6 +119,27 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
     return words[evaluation.verdict]
 
 
+def gaps(evaluation: Evaluation) -> str:
+    """Which of the essential checks could not be made, and where: a verdict without them is a verdict in part.
+
+    Args:
+        evaluation: What was found.
+
+    Returns:
+        One sentence; empty when every essential check was made.
+    """
+    missing: dict[str, list[str]] = {}
+    for joint in evaluation.joints.values():
+        for check in joint.checks:
+            if check.name in ESSENTIAL and check.utilisation is None:
+                missing.setdefault(check.name, []).append(joint.name)
+    count = len(evaluation.joints)
+    where = [
+        name if len(joints) == count else f"{name} ({', '.join(joints)})" for name, joints in missing.items()
+    ]  # fmt: skip
+    return f"Data are missing to check {', '.join(where)}: the verdict holds for the rest only." if where else ""
+
+
 def objective_text(evaluation: Evaluation) -> str:
     """The objective's value with its unit.
 
@@ -130,7 +151,7 @@ def objective_text(evaluation: Evaluation) -> str:
     """
     kind = evaluation.study.objective
     value = number(evaluation.objective)
-    if value == DASH:
+    if value in (DASH, "∞"):
         return f"{kind} not known: the catalogue rows lack it"
     return f"{value} kg of motors and gears" if kind == "mass" else f"{kind} {value}, in the catalogue's currency"
 
