@@ -1,0 +1,47 @@
+"""Ranges of the arm's joints against motions."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drivetrain.motion.duty_cycle import Step, build_cycle
+from drivetrain.motion.limits import limit_notes
+from drivetrain.motion.profiles import Trapezoid
+from drivetrain.motion.waypoints import waypoint_motion
+
+FREE = np.array([math.inf, math.inf])
+MOTION = waypoint_motion(
+    "m", ("a", "b"), [[0, 0], [1, -2], [0, 0]], profile=Trapezoid(), durations=[1.0, 1.0], sample_time=0.01
+)
+
+
+def test_inside_and_exactly_at_the_limits():
+    assert limit_notes(MOTION, -FREE, FREE, FREE) == ((), ())
+    exact = limit_notes(MOTION, np.array([0.0, -2.0]), np.array([1.0, 0.0]), np.array([1.5, 3.0]))
+    assert exact == ((), ())
+
+
+def test_position_beyond_a_limit_is_a_fault_at_the_worst_instant():
+    faults, doubts = limit_notes(MOTION, np.array([-1.0, -1.5]), np.array([0.9, 1.0]), FREE, name="pick", file="p.csv")
+    assert doubts == ()
+    assert [(fault.place, fault.value) for fault in faults] == [("pick, joint a", 1.0), ("pick, joint b", -2.0)]
+    assert "above the upper limit 0.9 at t = 1 s" in faults[0].problem
+    assert "below the lower limit -1.5 at t = 1 s" in faults[1].problem
+    assert faults[0].file == "p.csv"
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_speed_beyond_a_limit_is_a_doubt_whatever_its_sign(sign):
+    points = sign * np.array([[0.0, 0.0], [1.0, -2.0]])
+    motion = waypoint_motion("m", ("a", "b"), points, profile=Trapezoid(), durations=[1.0])
+    faults, doubts = limit_notes(motion, -FREE, FREE, np.array([1.6, 2.5]))
+    assert faults == ()
+    assert len(doubts) == 1
+    assert "joint b reaches 3 " in doubts[0]
+
+
+def test_a_cycle_can_be_checked_too():
+    cycle = build_cycle([Step(MOTION)])
+    faults, _ = limit_notes(cycle, -FREE, np.array([0.5, 1.0]), FREE)
+    assert len(faults) == 1
