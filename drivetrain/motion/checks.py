@@ -83,11 +83,12 @@ def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
     return faults
 
 
-def sampling_notes(time: Array) -> list[str]:
-    """Notes on samples at unequal distances.
+def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
+    """Notes on samples at unequal distances; a gap is only doubted when something moves in it.
 
     Args:
         time: Never decreasing [s], (N,).
+        positions: Of each joint [rad or m], (N,).
 
     Returns:
         At most one note.
@@ -96,10 +97,12 @@ def sampling_notes(time: Array) -> list[str]:
     if len(distinct) < 3 or is_uniform(distinct):
         return []
     step = np.diff(distinct)
-    usual, longest = float(np.median(step)), int(step.argmax())
+    usual = float(np.median(step))
     told = f"sampling is not uniform to {100 * UNIFORM:g} %: steps of {step.min():.4g} to {step.max():.4g} s"
-    if step[longest] > GAP_IN_TIME * usual:
-        return [f"doubt: {told}; the gap after t = {distinct[longest]:.4g} s is bridged as the rest is"]
+    moving = np.any([np.diff(position) != 0.0 for position in positions], axis=0)
+    gaps = np.flatnonzero(moving & (np.diff(time) > GAP_IN_TIME * usual))
+    if len(gaps):
+        return [f"doubt: {told}; something moves in the gap after t = {time[gaps[0]]:.4g} s"]
     return [told]
 
 

@@ -74,15 +74,18 @@ def read_motion(
             spikes of position, rates that are not the derivatives of what they should be; all of them listed.
     """
     joints = tuple(joint_names)
+    if not joints:
+        raise InputError(Fault("joints", "a motion needs at least one joint"))
     table = read_table(path)
     found = assigned_columns(table, joints, (POSITION, VELOCITY, ACCELERATION))
     faults = [*table.faults, *found.faults, *_kind_faults(found, joints, position_units, table.file)]
     time = _checked_time(table, found, faults, pairs=len(found.found) == 3 * len(joints))
-    notes = [*found.notes, *sampling_notes(time)]
+    notes = [*found.notes, *sampling_notes(time, [found.found["position", joint].values for joint in joints])]
     still = STILL * max(float(np.ptp(found.found["position", joint].values)) for joint in joints)
     blocks, ways = [], []
     for joint in joints:
-        rows, how = _joint(time, table, found.found, joint, smoothing, faults)
+        rows, how, some = _joint(time, table, found.found, joint, smoothing, faults)
+        notes += some
         notes += _consistency(time, table, found.found, joint, still, faults)
         notes += spike_doubts(time, rows[2], joint)
         blocks.append(rows)
@@ -189,27 +192,28 @@ def _joint(
     joint: str,
     smoothing: Smoothing | None,
     faults: list[Fault],
-) -> tuple[Array, str]:
-    """Position, velocity and acceleration of one joint, (3, N), and how they came about; adds jumps to the faults."""
+) -> tuple[Array, str, list[str]]:
+    """One joint's position, velocity and acceleration, (3, N), how they came about, doubts; adds jumps to the faults."""
     position = found["position", joint]
     velocity, acceleration = found.get(("velocity", joint)), found.get(("acceleration", joint))
     wrong = jump_faults(time, _series(position, table), _resolution(position), turns=position.unit == "rad")
     faults += wrong
     if velocity is not None and acceleration is not None:
-        return np.stack([position.values, velocity.values, acceleration.values]), "velocity and acceleration as given"
+        given = np.stack([position.values, velocity.values, acceleration.values])
+        return given, "velocity and acceleration as given", []
     if wrong:  # nothing worth differentiating
-        return np.zeros((3, len(time))), ""
+        return np.zeros((3, len(time))), "", []
     source = position if velocity is None else velocity
     way = smoothing or chosen_smoothing(time, source.values, _resolution(source))
     if isinstance(way, SmoothingSpline) and way.resolution is None:
         way = SmoothingSpline(_resolution(source))
     first, second = _differentiated(time, source.values, way)
-    doubt = _coarse(time, source.values) if isinstance(way, Parabolas) else ""
+    doubts = _coarse(time, source.values, joint) if isinstance(way, Parabolas) else []
     if velocity is not None:
-        return np.stack([position.values, velocity.values, first]), f"acceleration by {way.description}"
+        return np.stack([position.values, velocity.values, first]), f"acceleration by {way.description}", []
     if acceleration is not None:
-        return np.stack([position.values, first, acceleration.values]), f"velocity by {way.description}"
-    return np.stack([position.values, first, second]), f"velocity and acceleration by {way.description}{doubt}"
+        return np.stack([position.values, first, acceleration.values]), f"velocity by {way.description}", []
+    return np.stack([position.values, first, second]), f"velocity and acceleration by {way.description}", doubts
 
 
 def _differentiated(time: Array, values: Array, way: Smoothing) -> tuple[Array, Array]:
@@ -220,17 +224,17 @@ def _differentiated(time: Array, values: Array, way: Smoothing) -> tuple[Array, 
     return first, second
 
 
-def _coarse(time: Array, values: Array) -> str:
+def _coarse(time: Array, values: Array, joint: str) -> list[str]:
     """A doubt where halving the samples changes the acceleration: the error falls with the square of the step."""
     if len(time) < 9:
-        return ""
+        return []
     second = Parabolas().derivatives(time, values).second[2:-2:2]
     halved = Parabolas().derivatives(time[::2], values[::2]).second[1 : 1 + len(second)]
     size = float(np.sqrt(np.mean(second[: len(halved)] ** 2)))
     change = float(np.sqrt(np.mean((second[: len(halved)] - halved) ** 2))) / 3.0
     if size == 0.0 or change <= COARSE * size:
-        return ""
-    return f"; doubt: sampled coarsely, about {100 * change / size:.2g} % of the acceleration is uncertain"
+        return []
+    return [f"doubt: {joint} is sampled coarsely: about {100 * change / size:.2g} % of its acceleration is uncertain"]
 
 
 def _consistency(

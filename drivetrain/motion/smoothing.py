@@ -22,6 +22,7 @@ from drivetrain.errors import Fault, InputError
 UNIFORM = 0.01  # largest deviation of a time step from the median that still counts as uniform, as a share
 NOISE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)  # standard deviation of rounding, in steps
 RESOLUTION_COUNTS = 0.01  # share of the RMS acceleration that rounding may cause before it is smoothed
+EXPLAINED = 2.0  # times the noise of rounding: an estimate up to there is that same noise
 NOISE_COUNTS = 0.03  # the same for noise estimated from the samples themselves, which is less certain
 SECOND_DIFFERENCE = math.sqrt(6.0)  # amplification of independent noise by 1, -2, 1
 DIFFERENCE_NOISE = {6: math.sqrt(924.0), 8: math.sqrt(12870.0)}  # and by higher ones: root of binomial(2 k, k)
@@ -316,7 +317,9 @@ def chosen_smoothing(time: Array, values: Array, resolution: float) -> Smoothing
     noise = max(resolution * NOISE_OF_RESOLUTION, 0.0)
     estimated = estimated_noise(values) if len(time) > 2 and is_uniform(time) else 0.0
     step = float(np.median(np.diff(time)))
-    for deviation, share in ((max(noise, estimated), NOISE_COUNTS), (noise, RESOLUTION_COUNTS)):
+    if estimated < EXPLAINED * noise:
+        estimated = 0.0
+    for deviation, share in ((estimated, NOISE_COUNTS), (noise, RESOLUTION_COUNTS)):
         if deviation <= 0.0 or len(time) < FEWEST_SAMPLES or np.ptp(values) == 0.0:
             continue
         spline = SmoothingSpline(deviation / NOISE_OF_RESOLUTION)
