@@ -193,7 +193,7 @@ def _joint(
     smoothing: Smoothing | None,
     faults: list[Fault],
 ) -> tuple[Array, str, list[str]]:
-    """One joint's position, velocity and acceleration, (3, N), how they came about, doubts; adds jumps to the faults."""
+    """Position, velocity and acceleration of one joint, (3, N), how they came about, doubts; jumps go to the faults."""
     position = found["position", joint]
     velocity, acceleration = found.get(("velocity", joint)), found.get(("acceleration", joint))
     wrong = jump_faults(time, _series(position, table), _resolution(position), turns=position.unit == "rad")
