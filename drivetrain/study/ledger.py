@@ -37,7 +37,7 @@ class Ledger:
             value: What was found.
             hint: The mend.
         """
-        if not touches(place, self.faulty):
+        if not self.spoiled(place):
             self.faults.append(self.document.fault(place, problem, value, hint))
             self.faulty.add(place)
 
@@ -48,6 +48,17 @@ class Ledger:
             notes: In words; those already there are left out.
         """
         self.notes.extend(note for note in dict.fromkeys(notes) if note not in self.notes)
+
+    def spoiled(self, place: Place) -> bool:
+        """Whether an entry has a fault already, so that what depends on it need not be looked at.
+
+        Args:
+            place: Of the entry.
+
+        Returns:
+            True when a fault lies at the place, below it or around it.
+        """
+        return touches(place, self.faulty)
 
     @contextmanager
     def gather(self, place: Place) -> Iterator[None]:
@@ -86,7 +97,8 @@ class Ledger:
             if fault.file:
                 self.faults.append(fault)
             else:
-                inner = f"{spelled(place)}, {fault.place}" if fault.place else spelled(place)
+                told = fault.place.startswith(spelled(place))  # it names the entry itself
+                inner = fault.place if told else ", ".join(filter(None, (spelled(place), fault.place)))
                 self.faults.append(replace(fault, place=inner, file=self.document.where(place)))
         self.faulty.add(place)
 

@@ -93,7 +93,7 @@ def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | 
                 ("cycle", i, "motion"), "is no motion of this study", entry.motion, nearest(entry.motion, names)
             )
         if entry.payload is not None and entry.payload not in written_payloads:
-            hint = nearest(entry.payload, form.payloads)
+            hint = nearest(entry.payload, written_payloads)
             ledger.fault(("cycle", i, "payload"), "is no payload of this study", entry.payload, hint)
     unused = set(names) - {entry.motion for entry in entries}
     if unused:
@@ -103,7 +103,7 @@ def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | 
         return None
     cycle: Cycle | None = None
     with ledger.gather(("cycle",)):
-        cycle = build_cycle([_step(entry, motions) for entry in entries])
+        cycle = build_cycle([_step(entry, motions) for entry in entries], may_stay_open=form.open_cycle)
         ledger.note(note for note in cycle.notes if note.startswith("doubt:"))
     return cycle
 

@@ -112,6 +112,7 @@ class StudyForm(Form):
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
     motions: dict[str, MotionForm]
     cycle: list[CycleForm] | None = None
+    open_cycle: bool = Field(default=False, description="true: the task need not end where it starts")
     supply: SupplyForm
     amplifier: AmplifierForm = AmplifierForm()
     ambient: f.Temperature = 25.0

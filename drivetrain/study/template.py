@@ -80,8 +80,8 @@ objective: mass # or price
 joints:
   default:
     candidates:
-      motors: {{frameless: true, nominal_voltage: [40 V, 60 V]}}
-      gears: {{kind: strain_wave, ratio: [50, 160]}}{travel}
+      motors: {{frameless: true, nominal_voltage: [40 V, 60 V], diameter: [null, 130 mm]}}
+      gears: {{kind: strain_wave, ratio: [50, 160], size: [11, 40]}}{travel}
   # {first}:
   #   drive: {{motor: key, gear: key}} # a given drive, for `drivetrain size`; gear: none is a direct drive
   #   friction: {{coulomb: 0.5 N m}} # at the joint, outside the gear
