@@ -81,8 +81,10 @@ def assigned_columns(table: Table, joint_names: tuple[str, ...], kinds: tuple[Ki
     for column in table.columns:
         key = column.name.casefold()
         kind, joint = names.get(key, (None, ""))
-        if key in TIME:
-            time = time or _converted(column, ("s",), table.file, faults)
+        if key in TIME and time is not None:
+            faults.append(Fault(f"column {column.header}", "a second time", None, "", table.file))
+        elif key in TIME:
+            time = _converted(column, ("s",), table.file, faults)
         elif kind is None:
             _unknown(column, [*names, *TIME], table.file, faults, notes)
         elif (kind.name, joint) in found:

@@ -199,6 +199,8 @@ def test_doubled_and_missing_columns(tmp_path):
     assert "column q_shoulder [rad]: a second position of shoulder" in said
     said = "\n".join(faults_of(write(tmp_path, ["time [s]", "q1 [rad]", "q1 [rad]"], [TIME, WAVES])))
     assert "row 1: two columns have this header" in said
+    said = "\n".join(faults_of(write(tmp_path, ["time [s]", "t [ms]", "q1 [rad]"], [TIME, WAVES]), ["a"]))
+    assert "column t [ms]: a second time" in said
 
 
 def test_time_that_goes_back_or_stands(tmp_path):
