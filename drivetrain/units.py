@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.unit_spelling import NotAUnitError, pint_expression
 
@@ -178,7 +178,7 @@ def split_header(header: str) -> tuple[str, str]:
     return (match[1], match[2].strip()) if match else (header.strip(), "")
 
 
-def to_si(values: Any, unit_text: str, place: str = "", *, unit: str = "", file: str = "") -> Array:
+def to_si(values: Any, unit_text: str, place: str = "", *, unit: str = "", file: str = "") -> NDArray[np.float64]:
     """Values of a column as SI floats; temperatures stay or become degrees Celsius.
 
     Args:
@@ -266,7 +266,7 @@ def _check_range(value: float, unit: str, minimum: float | None, maximum: float 
         raise NotAUnitError(f"must be above {above:g}{shown}")
 
 
-def quantities(value: Any, unit: str, place: str, n: int | None = None, *, file: str = "") -> Array:
+def quantities(value: Any, unit: str, place: str, n: int | None = None, *, file: str = "") -> NDArray[np.float64]:
     """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for.
 
     Args:
@@ -307,7 +307,7 @@ def _entries(value: Any) -> Sequence[Any] | None:
     return None if match is None else [f"{entry.strip()} {match[2]}".strip() for entry in match[1].split(",")]
 
 
-def from_si(values: Any, unit: str, unit_text: str) -> Array:
+def from_si(values: Any, unit: str, unit_text: str) -> NDArray[np.float64]:
     """SI values in another unit, for tables and files.
 
     Args:
