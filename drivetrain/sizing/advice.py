@@ -116,8 +116,8 @@ def lightened(study: Study, share: float) -> Study:
 
 def _first_or_nearest(field: Field, mounted: dict[int, Drive]) -> Candidate:
     """The first candidate that holds, else the one nearest to holding."""
-    demand = field.demand(mounted)
-    quick = [field.judge(one, mounted, demand) for one in field.candidates]
+    work = field.work.at(field.joint, mounted)
+    quick = [field.judge(one, work) for one in field.candidates]
     held = next((one.candidate for one in quick if one.holds), None)
     if held is not None:
         return held
@@ -126,7 +126,7 @@ def _first_or_nearest(field: Field, mounted: dict[int, Drive]) -> Candidate:
         # The stages made so far bound the rest from below.
         if best is not None and one.distance >= best.distance:
             break
-        full = field.judge(one.candidate, mounted, demand, full=True)
+        full = field.judge(one.candidate, work, full=True)
         if best is None or full.distance < best.distance:
             best = full
     return field.candidates[0] if best is None else best.candidate

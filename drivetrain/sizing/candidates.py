@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,7 +19,7 @@ from drivetrain.sizing.checks_gear import (
     gear_repeated_peak_torque,
 )
 from drivetrain.sizing.checks_motor import motor_speed
-from drivetrain.sizing.demand import JointDemand, joint_demand
+from drivetrain.sizing.demand import JointDemand, JointWork, Workload, workload
 from drivetrain.sizing.evaluate import objective_share
 from drivetrain.sizing.fill import assumed_drive
 from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
@@ -111,16 +112,21 @@ class Field:
     """All candidates of one joint.
 
     Attributes:
-        study: The task.
+        work: The task.
         joint: Index of the joint.
         candidates: In order of their share of the objective, then of their keys.
         unknown: Those whose share is unknown: they cannot be chosen.
     """
 
-    study: Study
+    work: Workload
     joint: int
     candidates: tuple[Candidate, ...]
     unknown: tuple[Candidate, ...]
+
+    @property
+    def study(self) -> Study:
+        """The task."""
+        return self.work.study
 
     @property
     def name(self) -> str:
@@ -128,15 +134,9 @@ class Field:
         return self.study.joints[self.joint].name
 
     @cached_property
-    def own_load(self) -> bool:
-        """Whether the joint's demand depends on its own drive, which rides on the link it moves."""
-        return self.study.arm is not None and self.study.joints[self.joint].mount.carrier == "child"
-
-    @cached_property
     def fast_enough(self) -> tuple[Candidate, ...]:
         """Candidates that hold every limit of speed, which no other drive can change."""
-        still = _speed_demand(self.study, self.joint)
-        return tuple(one for one in self.candidates if self._holds_speed(one, still))
+        return tuple(one for one in self.candidates if self._holds_speed(one))
 
     @cached_property
     def least(self) -> float:
@@ -145,63 +145,50 @@ class Field:
 
     @cached_property
     def _capacities(self) -> Array:
-        """Peak torques that the gears allow [N m], (2, candidates that are fast enough); infinite where unknown."""
-        still = _speed_demand(self.study, self.joint)
-        rows = [[_capacity(self._at(one, still), check) for one in self.fast_enough] for check in _PEAKS]
-        return np.array(rows).reshape(len(_PEAKS), -1)
+        """Peak torque that each gear allows [N m], (candidates that are fast enough,); infinite where unknown."""
+        operations = [self._at(one, self._unloaded) for one in self.fast_enough]
+        return np.array([min(_available(op, check) for check in _PEAKS) for op in operations])
+
+    @cached_property
+    def _unloaded(self) -> JointDemand:
+        """The joint's speed with nothing to carry."""
+        demand = self.work.at(self.joint, {}).demand(self.candidates[0].drive)
+        return replace(demand, gear_torque=np.zeros_like(demand.gear_torque))
 
     def _at(self, candidate: Candidate, demand: JointDemand) -> Operation:
         return operation(self.study, self.joint, demand, candidate.drive)
 
-    def _holds_speed(self, candidate: Candidate, demand: JointDemand) -> bool:
-        op = self._at(candidate, demand)
+    def _holds_speed(self, candidate: Candidate) -> bool:
+        op = self._at(candidate, self._unloaded)
         checks = (motor_speed,) if is_direct(op) else (motor_speed, *_SPEEDS)
         return all(check(op).verdict is not Verdict.FAIL for check in checks)
 
-    def demand(self, mounted: dict[int, Drive]) -> JointDemand | None:
-        """What the joint asks with the drives after it in place.
-
-        Args:
-            mounted: Drives by joint index.
-
-        Returns:
-            The demand; None when it also depends on the joint's own drive.
-        """
-        return None if self.own_load else joint_demand(self.study, mounted, self.joint)
-
-    def strong_enough(self, demand: JointDemand | None) -> Array:
+    def strong_enough(self, work: JointWork) -> Array:
         """Which of the fast enough also have a gear for the peak torque.
 
         Args:
-            demand: From ``demand``; None leaves all in.
+            work: Of the joint, with the drives after it in place.
 
         Returns:
             True where the gear's peak limits hold, (candidates that are fast enough,).
         """
-        if demand is None or not self.fast_enough:
-            return np.ones(len(self.fast_enough), dtype=bool)
-        op = self._at(self.fast_enough[0], demand)
-        asked = np.array([[check(op).required] for check in _PEAKS])
+        loads = work.peak_loads([one.drive for one in self.fast_enough])
         # What is at the limit to rounding is left to the check itself.
-        return np.asarray((asked <= self._capacities * (1.0 + 1e-12)).all(axis=0))
+        asked = self.study.safety.peak_torque * loads * (1.0 - 1e-9)
+        return np.asarray(asked <= self._capacities)
 
-    def judge(
-        self, candidate: Candidate, mounted: dict[int, Drive], demand: JointDemand | None, *, full: bool = False
-    ) -> Judgement:
+    def judge(self, candidate: Candidate, work: JointWork, *, full: bool = False) -> Judgement:
         """A candidate held against the joint's demand.
 
         Args:
             candidate: Of this joint.
-            mounted: Drives by joint index.
-            demand: From ``demand``.
+            work: Of the joint, with the drives after it in place.
             full: Make every check, also after one has failed.
 
         Returns:
             The judgement.
         """
-        if demand is None:
-            demand = joint_demand(self.study, {**mounted, self.joint: candidate.drive}, self.joint)
-        op = self._at(candidate, demand)
+        op = self._at(candidate, work.demand(candidate.drive))
         checks = judge(op, stop_at_fail=not full)
         skipped = ("gear repeated peak torque",) if is_direct(op) else ()
         made = {check.name for check in checks if check.verdict is not Verdict.NOT_CHECKED}
@@ -222,6 +209,7 @@ def joint_fields(study: Study) -> tuple[Field, ...]:
     Raises:
         InputError: A joint without any candidate, or with none whose share of the objective is known.
     """
+    work = workload(study)
     fields, faults = [], []
     for joint, task in enumerate(study.joints):
         pairs = task.pairs if task.drive is None else (task.drive,)
@@ -236,7 +224,7 @@ def joint_fields(study: Study) -> tuple[Field, ...]:
         if not known:
             faults.append(_empty(study, task, len(unknown)))
         known.sort(key=lambda one: (one.share, one.keys))
-        fields.append(Field(study, joint, tuple(known), tuple(unknown)))
+        fields.append(Field(work, joint, tuple(known), tuple(unknown)))
     if faults:
         raise InputError(faults)
     return tuple(fields)
@@ -265,19 +253,10 @@ def _share(study: Study, drive: Drive) -> float:
     return math.nan if loads and drive_mass(drive) is None else objective_share(study, drive)
 
 
-def _speed_demand(study: Study, joint: int) -> JointDemand:
-    """The joint's speed with nothing to carry."""
-    cycle = study.cycle
-    unloaded = replace(study, arm=None, cycle=replace(cycle, torque=np.zeros_like(cycle.velocity)))
-    demand = joint_demand(unloaded, {}, joint)
-    travel = study.joints[joint].travel_per_turn or 1.0
-    return demand if study.arm is None else replace(demand, speed=demand.speed / travel)
-
-
-def _capacity(op: Operation, check: object) -> float:
+def _available(op: Operation, check: Callable[[Operation], Check]) -> float:
     """What a check finds available; infinite where nobody says or there is no gear."""
-    available = None if is_direct(op) else check(op).available  # type: ignore[operator]
-    return math.inf if available is None else float(available)
+    available = None if is_direct(op) else check(op).available
+    return math.inf if available is None else available
 
 
 def _empty(study: Study, task: JointTask, unknown: int) -> Fault:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, friction_torque
 from drivetrain.drive.gear import average_torque
-from drivetrain.dynamics.newton_euler import inverse_dynamics, joint_loads
 from drivetrain.motion.duty_cycle import Indices, sample_weights
-from drivetrain.sizing.mounting import arm_with_drives, carrying
+from drivetrain.sizing.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
 from drivetrain.study.study import Study
 
 
@@ -100,91 +98,171 @@ class JointDemand:
         return float(values @ self.weights) / total if total > 0.0 else float(np.mean(values))
 
 
+@dataclass(frozen=True, eq=False)
+class Workload:
+    """A study with the work of its joints prepared.
+
+    Attributes:
+        study: The task.
+        basis: What drives do to joints, one a joint; empty without an arm.
+        weights: Time each sample stands for [s], (N,).
+    """
+
+    study: Study
+    basis: tuple[JointBasis, ...]
+    weights: Array
+
+    def at(self, joint: int, drives: Mapping[int, Drive]) -> JointWork:
+        """The work of one joint with the drives after it in place.
+
+        Args:
+            joint: Index of the joint.
+            drives: Of any joints, by index; only those of the joints after it are looked at.
+
+        Returns:
+            The work, for any drive of the joint's own.
+        """
+        if not self.basis:
+            return JointWork(self, joint, None)
+        basis = self.basis[joint]
+        others = {index: drive for index, drive in drives.items() if index != joint}
+        numbers = all_numbers(self.study, basis, others)
+        return JointWork(self, joint, _Sums(*_sums(basis, numbers, 0, len(numbers), _bare(basis))))
+
+
+def workload(study: Study) -> Workload:
+    """The work of a study's joints, prepared for any set of drives.
+
+    Args:
+        study: The task.
+
+    Returns:
+        The workload.
+    """
+    return Workload(study, load_basis(study), sample_weights(study.cycle.time))
+
+
+@dataclass(frozen=True, eq=False)
+class _Sums:
+    """What is asked of a joint in its own coordinate: force (N,), wrench (6 N,), inertia (N,)."""
+
+    force: Array
+    wrench: Array
+    inertia: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointWork:
+    """The work of one joint, the drives after it in place.
+
+    Attributes:
+        work: Of all joints.
+        joint: Index of this one.
+        others: What arm, payload and the other drives ask, SI; None without an arm.
+    """
+
+    work: Workload
+    joint: int
+    others: _Sums | None
+
+    @cached_property
+    def own_load(self) -> bool:
+        """Whether the demand also depends on the joint's own drive, which rides on the link that it moves."""
+        return self.others is not None and self.joint in self.work.basis[self.joint].drives
+
+    @cached_property
+    def _fixed(self) -> JointDemand:
+        """The demand without what the joint's own drive adds."""
+        return self._demand(self.others)
+
+    def demand(self, drive: Drive) -> JointDemand:
+        """What the task asks of the joint's own drive.
+
+        Args:
+            drive: The joint's own.
+
+        Returns:
+            The demand over the whole cycle; one and the same for every drive that does not ride on the moved link.
+        """
+        if not self.own_load or self.others is None:
+            return self._fixed
+        basis = self.work.basis[self.joint]
+        at = NUMBERS * basis.drives.index(self.joint)
+        numbers = np.zeros(len(basis.force))
+        numbers[at : at + NUMBERS] = drive_numbers(self.work.study, self.joint, drive)
+        others = (self.others.force, self.others.wrench, self.others.inertia)
+        return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others)))
+
+    def peak_loads(self, drives: Sequence[Drive]) -> Array:
+        """The largest load torque with each of many drives, to rounding as ``demand`` has it.
+
+        Args:
+            drives: That the joint's own may be.
+
+        Returns:
+            At the gear's output, joint friction included [N m], (drives,).
+        """
+        if not self.own_load:
+            return np.full(len(drives), np.abs(self._fixed.load_torque).max())
+        basis = self.work.basis[self.joint]
+        at = NUMBERS * basis.drives.index(self.joint)
+        travel = self.work.study.joints[self.joint].travel_per_turn or 1.0
+        numbers = np.array([drive_numbers(self.work.study, self.joint, drive) for drive in drives])
+        rows = travel * basis.force[at : at + NUMBERS]
+        largest = [np.abs(some @ rows + self._fixed.load_torque).max(axis=1) for some in np.array_split(numbers, 16)]
+        return np.concatenate(largest)
+
+    def _demand(self, sums: _Sums | None) -> JointDemand:
+        """At the gear's output, from sums in the joint's own coordinate."""
+        cycle, task = self.work.study.cycle, self.work.study.joints[self.joint]
+        speed, acceleration = cycle.velocity[:, self.joint], cycle.acceleration[:, self.joint]
+        position = cycle.position[:, self.joint]
+        if sums is None:
+            nothing = np.zeros_like(speed)
+            given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
+            return JointDemand(
+                cycle.time, self.work.weights, position, speed, acceleration, nothing, given, task.friction,
+                cycle.payload, None, None,
+            )  # fmt: skip
+        basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
+        carrier = basis.bare.carrier_acceleration
+        if task.mount.carrier == "base":
+            carrier = np.zeros_like(carrier)
+        elif task.mount.carrier == "child" and not basis.slides:
+            carrier = carrier + acceleration
+        return JointDemand(
+            cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
+            sums.force * travel, task.friction, cycle.payload,
+            None if basis.slides else sums.wrench.reshape(-1, 6), sums.inertia * travel**2,
+        )  # fmt: skip
+
+
 def joint_demand(study: Study, drives: Mapping[int, Drive], joint: int) -> JointDemand:
     """What the task asks of one joint, with the drives that load it in place.
 
     Args:
         study: The task.
-        drives: Of any joints, by index; only those that load this joint are looked at (see ``loading``).
+        drives: By joint index: the joint's own, and those of the joints after it.
         joint: Index of the joint.
 
     Returns:
         The demand over the whole cycle, at the gear's output also where the joint slides.
     """
-    cycle, task = study.cycle, study.joints[joint]
-    weights = sample_weights(cycle.time)
-    speed, acceleration = cycle.velocity[:, joint], cycle.acceleration[:, joint]
-    if study.arm is None:
-        given = np.zeros_like(speed) if cycle.torque is None else cycle.torque[:, joint]
-        nothing = np.zeros_like(speed)
-        return JointDemand(
-            cycle.time, weights, cycle.position[:, joint], speed, acceleration, nothing, given, task.friction,
-            cycle.payload, None, None,
-        )  # fmt: skip
-    load = _load(study, loading(study, drives, joint), joint)
-    travel = task.travel_per_turn or 1.0
-    carrier = load.carrier_acceleration
-    if task.mount.carrier == "base":
-        carrier = np.zeros_like(carrier)
-    elif task.mount.carrier == "child" and not load.slides:
-        carrier = carrier + acceleration
-    return JointDemand(
-        cycle.time, weights, cycle.position[:, joint], speed / travel, acceleration / travel, carrier,
-        load.force * travel, task.friction, cycle.payload, None if load.slides else load.wrench,
-        load.inertia * travel**2,
-    )  # fmt: skip
+    return workload(study).at(joint, drives).demand(drives[joint])
 
 
-def loading(study: Study, drives: Mapping[int, Drive], joint: int) -> dict[int, Drive]:
-    """The drives that load a joint: those of the joints after it, and its own where it rides on the moved link.
-
-    Args:
-        study: Of which the mounts are taken.
-        drives: By joint index.
-        joint: Index of the joint.
-
-    Returns:
-        By joint index, from the tip to the base.
-    """
-    first = joint if study.joints[joint].mount.carrier == "child" else joint + 1
-    return {index: drives[index] for index in sorted(drives, reverse=True) if index >= first}
+def _bare(basis: JointBasis) -> tuple[Array, Array, Array]:
+    return basis.bare.force, basis.bare.wrench.reshape(-1), basis.bare.inertia
 
 
-@dataclass(frozen=True, eq=False)
-class _Load:
-    """What the arm asks at one joint, in the joint's own coordinate: force [N m or N], inertia [kg m^2 or kg]."""
-
-    force: Array
-    wrench: Array
-    carrier_acceleration: Array
-    inertia: Array
-    slides: bool
-
-
-def _load(study: Study, drives: Mapping[int, Drive], joint: int) -> _Load:
-    """The arm's load on one joint, payload by payload."""
-    cycle = study.cycle
-    bare = arm_with_drives(study, drives)
-    samples = len(cycle.time)
-    found = _Load(
-        np.empty(samples), np.empty((samples, 6)), np.empty(samples), np.empty(samples),
-        slides=not bare.screws[joint, :3].any(),
-    )  # fmt: skip
-    for payload in np.unique(cycle.payload):
-        chosen = cycle.payload == payload
-        arm = carrying(study, bare, int(payload))
-        loads = joint_loads(arm, cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen])
-        found.force[chosen] = loads.gear[:, joint]
-        found.wrench[chosen] = loads.wrench[:, joint]
-        found.carrier_acceleration[chosen] = loads.carrier_acceleration[:, joint]
-        found.inertia[chosen] = _inertia(arm, cycle.position[chosen], joint)
-    return found
-
-
-def _inertia(arm: Arm, position: Array, joint: int) -> Array:
-    """The joint's diagonal entry of the mass matrix without its own rotor: the torque of a unit acceleration."""
-    others = tuple(None if index == joint else rotor for index, rotor in enumerate(arm.rotors))
-    floating = replace(arm, gravity=np.zeros(3), rotors=others)
-    unit = np.zeros_like(position)
-    unit[:, joint] = 1.0
-    return inverse_dynamics(floating, position, np.zeros_like(position), unit)[:, joint]
+def _sums(
+    basis: JointBasis, numbers: Array, first: int, last: int, start: tuple[Array, Array, Array]
+) -> tuple[Array, Array, Array]:
+    """A start and the weighted rows of the basis from first to last."""
+    some = numbers[first:last]
+    force, wrench, inertia = start
+    return (
+        force + some @ basis.force[first:last],
+        wrench + some @ basis.wrench[first:last],
+        inertia + some @ basis.inertia[first:last],
+    )

@@ -9,7 +9,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.sizing.checks import reported
 from drivetrain.sizing.checks_supply import supply_checks
-from drivetrain.sizing.demand import joint_demand
+from drivetrain.sizing.demand import Workload, workload
 from drivetrain.sizing.fill import assumed_drive
 from drivetrain.sizing.judge import joint_result
 from drivetrain.sizing.mounting import drive_mass
@@ -35,8 +35,9 @@ def evaluate(study: Study, drives: Mapping[str, Pair] | None = None) -> Evaluati
         InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
     """
     keys = given_drives(study, drives or {})
+    work = workload(study)
     mounted = {i: assumed_drive(study, task, *keys[task.name]) for i, task in enumerate(study.joints)}
-    results = {task.name: evaluate_joint(study, mounted, i, keys[task.name]) for i, task in enumerate(study.joints)}
+    results = {task.name: evaluate_joint(work, mounted, i, keys[task.name]) for i, task in enumerate(study.joints)}
     return Evaluation(study, results, shared_checks(study, results), objective(study, mounted))
 
 
@@ -72,11 +73,11 @@ def given_drives(study: Study, drives: Mapping[str, Pair]) -> dict[str, Pair]:
     return found
 
 
-def evaluate_joint(study: Study, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
+def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
     """One joint's drive with every check; the search judges by the same functions.
 
     Args:
-        study: The task.
+        work: The task.
         mounted: Drives by joint index; those that load this joint and its own are looked at.
         joint: Index of the joint.
         keys: Of its motor and gear.
@@ -84,8 +85,8 @@ def evaluate_joint(study: Study, mounted: Mapping[int, Drive], joint: int, keys:
     Returns:
         The result.
     """
-    demand = joint_demand(study, mounted, joint)
-    return joint_result(operation(study, joint, demand, mounted[joint]), study.joints[joint].name, *keys)
+    demand = work.at(joint, mounted).demand(mounted[joint])
+    return joint_result(operation(work.study, joint, demand, mounted[joint]), work.study.joints[joint].name, *keys)
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:

@@ -7,7 +7,6 @@ import numpy as np
 from drivetrain.drive.gear import mesh_factors
 from drivetrain.sizing.checks_gear import GEAR_CHECKS
 from drivetrain.sizing.checks_motor import ELECTRIC_CHECKS, SPEED_CHECKS, TORQUE_CHECKS
-from drivetrain.sizing.mounting import drive_mass
 from drivetrain.sizing.operation import Operation
 from drivetrain.sizing.results import Check, JointResult, Verdict
 
@@ -69,7 +68,7 @@ def joint_result(operation: Operation, name: str, motor: str, gear: str) -> Join
 
 def _remarks(operation: Operation) -> list[str]:
     """What a reader should know that belongs to no single check."""
-    demand, drive = operation.demand, operation.drive
+    demand = operation.demand
     remarks = []
     if operation.missing:
         remarks.append(
@@ -85,8 +84,6 @@ def _remarks(operation: Operation) -> list[str]:
         remarks.append("the joint never moves: the smaller torque that still holds counts")
     if mesh_factors(operation.computed.gear).driven <= 0.0:
         remarks.append("the gear locks itself: the load cannot drive the motor, which must help it down")
-    if drive_mass(drive) is None:
-        remarks.append("mass of motor or gear unknown: it does not load the joints before, judged too lightly")
     if operation.heat is not None and not operation.heat.converged:
         remarks.append("magnet and housing temperature could not be matched: temperatures are approximate")
     return remarks

@@ -15,7 +15,6 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.inertia import cylinder
-from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.study import DriveMass, JointTask, Mount, Study
 
 DRIVE_DENSITY = 5200.0  # kg/m^3; median of the rows that print diameter, length and mass: 5180 motors, 5370 gears
@@ -39,32 +38,18 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
     Raises:
         InputError: The study has no arm, or a link would be left without mass.
     """
-    index = {task.name: i for i, task in enumerate(study.joints)}
-    arm = arm_with_drives(study, {index[name]: drive for name, drive in drives.items()})
-    return carrying(study, arm, payload_index)
-
-
-def arm_with_drives(study: Study, drives: Mapping[int, Drive]) -> Arm:
-    """The study's arm with drives in its joints and nothing at its tip; see ``loaded_arm``.
-
-    Args:
-        study: Of which the arm and the mounts are taken; it must have an arm.
-        drives: By joint index.
-
-    Returns:
-        The arm with masses [kg], inertias [kg m^2] and rotors in place.
-
-    Raises:
-        InputError: The study has no arm, or a link would be left without mass.
-    """
-    arm = _emptied(study)
+    arm = emptied(study)
     rotors: list[Rotor | None] = [None] * arm.n
-    for joint, drive in drives.items():
-        task = study.joints[joint]
-        rotors[joint] = _rotor(drive, joint, task)
-        if study.drive_mass is not DriveMass.INCLUDED:
-            arm = _with_drive(arm, joint, task.mount, drive)
-    return with_rotors(arm, rotors)
+    for joint, task in enumerate(study.joints):
+        if task.name in drives:
+            drive, link = drives[task.name], carrier_link(joint, task.mount)
+            rotors[joint] = Rotor(rotor_ratio(drive, task), drive_inertia(drive), carrier=link)
+            mass, across, along = drive_body(drive)
+            if study.drive_mass is not DriveMass.INCLUDED and mass > 0.0:
+                axis = joint_axis(arm, joint)
+                inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
+                arm = with_body(arm, link, mass, mount_point(arm, joint, task.mount), inertia)
+    return carrying(study, with_rotors(arm, rotors), payload_index)
 
 
 def carrying(study: Study, arm: Arm, payload_index: int) -> Arm:
@@ -99,25 +84,36 @@ def drive_mass(drive: Drive) -> float | None:
     return None if drive.motor.mass is None or gear is None else drive.motor.mass + gear
 
 
-def drive_body_inertia(drive: Drive, axis: Array) -> Array:
-    """Inertia of motor and gear as solid cylinders with one centre, the rotor's about its axis left out.
+def drive_body(drive: Drive) -> tuple[float, float, float]:
+    """Motor and gear as solid cylinders with one centre, the rotor's inertia about its axis left out.
 
     That part belongs to the rotor, which is a body of its own; counted here too it would count twice. Sizes that a
     sheet does not print follow from DRIVE_DENSITY, with both unknown from a cylinder as long as wide.
 
     Args:
         drive: Motor and gear; a part of unknown mass counts nothing.
-        axis: Unit vector along both, (3,).
 
     Returns:
-        About the centre, in the axes in which ``axis`` is given [kg m^2], (3, 3).
+        Mass [kg]; inertia about the centre, across the axis and along it [kg m^2].
     """
     motor, gear = drive.motor, drive.gear
-    along_z = _cylinder(motor.mass, motor.diameter, motor.length) + _cylinder(gear.mass, gear.diameter, gear.length)
-    along_z[2, 2] -= min(motor.rotor_inertia or 0.0, along_z[2, 2])
-    rotation = frame_along(axis)
-    turned: Array = rotation @ along_z @ rotation.T
-    return 0.5 * (turned + turned.T)
+    inertia = _cylinder(motor.mass, motor.diameter, motor.length) + _cylinder(gear.mass, gear.diameter, gear.length)
+    along = float(inertia[2, 2])
+    mass = (motor.mass or 0.0) + (gear.mass or 0.0)
+    return mass, float(inertia[0, 0]), along - min(motor.rotor_inertia or 0.0, along)
+
+
+def rotor_ratio(drive: Drive, task: JointTask) -> float:
+    """Rotor angle over the joint's coordinate.
+
+    Args:
+        drive: Its gear's ratio.
+        task: Of the joint: its travel a radian, where it slides.
+
+    Returns:
+        [-], or [rad/m] where the joint slides.
+    """
+    return drive.gear.ratio / (task.travel_per_turn or 1.0)
 
 
 def carrier_link(joint: int, mount: Mount) -> int:
@@ -133,8 +129,18 @@ def carrier_link(joint: int, mount: Mount) -> int:
     return {"parent": joint - 1, "child": joint, "base": -1}[mount.carrier]
 
 
-def _emptied(study: Study) -> Arm:
-    """The study's arm without the drives that its links already hold."""
+def emptied(study: Study) -> Arm:
+    """The study's arm without the drives that its links already hold, where these are to be replaced.
+
+    Args:
+        study: Of which the arm and the contained drives are taken; it must have an arm.
+
+    Returns:
+        The arm; as a point is taken out, the drives' own inertia [kg m^2] stays in the links.
+
+    Raises:
+        InputError: The study has no arm, or a link would be left without mass.
+    """
     arm = study.arm
     if arm is None:
         raise InputError(Fault("arm", "is needed to load it with drives", hint="a load table already holds its torque"))
@@ -142,34 +148,38 @@ def _emptied(study: Study) -> Arm:
         for joint, task in enumerate(study.joints):
             if task.contained is not None and task.contained.mass > 0.0:
                 mount = task.contained.mount
-                point = _mount_point(arm, joint, mount)
+                point = mount_point(arm, joint, mount)
                 arm = with_body(arm, carrier_link(joint, mount), -task.contained.mass, point, np.zeros((3, 3)))
     return arm
 
 
-def _with_drive(arm: Arm, joint: int, mount: Mount, drive: Drive) -> Arm:
-    mass = (drive.motor.mass or 0.0) + (drive.gear.mass or 0.0)
-    if mass == 0.0:
-        return arm
-    inertia = drive_body_inertia(drive, _joint_axis(arm, joint))
-    return with_body(arm, carrier_link(joint, mount), mass, _mount_point(arm, joint, mount), inertia)
+def joint_axis(arm: Arm, joint: int) -> Array:
+    """Direction of a joint's axis, or of its travel, base frame, all joints at zero.
 
+    Args:
+        arm: The arm.
+        joint: Index of the joint.
 
-def _rotor(drive: Drive, joint: int, task: JointTask) -> Rotor:
-    """Rotor and gear input as one inertia about the joint's axis; massless, its mass counts with the drive's."""
-    ratio = drive.gear.ratio / (task.travel_per_turn or 1.0)
-    return Rotor(ratio, drive_inertia(drive), carrier=carrier_link(joint, task.mount))
-
-
-def _joint_axis(arm: Arm, joint: int) -> Array:
-    """Direction of a joint's axis, or of its travel, base frame, all joints at zero."""
+    Returns:
+        Unit vector, (3,).
+    """
     screw = arm.screws[joint]
     axis: Array = screw[:3] if screw[:3].any() else screw[3:]
     return axis
 
 
-def _mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
-    point: Array = arm.joint_points[joint] + mount.offset * _joint_axis(arm, joint)
+def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
+    """Where a drive's centre of mass sits, base frame, all joints at zero.
+
+    Args:
+        arm: The arm.
+        joint: Index of the joint.
+        mount: Its offset along the axis.
+
+    Returns:
+        The point [m], (3,).
+    """
+    point: Array = arm.joint_points[joint] + mount.offset * joint_axis(arm, joint)
     return point
 
 

@@ -91,8 +91,8 @@ def _beside(
     for done, field in enumerate(reversed(fields)):
         tell(done, len(fields), f"judging all candidates of {field.name}")
         mounted = {j: path[j].drive for j in range(field.joint + 1, len(fields))}
-        demand = field.demand(mounted)
-        judgements: list[Judgement] = [field.judge(one, mounted, demand) for one in field.candidates]
+        work = field.work.at(field.joint, mounted)
+        judgements: list[Judgement] = [field.judge(one, work) for one in field.candidates]
         tree.counters["candidates judged"] += len(judgements)
         fallen += [one.fallen(field.name) for one in judgements if not one.holds] + unknown_share(field)
         others = [one.candidate for one in judgements if one.holds and one.candidate is not path[field.joint]]

@@ -73,16 +73,16 @@ class Tree:
         self.counters["nodes"] += 1
         self._tell(self.counters["nodes"], f"choosing at {field.name}")
         mounted = {index: one.candidate.drive for index, one in chosen.items()}
-        demand = field.demand(mounted)
+        work = field.work.at(joint, mounted)
         held = False
-        for candidate, strong in zip(field.fast_enough, field.strong_enough(demand), strict=True):
+        for candidate, strong in zip(field.fast_enough, field.strong_enough(work), strict=True):
             least = spent + candidate.share + self._before[joint]
             if least >= self.objective:
                 held = True  # cut off, not blocked
                 break
             if not strong:
                 continue
-            judgement = field.judge(candidate, mounted, demand)
+            judgement = field.judge(candidate, work)
             self.counters["candidates judged"] += 1
             if not judgement.holds:
                 continue

@@ -1,0 +1,209 @@
+"""What arm, payload and drives ask of each joint, as a sum over a few numbers of each drive.
+
+Newton and Euler are linear in mass and inertia. A drive loads the joints before it through five numbers: its mass,
+its inertia across and along its axis, the inertia of its rotor, and that inertia times the ratio. What one unit of
+each does to each joint over the cycle is computed once; any set of drives is then a weighted sum, for an evaluation
+as for a search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.bodies import with_body
+from drivetrain.arm.rotors import Rotor
+from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive, drive_inertia
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.newton_euler import joint_loads
+from drivetrain.sizing.mounting import (
+    carrier_link,
+    carrying,
+    drive_body,
+    emptied,
+    joint_axis,
+    mount_point,
+    rotor_ratio,
+)  # fmt: skip
+from drivetrain.study.study import DriveMass, Study
+
+NUMBERS = 5  # of a drive: mass, inertia across, along, of the rotor, of the rotor times ratio
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """What is asked of joints, in each joint's own coordinate.
+
+    Attributes:
+        force: At the gear's output, equation 8.110 [N m or N], (n, N).
+        wrench: Moment [N m] and force [N] passed on, joint frame, (n, N, 6).
+        inertia: Diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (n, N).
+        carrier_acceleration: Angular, of the link before the joint along its axis [rad/s^2], (n, N).
+    """
+
+    force: Array
+    wrench: Array
+    inertia: Array
+    carrier_acceleration: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointBasis:
+    """One joint: what is asked without any drive, and what a unit of each number of each drive adds.
+
+    Attributes:
+        bare: Of arm and payload; the leading axis is dropped.
+        slides: Whether the joint is prismatic.
+        drives: Joints whose drives load this one, in the order of their rows.
+        force, wrench, inertia: Added by one unit, NUMBERS rows a drive, (rows, N), (rows, 6 N), (rows, N).
+    """
+
+    bare: Loads
+    slides: bool
+    drives: tuple[int, ...]
+    force: Array
+    wrench: Array
+    inertia: Array
+
+
+def load_basis(study: Study) -> tuple[JointBasis, ...]:
+    """The basis of every joint.
+
+    Args:
+        study: The task; where the arm's links hold drives that are to be replaced, they are taken out first.
+
+    Returns:
+        One a joint [SI]; empty when the study has no arm.
+    """
+    if study.arm is None:
+        return ()
+    arm = emptied(study)
+    bare = _with_payloads(study, arm)
+    reference = _loads(study, arm)
+    units = [_units(study, arm, reference, joint) for joint in range(arm.n)]
+    return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
+
+
+def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
+    """The five numbers through which a drive loads the joints before it.
+
+    Args:
+        study: Whose mass the drives are, and the travel of the joint.
+        joint: Index of the drive's joint.
+        drive: Motor and gear.
+
+    Returns:
+        Mass [kg], inertia across and along [kg m^2], of the rotor [kg m^2], and that times the ratio, (5,). The first
+        three are zero where the arm's links already hold them.
+    """
+    inertia = drive_inertia(drive)
+    spinning = [inertia, inertia * rotor_ratio(drive, study.joints[joint])]
+    moved = (0.0, 0.0, 0.0) if study.drive_mass is DriveMass.INCLUDED else drive_body(drive)
+    return np.array([*moved, *spinning])
+
+
+def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) -> Array:
+    """The numbers of all drives that load a joint, in the order of its basis.
+
+    Args:
+        study: The task.
+        basis: Of the joint.
+        drives: By joint index; a joint without one adds nothing.
+
+    Returns:
+        (rows,); the units of ``drive_numbers``.
+    """
+    nothing = np.zeros(NUMBERS)
+    rows = [drive_numbers(study, k, drives[k]) if k in drives else nothing for k in basis.drives]
+    return np.concatenate(rows) if rows else np.zeros(0)
+
+
+def _loads(study: Study, arm: Arm, chosen: Array | None = None) -> Loads:
+    """What a motion asks of an arm, at all samples or at some."""
+    cycle = study.cycle
+    motion = [cycle.position, cycle.velocity, cycle.acceleration]
+    q, qd, qdd = motion if chosen is None else [part[chosen] for part in motion]
+    found = joint_loads(arm, q, qd, qdd)
+    diagonal = np.diagonal(mass_matrix(arm, q), axis1=1, axis2=2)
+    return Loads(found.gear.T, np.swapaxes(found.wrench, 0, 1), diagonal.T, found.carrier_acceleration.T)
+
+
+def _with_payloads(study: Study, arm: Arm) -> Loads:
+    """What the task asks without drives, each sample with what it carries."""
+    samples, n = study.cycle.position.shape
+    whole = Loads(*(np.empty((n, samples, *extra)) for extra in ((), (6,), (), ())))
+    for payload in np.unique(study.cycle.payload):
+        chosen = study.cycle.payload == payload
+        part = _loads(study, carrying(study, arm, int(payload)), chosen)
+        for name in ("force", "wrench", "inertia", "carrier_acceleration"):
+            getattr(whole, name)[:, chosen] = getattr(part, name)
+    return whole
+
+
+def _units(study: Study, arm: Arm, reference: Loads, joint: int) -> list[Loads]:
+    """What one unit of each number of one joint's drive adds to all joints."""
+    mount = study.joints[joint].mount
+    link, point = carrier_link(joint, mount), mount_point(arm, joint, mount)
+    axis = joint_axis(arm, joint)
+    across = np.eye(3) - np.outer(axis, axis)
+
+    def with_rotor(ratio: float) -> Loads:
+        """With a rotor of unit inertia."""
+        rotors = [Rotor(ratio, 1.0, carrier=link) if index == joint else None for index in range(arm.n)]
+        return _loads(study, with_rotors(arm, rotors))
+
+    forward, backward = with_rotor(1.0), with_rotor(-1.0)
+    spinning = [
+        _difference(_scaled_sum(forward, backward, 0.5), reference),
+        _scaled_sum(forward, _negative(backward), 0.5),
+    ]
+    nothing = _difference(reference, reference)
+    if link < 0 or study.drive_mass is DriveMass.INCLUDED:
+        return [nothing, nothing, nothing, *spinning]
+    # A body of mass 1 with no inertia, with one across its axis, and with one all round: differences are the units.
+    point_mass = _loads(study, with_body(arm, link, 1.0, point, np.zeros((3, 3))))
+    rod = _loads(study, with_body(arm, link, 1.0, point, across))
+    ball = _loads(study, with_body(arm, link, 1.0, point, np.eye(3)))
+    moved = [_difference(point_mass, reference), _difference(rod, point_mass), _difference(ball, rod)]
+    return [*moved, *spinning]
+
+
+def _of_joint(study: Study, bare: Loads, units: list[list[Loads]], joint: int, slides: bool) -> JointBasis:
+    first = joint if study.joints[joint].mount.carrier == "child" else joint + 1
+    drives = tuple(range(first, len(units)))
+    rows = [unit for k in drives for unit in units[k]]
+    samples = bare.force.shape[1]
+
+    def stacked(name: str, width: int) -> Array:
+        """One row a number."""
+        values = [getattr(unit, name)[joint].reshape(width) for unit in rows]
+        return np.stack(values) if values else np.zeros((0, width))
+
+    own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
+    inertia = stacked("inertia", samples)
+    if joint in drives:  # the load's inertia leaves the joint's own rotor out
+        at = NUMBERS * drives.index(joint)
+        inertia[at + 3 : at + NUMBERS] = 0.0
+    return JointBasis(own, slides, drives, stacked("force", samples), stacked("wrench", 6 * samples), inertia)
+
+
+def _difference(first: Loads, second: Loads) -> Loads:
+    return _scaled_sum(first, _negative(second), 1.0)
+
+
+def _negative(loads: Loads) -> Loads:
+    return replace(loads, force=-loads.force, wrench=-loads.wrench, inertia=-loads.inertia)
+
+
+def _scaled_sum(first: Loads, second: Loads, scale: float) -> Loads:
+    return replace(
+        first,
+        force=scale * (first.force + second.force),
+        wrench=scale * (first.wrench + second.wrench),
+        inertia=scale * (first.inertia + second.inertia),
+    )
