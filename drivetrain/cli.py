@@ -62,13 +62,20 @@ def main() -> None:
     app()
 
 
-@app.callback()
-def _options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True)] = False,
-) -> None:
-    if version:
+def _show_version(wanted: bool) -> None:
+    """Before any command is looked for."""
+    if wanted:
         typer.echo(f"drivetrain {__version__}")
         raise typer.Exit(FITS)
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_show_version)
+    ] = False,
+) -> None:
+    """What stands before the command's name."""
 
 
 @app.command()

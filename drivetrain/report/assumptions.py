@@ -142,10 +142,26 @@ def _heat(evaluation: Evaluation) -> Group:
 
 
 def _silent_sheets(study: Study) -> Group:
-    """What is assumed where a sheet says nothing, with the source of each assumption."""
-    lines = [(f"{kind.replace('_', ' ')} gears", _assumed(one)) for kind, one in sorted(study.gear_assumptions.items())]
-    lines += [(f"{kind} motors", _assumed(one)) for kind, one in sorted(study.motor_assumptions.items())]
+    """What is assumed where a sheet of a kind that may be used says nothing, with the source of each assumption."""
+    gears, motors = _kinds_in_use(study)
+    lines = [
+        (f"{kind.replace('_', ' ')} gears", _assumed(one))
+        for kind, one in sorted(study.gear_assumptions.items())
+        if kind in gears
+    ]
+    lines += [
+        (f"{kind} motors", _assumed(one)) for kind, one in sorted(study.motor_assumptions.items()) if kind in motors
+    ]
     return Group("Assumed where a sheet is silent", tuple((name, text) for name, text in lines if text))
+
+
+def _kinds_in_use(study: Study) -> tuple[set[str], set[str]]:
+    """Kinds of the gears and of the motors that are given or may be chosen."""
+    catalog = study.catalog
+    pairs = {pair for task in study.joints for pair in (*task.pairs, *([task.drive] if task.drive else []))}
+    motors = [catalog.motors[key] for key in {motor for motor, _ in pairs} if key in catalog.motors]
+    gears = {catalog.gears[key].kind for key in {gear for _, gear in pairs} if key in catalog.gears}
+    return gears, {"frameless" if motor.frameless else motor.kind for motor in motors}
 
 
 _UNITS = {
@@ -191,7 +207,7 @@ def _friction(study: Study) -> Group:
 
 def _friction_text(friction: Friction) -> str:
     """Coulomb, viscous and breakaway parts."""
-    parts = [f"Coulomb {with_unit(friction.coulomb, 'N m')}", f"viscous {number(friction.viscous)} N m s/rad"]
+    parts = [f"Coulomb {with_unit(friction.coulomb, 'N m')}", f"viscous {number(friction.viscous)}\u00a0N\u00a0m\u00a0s/rad"]
     if friction.static is not None:
         parts.append(f"breakaway {with_unit(friction.static, 'N m')}")
     return ", ".join(parts)

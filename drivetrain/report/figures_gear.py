@@ -30,7 +30,7 @@ def torque_lines(gear: Gear) -> list[Line]:
         ("repeated peak", gear.repeated_peak_torque, ORANGE, "-"),
         ("momentary", gear.momentary_torque, VERMILLION, "--"),
     )
-    return [(label, value, colour, dash) for label, value, colour, dash in lines if value is not None]
+    return _merged([(label, value, colour, dash) for label, value, colour, dash in lines if value is not None])
 
 
 def speed_lines(gear: Gear) -> list[Line]:
@@ -47,7 +47,16 @@ def speed_lines(gear: Gear) -> list[Line]:
         ("mean", gear.average_input_speed_limit, BLUE, "-"),
         ("maximum", gear.max_input_speed, VERMILLION, "--"),
     )
-    return [(label, value, colour, dash) for label, value, colour, dash in lines if value is not None]
+    return _merged([(label, value, colour, dash) for label, value, colour, dash in lines if value is not None])
+
+
+def _merged(lines: list[Line]) -> list[Line]:
+    """Limits of one value in one line, which carries all their names."""
+    found: dict[float, Line] = {}
+    for label, value, colour, dash in lines:
+        before = f"{found[value][0]}, " if value in found else ""
+        found[value] = (before + label, value, colour, dash)
+    return list(found.values())
 
 
 def gear_plane(joint: JointResult, *, name: str = "gear") -> str:
@@ -75,7 +84,7 @@ def gear_plane(joint: JointResult, *, name: str = "gear") -> str:
         right = _edge(float(speed.max(initial=0.0)), [value for _, value, _, _ in shown_speeds])
         axes.set_xlim(0.0, right)
         axes.set_ylim(0.0, top)
-        _regions(axes, dict((n, v) for n, v, _, _ in shown_torques), dict((n, v) for n, v, _, _ in shown_speeds))
+        _regions(axes, _by_name(shown_torques), _by_name(shown_speeds))
         outermost = max((value for _, value, _, _ in shown_speeds if value <= right), default=right)
         label_end = outermost if outermost > 0.7 * right else right
         _torque_limits(axes, shown_torques, printed_unit(torque_unit), label_end)
@@ -96,6 +105,11 @@ def _edge(largest: float, limits: list[float]) -> float:
     near = [limit for limit in limits if limit <= FAR * largest]
     shown = max([largest, *near, min(limits, default=0.0) if not near else 0.0])
     return 1.12 * shown
+
+
+def _by_name(lines: list[Line]) -> dict[str, float]:
+    """Values by the single names behind the labels."""
+    return {name: value for label, value, _, _ in lines for name in label.split(", ")}
 
 
 def _regions(axes: Axes, torques: dict[str, float], speeds: dict[str, float]) -> None:

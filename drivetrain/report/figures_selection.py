@@ -45,6 +45,8 @@ def candidates(selection: Selection, *, name: str = "candidates") -> str:
                 axes.set_visible(False)
                 continue
             _joint(axes, joints[i], by_joint[joints[i]], selection, colours)
+        largest = max([one.utilisation for one in selection.fallen], default=1.0)
+        grid.flat[0].set_ylim(18, 100 * min(max(2.0, 1.3 * largest), 1.15 * LARGEST_DRAWN))
         for axes in grid[:, 0]:
             axes.set_ylabel("worst utilisation [%]")
         for i in range(len(joints)):
@@ -94,8 +96,6 @@ def _joint(axes: Axes, joint: str, fallen: list[Fallen], selection: Selection, c
     if result is not None and result.binding is not None and result.binding.utilisation is not None and mass is not None:
         share = min(max(result.binding.utilisation, 0.21), LARGEST_DRAWN)
         axes.plot(mass, 100 * share, "*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
-    largest = max([one.utilisation for one in known], default=1.0)
-    axes.set_ylim(18, 100 * min(max(2.0, 1.3 * largest), 1.15 * LARGEST_DRAWN))
     if known and max(one.objective for one in known) > 3.0 * min(one.objective for one in known) > 0.0:
         axes.set_xscale("log")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

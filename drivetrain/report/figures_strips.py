@@ -17,6 +17,7 @@ from drivetrain.report.svg import (
 from drivetrain.sizing.results import JointResult
 
 FAR = 4.0  # a limit further than this many times the curve is told in words, so that the curve stays readable
+SMALLEST_SPAN = 10.0  # kelvin; a steady temperature is not blown up into a drama
 
 
 @dataclass(frozen=True)
@@ -147,6 +148,9 @@ def _temperatures(axes: Axes, joint: JointResult) -> None:
     if series.housing_temperature is not None:
         curves.append(Curve("housing", series.housing_temperature, MUTED))
     _strip(axes, series.time, "temperature", "C", tuple(curves), (Limit("winding limit", limit, both_signs=False),))
+    low, high = axes.get_ylim()
+    spare = max(0.0, SMALLEST_SPAN - (high - low)) / 2
+    axes.set_ylim(low - spare, high + spare)
 
 
 def _strip(

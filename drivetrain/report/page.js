@@ -63,6 +63,11 @@
   document.getElementById("check-tools").hidden = false;
   show();
 
+  // Paper has no folds.
+  window.addEventListener("beforeprint", function () {
+    for (const part of document.querySelectorAll("details")) part.open = true;
+  });
+
   // The navigation follows the reader.
   const links = new Map();
   for (const link of document.querySelectorAll("nav.side a")) links.set(link.hash.slice(1), link);

@@ -11,7 +11,7 @@ from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS, Column
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
-from drivetrain.report.words import common_unit, joint_sentence
+from drivetrain.report.words import common_unit, digits_near_limit, joint_sentence
 from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, Selection, Verdict
 from drivetrain.study.study import JointTask, Study
 
@@ -117,7 +117,8 @@ def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
     shown = common_unit(check)
 
     def text(value: float | None) -> str:
-        return DASH if value is None else number(float(convert(value, check.unit, shown)))
+        digits = digits_near_limit(check.utilisation)
+        return DASH if value is None else number(float(convert(value, check.unit, shown)), digits)
 
     margin = DASH
     if check.required is not None and check.available is not None and check.utilisation is not None:
@@ -303,7 +304,7 @@ def fallen_row(fallen: Fallen) -> FallenRow:
     check = Check("", fallen.required, fallen.available, fallen.unit, None, Verdict.FAIL)
     shown = common_unit(check)
     required, available = (
-        number(float(convert(v, fallen.unit, shown))) for v in (fallen.required, fallen.available)
+        number(float(convert(v, fallen.unit, shown)), digits_near_limit(fallen.utilisation)) for v in (fallen.required, fallen.available)
     )
     return FallenRow(
         fallen.motor,

@@ -46,7 +46,8 @@ def check_sentence(check: Check) -> str:
         return f"{check.name}{when}: {percent(check.utilisation)} of its limit"
     if not math.isfinite(check.utilisation):
         return f"{check.name}: {check.remark or 'beyond any number'}"
-    required, available = (number(float(convert(v, check.unit, shown))) for v in (check.required, check.available))
+    digits = digits_near_limit(check.utilisation)
+    required, available = (number(float(convert(v, check.unit, shown)), digits) for v in (check.required, check.available))
     asked, allowed = (f"{value}\u00a0{unit}".rstrip() for value in (required, available))
     return f"{check.name} {asked}{when}, limit {allowed} ({percent(check.utilisation)})"
 
@@ -62,6 +63,18 @@ def common_unit(check: Check) -> str:
     """
     known = [abs(value) for value in (check.required, check.available) if value is not None]
     return shown_unit(max(known) if known else None, check.unit)
+
+
+def digits_near_limit(utilisation: float | None) -> int:
+    """How many digits tell the two numbers of a check apart.
+
+    Args:
+        utilisation: 1 is the limit.
+
+    Returns:
+        Three, and five where both numbers are within a hundredth of each other.
+    """
+    return 5 if utilisation is not None and 0.99 < utilisation < 1.01 else 3
 
 
 def joint_sentence(joint: JointResult) -> str:
@@ -116,7 +129,10 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
         Verdict.FAIL: f"{drives} do not do it.",
         Verdict.NOT_CHECKED: "Nothing could be judged: the sheets lack data.",
     }
-    return words[evaluation.verdict]
+    text = words[evaluation.verdict]
+    if evaluation.feasible and gaps(evaluation):
+        return f"As far as it could be checked, {text[0].lower()}{text[1:]}"
+    return text
 
 
 def gaps(evaluation: Evaluation) -> str:

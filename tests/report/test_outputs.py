@@ -1,0 +1,86 @@
+"""All files or none: a failure at any moment leaves what was there before."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import pytest
+
+from drivetrain.errors import InputError
+from drivetrain.report import outputs
+from drivetrain.report.outputs import FALLEN_COLUMNS, currents_csv, fallen_csv, write_files, write_outputs
+from drivetrain.sizing.results import Evaluation, Selection
+
+
+def test_files_of_an_evaluation_and_of_a_selection(tmp_path: Path, evaluation: Evaluation, selection: Selection) -> None:
+    files = write_outputs(tmp_path / "new" / "folder", evaluation)
+    assert sorted(files) == ["currents.csv", "report.html", "result.json"]
+    assert all(path.stat().st_size > 1000 for path in files.values())
+    write_outputs(tmp_path / "new" / "folder", selection)
+    found = sorted(path.name for path in (tmp_path / "new" / "folder").iterdir())
+    assert found == ["currents.csv", "fallen.csv", "report.html", "result.json"]  # and nothing left beside them
+
+
+def test_currents_have_one_row_per_sample_and_joint(evaluation: Evaluation) -> None:
+    rows = list(csv.reader(io.StringIO(currents_csv(evaluation))))
+    samples = len(next(iter(evaluation.joints.values())).series.time)
+    assert len(rows) == 1 + samples * len(evaluation.joints)
+    assert any("[A]" in name for name in rows[0]) and any("[s]" in name for name in rows[0])
+
+
+def test_every_candidate_that_fell_is_listed(selection: Selection) -> None:
+    rows = list(csv.reader(io.StringIO(fallen_csv(selection))))
+    assert tuple(rows[0]) == FALLEN_COLUMNS and len(rows) == 1 + len(selection.fallen)
+    first = selection.fallen[0]
+    assert rows[1][:4] == [first.joint, first.motor, first.gear, first.check]
+    assert float(rows[1][7]) == pytest.approx(first.utilisation, rel=1e-5)  # six digits are written
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_a_failure_while_writing_leaves_the_old_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, which: int
+) -> None:
+    old = {"report.html": "old page", "result.json": "old result", "currents.csv": "old currents"}
+    write_files(tmp_path, old)
+    real, calls = outputs._written_beside, []
+
+    def breaks(place: Path, text: str) -> Path:
+        calls.append(place)
+        if len(calls) == which + 1:
+            raise OSError(28, "No space left on device")
+        return real(place, text)
+
+    monkeypatch.setattr(outputs, "_written_beside", breaks)
+    with pytest.raises(InputError, match="No space left"):
+        write_files(tmp_path, {name: "new" for name in old})
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == old
+
+
+def test_a_failure_while_drawing_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, evaluation: Evaluation
+) -> None:
+    def breaks(result: object) -> str:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(outputs, "result_json", breaks)
+    with pytest.raises(ZeroDivisionError):
+        write_outputs(tmp_path / "out", evaluation)
+    assert not (tmp_path / "out").exists()
+
+
+def test_ctrl_c_while_writing_leaves_no_litter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(descriptor: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(outputs.os, "fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_files(tmp_path, {"a.txt": "new"})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_files(tmp_path / "file" / "out", {"a.txt": "x"})

@@ -1,0 +1,296 @@
+"""The commands: exit codes 0, 1, 2; faults as a list and never a traceback; files only when all is well."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from drivetrain.cli import _basis, _default_out, app
+from drivetrain.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+TABLE = """time [s],torque_door [N m],speed_door [rpm]
+0,1.0,0
+0.5,2.0,20
+1.5,2.0,20
+2.0,1.0,0
+2.5,-1.0,-20
+3.5,-1.0,-20
+4.0,1.0,0
+"""
+STUDY = """
+schema_version: 1
+name: A door, again
+motions:
+  swing: {{table: door.csv}}
+supply: {{voltage: 24 V}}
+amplifier: {{current_basis: dc, peak_current: 20 A, continuous_current: 10 A}}
+catalogs: []
+motors:
+  good:
+    kind: brushed
+    current_basis: dc
+    winding_basis: line_line
+    resistance: 0.5 ohm
+    torque_constant: {constant}
+    inductance: 0.1 mH
+    rotor_inertia: 60 gcm^2
+    mass: 0.5 kg
+    nominal_voltage: 24 V
+    no_load_current: 100 mA
+    nominal_current: 5 A
+    peak_current: 30 A
+    max_speed: 8000 rpm
+    resistance_winding_housing: 1.5 K/W
+    resistance_housing_ambient: 5 K/W
+    winding_time_constant: 20 s
+    housing_time_constant: 900 s
+    max_winding_temperature: 125 °C
+    source: made up
+gears:
+  good:
+    kind: planetary
+    ratio: 50
+    efficiency: 80 %
+    inertia: 1 gcm^2
+    mass: 0.3 kg
+    continuous_torque: {torque}
+    repeated_peak_torque: {torque}
+    max_input_speed: 8000 rpm
+    source: made up
+joints:
+  door:
+    {drive}
+"""
+GIVEN = "drive: {motor: good, gear: good}"
+CHOICE = "candidates: {pairs: [{motor: good, gear: good}]}"
+
+Run = Callable[..., tuple[int, str, str]]
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """Writes a study and its table; what fits by default."""
+
+    def make(constant: str = "30 mNm/A", torque: str = "10 N m", drive: str = GIVEN) -> Path:
+        (tmp_path / "door.csv").write_text(TABLE, encoding="utf-8")
+        study = tmp_path / "door.yaml"
+        study.write_text(STUDY.format(constant=constant, torque=torque, drive=drive), encoding="utf-8")
+        return study
+
+    return make
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Runs a command in an empty folder: exit code, standard output, standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def command(*arguments: object) -> tuple[int, str, str]:
+        result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+        assert "Traceback" not in result.output
+        return result.exit_code, result.stdout, result.stderr
+
+    return command
+
+
+def test_size_fits(run: Run, write: Write, tmp_path: Path) -> None:
+    code, out, _ = run("size", write(), "--out", "here")
+    assert code == 0, out
+    assert "door" in out and re.search(r"PASS|MARGINAL", out) and "report: " in out
+    assert sorted(p.name for p in (tmp_path / "here").iterdir()) == ["currents.csv", "report.html", "result.json"]
+
+
+def test_size_does_not_fit(run: Run, write: Write, tmp_path: Path) -> None:
+    code, out, _ = run("size", write(torque="1 N m"))
+    assert code == 1
+    assert "FAIL" in out and "gear repeated peak torque" in out
+    assert (tmp_path / "A_door_again_report" / "report.html").is_file()  # the default folder
+
+
+def test_json_is_result_json_and_nothing_else(run: Run, write: Write, tmp_path: Path) -> None:
+    code, out, errors = run("size", write(), "--json", "--out", "o")
+    assert code == 0
+    assert json.loads(out) == json.loads((tmp_path / "o" / "result.json").read_text(encoding="utf-8"))
+    assert "report: " in errors
+
+
+def test_select(run: Run, write: Write, tmp_path: Path) -> None:
+    code, out, _ = run("select", write(drive=CHOICE), "--out", "o", "--json")
+    data = json.loads(out)
+    assert code == 0 and data["job"] == "select" and data["joints"]["door"]["drive"] == {"motor": "good", "gear": "good"}
+    assert (tmp_path / "o" / "fallen.csv").is_file()
+    code, out, _ = run("select", write(torque="1 N m", drive=CHOICE), "--out", "o2")
+    assert code == 1 and "No allowed set of drives does it" in out
+
+
+def test_currents(run: Run, write: Write, tmp_path: Path) -> None:
+    code, out, _ = run("currents", write(), "--out", "deep/currents.csv")
+    assert code == 0 and "currents: " in out
+    header = (tmp_path / "deep" / "currents.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert header.startswith("time [s],joint,current [A]")
+
+
+def test_check_says_what_was_read_and_writes_nothing(run: Run, write: Write, tmp_path: Path) -> None:
+    before = {write(), tmp_path / "door.csv"}
+    code, out, _ = run("check", tmp_path / "door.yaml")
+    assert code == 0 and "1 joints" in out and "good + good" in out and "can be used" in out
+    assert set(tmp_path.iterdir()) == before
+
+
+def test_check_schema_is_json(run: Run) -> None:
+    code, out, _ = run("check", "--schema")
+    assert code == 0 and "joints" in json.loads(out)["properties"]
+
+
+def test_usage_errors_are_bad_input(run: Run) -> None:
+    assert run("check")[0] == 2
+    assert run("size")[0] == 2
+    assert run("nonsense")[0] == 2
+    assert run("size", "x.yaml", "--wrong")[0] == 2
+    assert run("catalog", "import", "a", "b", "--format", "excel")[0] == 2
+
+
+@pytest.mark.parametrize("command", ["check", "size", "select", "currents"])
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (("voltage: 24 V", "voltage: 24"), "supply.voltage"),
+        (("voltage: 24 V", "volage: 24 V"), "voltage"),
+        (("ratio: 50", "ratio: fifty"), "ratio"),
+        (("motor: good", "motor: goood"), "did you mean 'good'?"),
+        (("door.csv", "window.csv"), "window.csv"),
+        (("schema_version: 1", "schema_version: [1"), "door.yaml"),
+        (("resistance: 0.5 ohm", "resistance: 0.5 Nm"), "resistance"),
+    ],
+)
+def test_broken_studies_end_in_a_list_of_faults(
+    run: Run, write: Write, tmp_path: Path, command: str, spoil: tuple[str, str], told: str
+) -> None:
+    study = write()
+    study.write_text(study.read_text(encoding="utf-8").replace(*spoil), encoding="utf-8")
+    before = sorted(tmp_path.iterdir())
+    code, _, errors = run(command, study)
+    assert code == 2
+    assert told in errors and re.search(r"thing(s are| is) wrong", errors)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_all_faults_at_once(run: Run, write: Write) -> None:
+    study = write()
+    text = study.read_text(encoding="utf-8").replace("24 V}", "24}").replace("ratio: 50", "ratio: fifty")
+    study.write_text(text, encoding="utf-8")
+    _, _, errors = run("check", study)
+    assert "supply.voltage" in errors and "ratio" in errors and not errors.startswith("1 thing")
+
+
+@pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe", b"[1, 2]", b"just a text", b"a: &a [*a]"])
+def test_files_that_are_no_study(run: Run, tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "odd.yaml").write_bytes(content)
+    assert run("check", "odd.yaml")[0] == 2
+
+
+def test_a_missing_study_and_a_folder(run: Run, tmp_path: Path) -> None:
+    assert run("size", "nowhere.yaml")[0] == 2
+    assert run("size", tmp_path)[0] == 2
+
+
+def test_out_that_is_a_file(run: Run, write: Write, tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("mine", encoding="utf-8")
+    code, _, errors = run("size", write(), "--out", "taken")
+    assert code == 2 and "cannot be written" in errors
+    assert (tmp_path / "taken").read_text(encoding="utf-8") == "mine"
+
+
+def test_init_writes_once(run: Run, tmp_path: Path) -> None:
+    code, out, _ = run("init", "mine.yaml")
+    assert code == 0 and "drivetrain check mine.yaml" in out
+    (tmp_path / "mine.yaml").write_text("edited", encoding="utf-8")
+    code, _, errors = run("init", "mine.yaml")
+    assert code == 2 and "already there" in errors and "--force" in errors
+    assert (tmp_path / "mine.yaml").read_text(encoding="utf-8") == "edited"
+    assert run("init", "mine.yaml", "--force")[0] == 0
+    assert "schema_version" in (tmp_path / "mine.yaml").read_text(encoding="utf-8")
+    assert run("check", "mine.yaml")[0] == 0
+
+
+def test_catalog_lint(run: Run, tmp_path: Path) -> None:
+    assert run("catalog", "lint", tmp_path)[0] == 2  # no tables
+    assert run("catalog", "lint", ROOT / "catalogs")[0] == 0
+    header = "key,maker,kind,current_basis,winding_basis,resistance [ohm],torque_constant [mNm/A],nominal_voltage [V]"
+    row = "m,Acme,brushed,dc,line_line,1.0,50,24,100 000,sheet"
+    (tmp_path / "motors.csv").write_text(f"{header},no_load_speed [rpm],source\n{row}\n", encoding="utf-8")
+    code, out, _ = run("catalog", "lint", tmp_path)
+    assert code == 1 and "motors.csv" in out and "1 errors" in out
+
+
+def test_catalog_import_tells_what_it_left_out(run: Run, tmp_path: Path) -> None:
+    code, _, errors = run("catalog", "import", tmp_path / "nothing", tmp_path / "out", "--format", "mgdb")
+    assert code == 2 and "wrong" in errors
+
+
+def test_basis_for_all_or_by_name() -> None:
+    assert _basis([]) == ""
+    assert _basis(["dc"]) == "dc"
+    assert _basis(["maxon=dc", "Kollmorgen=rms/phase", "peak/phase"]) == {
+        "maxon": "dc", "Kollmorgen": "rms/phase", "": "peak/phase",
+    }  # fmt: skip
+
+
+def test_default_folder_is_a_plain_name(write: Write) -> None:
+    from dataclasses import replace
+
+    from drivetrain.study.load import load_study
+
+    study = load_study(write())
+    assert str(_default_out(study)) == "A_door_again_report"
+    assert _default_out(replace(study, name="../../etc/pass wd")).parts == ("etc_pass_wd_report",)
+
+
+def test_ctrl_c_is_clean(run: Run, write: Write, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from drivetrain.sizing import evaluate
+
+    def interrupted(study: object) -> None:
+        raise KeyboardInterrupt
+
+    study = write()
+    before = sorted(tmp_path.iterdir())
+    monkeypatch.setattr(evaluate, "evaluate", interrupted)
+    code, _, errors = run("size", study)
+    assert code == 130 and "stopped" in errors
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_errors_raised_late_are_told_too(run: Run, write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    from drivetrain.errors import Fault
+    from drivetrain.sizing import evaluate
+
+    def refuses(study: object) -> None:
+        raise InputError(Fault("drives.door", "has no drive"))
+
+    monkeypatch.setattr(evaluate, "evaluate", refuses)
+    code, _, errors = run("size", write())
+    assert code == 2 and "drives.door: has no drive" in errors
+
+
+def test_piped_output_has_no_colour_and_the_module_runs(write: Write, tmp_path: Path) -> None:
+    environment = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "COLUMNS")} | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "drivetrain", "size", str(write(torque="1 N m"))]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 1, done.stderr
+    assert "\x1b" not in done.stdout + done.stderr
+    assert "FAIL" in done.stdout
+    version = subprocess.run(
+        [sys.executable, "-m", "drivetrain", "--version"], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert version.returncode == 0 and version.stdout.startswith("drivetrain ")
