@@ -58,7 +58,7 @@ class RigidBody:
         Returns:
             [kg m^2], (3, 3).
 
-        Reference: Modern Robotics, equation 8.28 (Steiner).
+        Reference: Modern Robotics, theorem 8.2 (Steiner), equation 8.27.
         """
         return self.inertia + parallel_axis(self.mass, self.com - checked_array(point, (3,), "point"))
 
@@ -89,6 +89,9 @@ class RigidBody:
         Returns:
             Moments about the centre of mass, smallest first [kg m^2], (3,), and a rotation matrix whose columns are
             their axes [-], (3, 3).
+
+        Reference: Modern Robotics, section 8.2.1. Below equation 8.26 the book has the columns of the rotation
+            "correspond to the eigenvalues"; they are the eigenvectors.
         """
         moments, axes = np.linalg.eigh(self.inertia)
         axes[:, 2] *= np.sign(np.linalg.det(axes))
@@ -125,7 +128,7 @@ def parallel_axis(mass: float, offset: Any) -> Array:
     Returns:
         [kg m^2], (3, 3).
 
-    Reference: Modern Robotics, equation 8.28.
+    Reference: Modern Robotics, equation 8.27, its second term.
     """
     cross = skew(offset)
     return np.asarray(-mass * (cross @ cross))

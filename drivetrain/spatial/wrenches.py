@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array, batch, checked_array
+from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import adjoint, inverse_pose
 from drivetrain.spatial.rotations import skew
 
@@ -28,6 +29,85 @@ def bracket(twist: Any) -> Array:
     result[:3, :3] = result[3:, 3:] = turn
     result[3:, :3] = skew(v[3:])
     return result
+
+
+def lie_bracket(first: Any, second: Any) -> Array:
+    """The Lie bracket of two twists: the rate at which the second, fixed in a body that moves with the first, changes.
+
+    Args:
+        first, second: (angular [rad/s], linear [m/s]), (6,) or (N, 6), both of one shape.
+
+    Returns:
+        ``bracket(first) @ second``, (6,) or (N, 6). It is bilinear and antisymmetric, and obeys Jacobi's identity:
+        the cyclic sum of ``[a, [b, c]]`` vanishes.
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, definition 8.3; exercise 8.5 for the identity.
+    """
+    a, b = same_batches(6, {"first": first, "second": second})
+    angular = np.cross(a[:, :3], b[:, :3])
+    linear = np.cross(a[:, 3:], b[:, :3]) + np.cross(a[:, :3], b[:, 3:])
+    return like(np.hstack([angular, linear]), first)
+
+
+def dual_bracket(twist: Any, wrench: Any) -> Array:
+    """The transposed bracket: what a twist makes of a wrench or a momentum given in the frame that moves with it.
+
+    Args:
+        twist: (angular [rad/s], linear [m/s]), (6,) or (N, 6).
+        wrench: (moment [N m], force [N]), or a momentum, of the same shape.
+
+    Returns:
+        ``bracket(twist).T @ wrench``, (6,) or (N, 6).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equation 8.39.
+    """
+    v, f = same_batches(6, {"twist": twist, "wrench": wrench})
+    moment = np.cross(f[:, :3], v[:, :3]) + np.cross(f[:, 3:], v[:, 3:])
+    return like(np.hstack([moment, np.cross(f[:, 3:], v[:, :3])]), twist)
+
+
+def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
+    """Samples or batches of one shape, each as a batch.
+
+    Args:
+        width: Entries a sample.
+        named: What came in, by name [any unit], (width,) or (N, width) each.
+
+    Returns:
+        The values, (N, width) each; N = 1 for one sample.
+
+    Raises:
+        InputError: Wrong shapes, shapes that differ, or a NaN or infinity.
+    """
+    arrays = [batch(value, width, name) for name, value in named.items()]
+    lead, first = next(iter(named.items()))
+    faults = [
+        Fault(name, f"must have the shape of {lead}, {np.shape(first)}", f"shape {np.shape(value)}")
+        for name, value in named.items()
+        if np.shape(value) != np.shape(first)
+    ]
+    if faults:
+        raise InputError(faults)
+    return arrays
+
+
+def like(rows: Array, given: Any) -> Array:
+    """A batch as it came in: without its leading axis where one sample was given.
+
+    Args:
+        rows: Results [any unit], (N, ...).
+        given: The input whose shape decides, (k,) or (N, k).
+
+    Returns:
+        ``rows``, or its only row.
+    """
+    return rows if np.ndim(given) == 2 else np.asarray(rows[0])
 
 
 def transform_twist(pose_a_b: Any, twist: Any) -> Array:

@@ -1,0 +1,110 @@
+"""A single rigid body let go: its pose and twist over time, free or under a wrench.
+
+Runge-Kutta of order four in the exponential coordinates of each step, so that poses stay poses to rounding however
+long the flight.
+
+Reference: Modern Robotics, equation 8.40; H. Munthe-Kaas, High order Runge-Kutta methods on manifolds, Applied
+    Numerical Mathematics 29 (1999) 115-127.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.poses import exp_pose
+from drivetrain.spatial.rigid_body import body_acceleration
+from drivetrain.spatial.rotations import is_rotation
+from drivetrain.spatial.wrenches import bracket
+
+Wrench = Callable[[float, Array, Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class FreeMotion:
+    """What a body did.
+
+    Attributes:
+        time: [s], (N,).
+        poses: Of the body's frame in space, translation [m], (N, 4, 4).
+        twists: Of the body's frame, in that frame, (angular [rad/s], linear [m/s]), (N, 6).
+    """
+
+    time: Array
+    poses: Array
+    twists: Array
+
+
+def free_motion(inertia: Any, pose_s_b: Any, twist: Any, time: Any, *, wrench: Wrench | None = None) -> FreeMotion:
+    """The motion of a rigid body from a start, one Runge-Kutta step from each time to the next.
+
+    Args:
+        inertia: Spatial inertia in the body's frame [kg m^2, kg m, kg], (6, 6), positive definite.
+        pose_s_b: Pose of the body's frame in space at the start, (4, 4); translation [m].
+        twist: Of the body's frame, in that frame, at the start, (angular [rad/s], linear [m/s]), (6,).
+        time: Increasing [s], (N,); the error falls with the fourth power of its steps.
+        wrench: Takes time [s], pose and twist, gives the wrench on the body in its own frame, (moment [N m],
+            force [N]), (6,). None: free flight.
+
+    Returns:
+        The motion at these times.
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, times that do not increase, no rotation, or an inertia that is not
+            symmetric and positive definite.
+    """
+    times = checked_array(time, (None,), "time")
+    faults = []
+    if len(times) < 1 or (np.diff(times) <= 0.0).any():
+        faults.append(Fault("time", "must be at least one time, and increase [s]", times.tolist()[:8]))
+    start = checked_array(pose_s_b, (4, 4), "pose_s_b")
+    if not is_rotation(start[:3, :3]):
+        faults.append(Fault("pose_s_b", "its rotation must be orthogonal with determinant +1", start.tolist()))
+    if faults:
+        raise InputError(faults)
+    first = checked_array(twist, (6,), "twist")
+    rate = _rate_law(inertia, wrench)
+    poses, twists = np.empty((len(times), 4, 4)), np.empty((len(times), 6))
+    poses[0], twists[0] = start, first
+    for k, step in enumerate(np.diff(times)):
+        poses[k + 1], twists[k + 1] = _step(rate, float(times[k]), float(step), poses[k], twists[k])
+    return FreeMotion(times, poses, twists)
+
+
+def _rate_law(inertia: Any, wrench: Wrench | None) -> Wrench:
+    """The rate of the twist as a function of time, pose and twist."""
+    # The accelerations of unit wrenches at rest are the columns of the inverse, which is needed four times a step.
+    inverse = body_acceleration(inertia, np.zeros((6, 6)), np.eye(6))
+    matrix = np.asarray(inertia, dtype=np.float64)
+
+    def rate(time: float, pose: Array, twist: Array) -> Array:
+        force = bracket(twist).T @ (matrix @ twist)
+        if wrench is not None:
+            force = force + wrench(time, pose, twist)
+        return np.asarray(inverse @ force)
+
+    return rate
+
+
+def _step(rate: Wrench, time: float, step: float, pose: Array, twist: Array) -> tuple[Array, Array]:
+    """Pose and twist one step later."""
+    shifts, rates = [np.zeros(6)], [np.zeros(6)]
+    for share in (0.0, 0.5, 0.5, 1.0):
+        shift, v = share * step * shifts[-1], twist + share * step * rates[-1]
+        there = pose @ exp_pose(shift)
+        shifts.append(_coordinate_rate(shift, v))
+        rates.append(rate(time + share * step, there, v))
+    shift = step / 6.0 * (shifts[1] + 2.0 * shifts[2] + 2.0 * shifts[3] + shifts[4])
+    return pose @ exp_pose(shift), twist + step / 6.0 * (rates[1] + 2.0 * rates[2] + 2.0 * rates[3] + rates[4])
+
+
+def _coordinate_rate(shift: Array, twist: Array) -> Array:
+    """The rate of the exponential coordinates that a body twist makes, to the order that the method needs."""
+    turn = bracket(shift)
+    turned = turn @ twist
+    return np.asarray(twist + 0.5 * turned + turn @ turned / 12.0)

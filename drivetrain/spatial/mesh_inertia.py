@@ -1,0 +1,164 @@
+"""Mass, centre and inertia of the uniform solid inside a closed mesh of triangles.
+
+The volume integrals of Modern Robotics, equation 8.24, as a sum over tetrahedra, one from a common point to each
+triangle, counted negative where the triangle faces the point. That is exact for the polyhedron, but only if the mesh
+is the whole boundary of a solid: a missing or reversed triangle changes the sum, so such meshes are refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from drivetrain.arrays import Array, frozen_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.inertia import RigidBody
+
+FLAT = 1e-9  # volume over area to the power 3/2: 0.09 of a ball, 1e-16 of a flat mesh, by rounding
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """Triangles in space; whether they close is only asked when their inside is wanted.
+
+    Attributes:
+        vertices: Corners [m], (m, 3); corners at exactly one place count as one.
+        faces: Three indices of vertices a triangle, counterclockwise as seen from outside, (k, 3).
+        name: What to call it in an error.
+    """
+
+    vertices: Array
+    faces: np.ndarray
+    name: str = "mesh"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen_array(self.vertices, (None, 3), f"{self.name}.vertices"))
+        object.__setattr__(self, "faces", _checked_faces(self.faces, len(self.vertices), f"{self.name}.faces"))
+
+
+def mesh_volume(mesh: TriangleMesh) -> float:
+    """The volume inside a closed mesh.
+
+    Args:
+        mesh: Closed, every triangle facing outwards.
+
+    Returns:
+        [m^3]
+
+    Raises:
+        InputError: As ``mesh_body``.
+    """
+    return float(_moments(mesh)[0])
+
+
+def mesh_body(mesh: TriangleMesh, *, density: float | None = None, mass: float | None = None) -> RigidBody:
+    """The uniform solid inside a closed mesh. Triangles that cut through each other are not looked for.
+
+    Args:
+        mesh: Closed, every triangle facing outwards (a cavity's: into the cavity); several separate solids may be
+            in it.
+        density: [kg/m^3]; give this or ``mass``.
+        mass: Of the whole [kg].
+
+    Returns:
+        The body, in the mesh's frame.
+
+    Raises:
+        InputError: Open edges, triangles that disagree about what is outside, a shell that is inside out, no volume;
+            or not exactly one, positive, of density and mass.
+
+    Reference: Modern Robotics, equation 8.24. Moments of tetrahedra: D. Eberly, Polyhedral mass properties (2002).
+    """
+    _check_one_of(density, mass)
+    volume, centre, second = _moments(mesh)
+    rho = density if density is not None else float(mass or 0.0) / volume
+    spread = rho * second
+    return RigidBody(rho * volume, centre, np.trace(spread) * np.eye(3) - spread)
+
+
+def _check_one_of(density: float | None, mass: float | None) -> None:
+    given = {name: value for name, value in (("density", density), ("mass", mass)) if value is not None}
+    if len(given) != 1:
+        raise InputError(Fault("density, mass", "give one of them: density [kg/m^3] or mass [kg]", given or None))
+    ((name, value),) = given.items()
+    if not 0.0 < float(value) < np.inf:
+        raise InputError(Fault(name, "must be positive and finite", value))
+
+
+def _checked_faces(faces: object, count: int, name: str) -> np.ndarray:
+    indices = np.asarray(faces)
+    if indices.ndim != 2 or indices.shape[1] != 3 or len(indices) == 0 or indices.dtype.kind not in "iu":
+        raise InputError(Fault(name, "must be integers of shape (k, 3), k > 0", f"{indices.dtype} {indices.shape}"))
+    outside = (indices < 0) | (indices >= count)
+    if outside.any():
+        row, column = (int(i) for i in np.argwhere(outside)[0])
+        raise InputError(Fault(f"{name}[{row}]", f"must be between 0 and {count - 1}", int(indices[row, column])))
+    result = indices.astype(np.int64)
+    result.setflags(write=False)
+    return result
+
+
+def _moments(mesh: TriangleMesh) -> tuple[float, Array, Array]:
+    """Volume, centre, and second moments about the centre of a unit density."""
+    vertices, inverse = np.unique(mesh.vertices + 0.0, axis=0, return_inverse=True)  # -0 joins +0
+    faces = inverse.reshape(-1)[mesh.faces]
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]  # two corners at one place: no area
+    if len(faces) == 0:
+        raise InputError(Fault(mesh.name, "has no triangle with an area"))
+    _check_closed(faces, mesh.name)
+    # From the middle of the mesh, so that one far from the origin keeps its digits.
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    corners = (vertices - middle)[faces]
+    volumes = np.linalg.det(corners) / 6.0
+    _check_outwards(faces, vertices, volumes, corners, mesh.name)
+    volume = float(volumes.sum())
+    sums = corners.sum(axis=1)
+    centre = volumes @ sums / (4.0 * volume)
+    about_middle = np.einsum("k,ki,kj->ij", volumes, sums, sums) + np.einsum("k,kai,kaj->ij", volumes, corners, corners)
+    return volume, middle + centre, about_middle / 20.0 - volume * np.outer(centre, centre)
+
+
+def _check_closed(faces: np.ndarray, name: str) -> None:
+    """Every edge must be run as often one way as the other; say which of the two faults it is where it is not."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    forward = edges[:, 0] < edges[:, 1]
+    _, which = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    uses = np.bincount(which.reshape(-1))
+    balance = np.bincount(which.reshape(-1), weights=np.where(forward, 1.0, -1.0))
+    open_edges = int(np.count_nonzero(uses % 2))
+    disputed = int(np.count_nonzero((uses % 2 == 0) & (balance != 0.0)))
+    faults = []
+    if open_edges:
+        hint = "close the holes, or merge corners that should be one (they must agree to the last digit)"
+        faults.append(Fault(name, f"is not closed: {open_edges} open edges of {len(uses)}", None, hint))
+    if disputed:
+        problem = f"is not consistently wound: {disputed} edges of {len(uses)} are run the same way by both triangles"
+        faults.append(Fault(name, problem, None, "order corners counterclockwise as seen from outside"))
+    if faults:
+        raise InputError(faults)
+
+
+def _check_outwards(faces: np.ndarray, vertices: Array, volumes: Array, corners: Array, name: str) -> None:
+    """No shell may be inside out, unless it lies within another one: a cavity."""
+    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    if abs(volumes.sum()) <= FLAT * areas.sum() ** 1.5:
+        raise InputError(Fault(name, "encloses no volume", float(volumes.sum())))
+    ones = np.ones(2 * len(faces))
+    links = coo_array((ones, (faces[:, :2].ravel("F"), faces[:, 1:].ravel("F"))), shape=(len(vertices),) * 2)
+    count, shell_of_vertex = connected_components(links, directed=False)
+    shells = shell_of_vertex[faces[:, 0]]
+    inside = np.bincount(shells, weights=volumes, minlength=count)
+    solid = [_box(vertices[shell_of_vertex == shell]) for shell in np.flatnonzero(inside > 0.0)]
+    for shell in np.flatnonzero(inside < 0.0):
+        low, high = _box(vertices[shell_of_vertex == shell])
+        if not any((a <= low).all() and (high <= b).all() for a, b in solid):
+            part = "" if count == 1 else f" (the part from {np.round(low, 6)} to {np.round(high, 6)} m)"
+            problem = f"is inside out{part}: its triangles face inwards"
+            raise InputError(Fault(name, problem, None, "reverse the order of their corners: faces[:, ::-1]"))
+
+
+def _box(points: Array) -> tuple[Array, Array]:
+    return points.min(axis=0), points.max(axis=0)
