@@ -34,7 +34,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
 )
-catalog_app = typer.Typer(help="Look after catalogues of motors and gears.", no_args_is_help=True, rich_markup_mode="rich")
+catalog_app = typer.Typer(
+    help="Look after catalogues of motors and gears.", no_args_is_help=True, rich_markup_mode="rich"
+)
 app.add_typer(catalog_app, name="catalog")
 
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file (see `drivetrain init`).")]
@@ -47,7 +49,9 @@ OutFolder = Annotated[
         show_default=False,
     ),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print result.json to standard output, the table to standard error.")]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print result.json to standard output, the table to standard error.")
+]
 
 
 class Source(StrEnum):
@@ -78,8 +82,8 @@ def _options(
     """What stands before the command's name."""
 
 
-@app.command()
-def demo(out: OutFolder = None) -> None:
+@app.command("demo")
+def _demo(out: OutFolder = None) -> None:
     """Pick drives for a UR5-class arm from the shipped catalogues, and write the report to ./reports/demo."""
     with _told():
         from drivetrain.shipped import shipped
@@ -91,8 +95,8 @@ def demo(out: OutFolder = None) -> None:
         raise typer.Exit(code)
 
 
-@app.command()
-def init(
+@app.command("init")
+def _init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The study to write.")] = Path("study.yaml"),
     arm: Annotated[str, typer.Option(help="A built-in arm, or a URDF file.")] = "ur5-corrected",
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
@@ -110,8 +114,8 @@ def init(
         _say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")
 
 
-@app.command()
-def check(
+@app.command("check")
+def _check(
     study: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The study, a YAML file.")] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of studies, for editors.")] = False,
 ) -> None:
@@ -131,8 +135,8 @@ def check(
             _summarise(load_study(study), errors=schema)
 
 
-@app.command()
-def size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
+@app.command("size")
+def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
     """Judge the drives that the study gives: margins, verdicts, report, currents."""
     with _told():
         from drivetrain.sizing.evaluate import evaluate
@@ -144,8 +148,8 @@ def size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> No
         raise typer.Exit(_deliver(result, out or _default_out(loaded), as_json=as_json))
 
 
-@app.command()
-def select(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
+@app.command("select")
+def _select(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
     """Choose drives for every joint from the catalogues that the study allows."""
     with _told():
         from drivetrain.study.load import load_study
@@ -154,8 +158,8 @@ def select(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> 
         raise typer.Exit(_deliver(_selected(loaded), out or _default_out(loaded), as_json=as_json))
 
 
-@app.command()
-def currents(
+@app.command("currents")
+def _currents(
     study: StudyFile,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The CSV file to write.")] = Path("currents.csv"),
 ) -> None:
@@ -175,8 +179,10 @@ def currents(
 
 
 @catalog_app.command("lint")
-def catalog_lint(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder with motors.csv, gears.csv, compatibility.csv.")],
+def _catalog_lint(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder with motors.csv, gears.csv, compatibility.csv.")
+    ],
 ) -> None:
     """List everything wrong with a catalogue at once; exit code 1 when a row cannot be right."""
     with _told():
@@ -193,7 +199,7 @@ def catalog_lint(
 
 
 @catalog_app.command("import")
-def catalog_import(
+def _catalog_import(
     source: Annotated[Path, typer.Argument(metavar="SOURCE", help="Folder with the files to read.")],
     out: Annotated[Path, typer.Argument(metavar="OUT", help="Catalogue folder to write.")],
     form: Annotated[Source, typer.Option("--format", help="Column format of the source.")] = Source.MGDB,
@@ -205,7 +211,9 @@ def catalog_import(
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace tables that are already there.")] = False,
-    drop_faulty: Annotated[bool, typer.Option("--drop-faulty", help="Leave out rows that the lint calls an error.")] = False,
+    drop_faulty: Annotated[
+        bool, typer.Option("--drop-faulty", help="Leave out rows that the lint calls an error.")
+    ] = False,
 ) -> None:
     """Bring a catalogue in another column format into a folder of this one."""
     with _told():
@@ -307,7 +315,10 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
 def _summarise(study: Study, *, errors: bool) -> None:
     """What was read, in a few lines."""
     cycle = study.cycle
-    _say(f"{study.name}: {len(study.joints)} joints, cycle of {cycle.duration:g} s in {len(cycle.time)} samples", errors=errors)
+    _say(
+        f"{study.name}: {len(study.joints)} joints, cycle of {cycle.duration:g} s in {len(cycle.time)} samples",
+        errors=errors,
+    )
     for task in study.joints:
         given = "no drive given" if task.drive is None else " + ".join(key for key in task.drive if key)
         _say(f"  {task.name}: {given}; {len(task.pairs)} pairs may be chosen", errors=errors)

@@ -128,7 +128,9 @@ def test_json_is_result_json_and_nothing_else(run: Run, write: Write, tmp_path: 
 def test_select(run: Run, write: Write, tmp_path: Path) -> None:
     code, out, _ = run("select", write(drive=CHOICE), "--out", "o", "--json")
     data = json.loads(out)
-    assert code == 0 and data["job"] == "select" and data["joints"]["door"]["drive"] == {"motor": "good", "gear": "good"}
+    assert (
+        code == 0 and data["job"] == "select" and data["joints"]["door"]["drive"] == {"motor": "good", "gear": "good"}
+    )
     assert (tmp_path / "o" / "fallen.csv").is_file()
     code, out, _ = run("select", write(torque="1 N m", drive=CHOICE), "--out", "o2")
     assert code == 1 and "No allowed set of drives does it" in out
@@ -284,7 +286,9 @@ def test_errors_raised_late_are_told_too(run: Run, write: Write, monkeypatch: py
 
 
 def test_piped_output_has_no_colour_and_the_module_runs(write: Write, tmp_path: Path) -> None:
-    environment = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "COLUMNS")} | {"PYTHONPATH": str(ROOT)}
+    environment = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "COLUMNS")} | {
+        "PYTHONPATH": str(ROOT)
+    }
     command = [sys.executable, "-m", "drivetrain", "size", str(write(torque="1 N m"))]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 1, done.stderr

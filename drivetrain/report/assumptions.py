@@ -207,7 +207,10 @@ def _friction(study: Study) -> Group:
 
 def _friction_text(friction: Friction) -> str:
     """Coulomb, viscous and breakaway parts."""
-    parts = [f"Coulomb {with_unit(friction.coulomb, 'N m')}", f"viscous {number(friction.viscous)}\u00a0N\u00a0m\u00a0s/rad"]
+    parts = [
+        f"Coulomb {with_unit(friction.coulomb, 'N m')}",
+        f"viscous {number(friction.viscous)}\u00a0N\u00a0m\u00a0s/rad",
+    ]
     if friction.static is not None:
         parts.append(f"breakaway {with_unit(friction.static, 'N m')}")
     return ", ".join(parts)

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drivetrain.report.quantities import convert, printed_unit, scaled, with_unit
 from drivetrain.report.svg import (
-    BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION, house_style, svg_text, thinned,
-)  # fmt: skip
-from drivetrain.sizing.results import Check, Evaluation
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    JOINT_COLOURS,
+    MUTED,
+    ORANGE,
+    VERMILLION,
+    house_style,
+    svg_text,
+    thinned,
+)
+from drivetrain.sizing.results import Check, Evaluation, JointResult
 
 LARGEST_DRAWN = 2.0  # utilisations above this are drawn at the edge with their number
 
@@ -72,24 +83,36 @@ def _colour(number: int) -> str:
     return JOINT_COLOURS[(number - 1) % len(JOINT_COLOURS)] if number else MUTED
 
 
-def _dot(axes: object, row: int, number: int, share: float) -> None:
+def _dot(axes: Axes, row: int, number: int, share: float) -> None:
     """A numbered dot; at the edge, with the number in words, when the limit is exceeded by far."""
     at = min(share, LARGEST_DRAWN)
-    axes.plot(at, row, "o", markersize=9.5, color=_colour(number), markeredgecolor="white", markeredgewidth=0.8, zorder=3)  # type: ignore[attr-defined]
+    axes.plot(
+        at, row, "o", markersize=9.5, color=_colour(number), markeredgecolor="white", markeredgewidth=0.8, zorder=3
+    )
     text = str(number) if number else "S"
-    axes.annotate(text, (at, row), ha="center", va="center_baseline", fontsize=6.5, color="white", weight="bold", zorder=4)  # type: ignore[attr-defined]
+    axes.annotate(
+        text, (at, row), ha="center", va="center_baseline", fontsize=6.5, color="white", weight="bold", zorder=4
+    )
     if share > LARGEST_DRAWN:
-        axes.annotate(f"{100 * share:.0f} %", (at, row), xytext=(-8, 0), textcoords="offset points", ha="right", va="center", fontsize=7)  # type: ignore[attr-defined]
+        axes.annotate(
+            f"{100 * share:.0f} %",
+            (at, row),
+            xytext=(-8, 0),
+            textcoords="offset points",
+            ha="right",
+            va="center",
+            fontsize=7,
+        )
 
 
-def _joint_legend(figure: Figure, axes: object, evaluation: Evaluation) -> None:
+def _joint_legend(figure: Figure, axes: Axes, evaluation: Evaluation) -> None:
     """Which number is which joint."""
     marks = [
-        figure.axes[0].plot([], [], "o", color=_colour(i + 1), label=f"{i + 1}  {name}", markersize=7)[0]
+        axes.plot([], [], "o", color=_colour(i + 1), label=f"{i + 1}  {name}", markersize=7)[0]
         for i, name in enumerate(evaluation.joints)
     ]
     if evaluation.shared:
-        marks.append(figure.axes[0].plot([], [], "o", color=MUTED, label="S  supply", markersize=7)[0])
+        marks.append(axes.plot([], [], "o", color=MUTED, label="S  supply", markersize=7)[0])
     figure.legend(handles=marks, loc="outside upper center", ncols=min(len(marks), 7), handletextpad=0.2)
 
 
@@ -120,7 +143,9 @@ def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
         axes.axhline(0, color=MUTED, linewidth=0.6)
         if near is not None:
             limit = float(convert(near, "W", unit))
-            axes.axhline(limit, color=VERMILLION, linestyle="--", linewidth=1, label=f"peak limit {with_unit(near, 'W')}")
+            axes.axhline(
+                limit, color=VERMILLION, linestyle="--", linewidth=1, label=f"peak limit {with_unit(near, 'W')}"
+            )
         elif supply.peak_power is not None:
             axes.plot([], [], " ", label=f"peak limit {with_unit(supply.peak_power, 'W')}, far above")
         axes.margins(x=0)
@@ -167,17 +192,27 @@ def temperatures(evaluation: Evaluation, *, name: str = "temperatures") -> str:
         return svg_text(figure, "winding and housing temperature of every joint against the limit")
 
 
-def _thermometer(axes: object, row: int, joint: object, ambient: float) -> None:
+def _thermometer(axes: Axes, row: int, joint: JointResult, ambient: float) -> None:
     """One joint's bar from ambient to its hottest winding, with the limit as a tick."""
-    series, limit = joint.series, joint.drive.motor.max_winding_temperature  # type: ignore[attr-defined]
+    series, limit = joint.series, joint.drive.motor.max_winding_temperature
     if series.winding_temperature is None:
-        axes.annotate("not computed", (ambient, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5, color=MUTED)  # type: ignore[attr-defined]
+        axes.annotate(
+            "not computed",
+            (ambient, row),
+            xytext=(4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=7.5,
+            color=MUTED,
+        )
         return
     hottest = float(series.winding_temperature.max())
-    axes.barh(row, hottest - ambient, left=ambient, height=0.42, color=ORANGE, alpha=0.85, linewidth=0)  # type: ignore[attr-defined]
+    axes.barh(row, hottest - ambient, left=ambient, height=0.42, color=ORANGE, alpha=0.85, linewidth=0)
     if series.housing_temperature is not None:
         housing = float(series.housing_temperature.max())
-        axes.barh(row, housing - ambient, left=ambient, height=0.2, color=BLUE, linewidth=0)  # type: ignore[attr-defined]
-    axes.annotate(f"{hottest:.0f} °C", (hottest, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5)  # type: ignore[attr-defined]
+        axes.barh(row, housing - ambient, left=ambient, height=0.2, color=BLUE, linewidth=0)
+    axes.annotate(
+        f"{hottest:.0f} °C", (hottest, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5
+    )
     if limit is not None:
-        axes.plot(limit, row, "|", color=VERMILLION, markersize=13, markeredgewidth=2)  # type: ignore[attr-defined]
+        axes.plot(limit, row, "|", color=VERMILLION, markersize=13, markeredgewidth=2)

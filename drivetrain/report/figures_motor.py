@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
 
 from drivetrain.arrays import Array
 from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
@@ -188,7 +190,9 @@ def _worst_point(axes: Axes, joint: JointResult, unit: str) -> None:
     i = int(np.argmin(np.abs(joint.series.time - check.time)))
     x = float(convert(joint.series.motor_speed[i], "rad/s", "rpm"))
     y = float(convert(joint.series.motor_torque[i], "N m", unit))
-    axes.plot(x, y, "o", markersize=8, markerfacecolor="none", markeredgecolor=VERMILLION, markeredgewidth=1.8, zorder=6)
+    axes.plot(
+        x, y, "o", markersize=8, markerfacecolor="none", markeredgecolor=VERMILLION, markeredgewidth=1.8, zorder=6
+    )
     text = (
         f"{check.name}: {percent(check.utilisation)}\n"
         f"t = {number(check.time)} s: {number(y)} {printed_unit(unit)} at {number(x)} rpm"
@@ -225,10 +229,17 @@ def _gear_side(axes: Axes, ratio: float, direct: bool, unit: str) -> None:
     largest = float(axes.get_ylim()[1]) * abs(ratio) * float(1.0 / convert(1.0, "N m", unit))
     side = shown_unit(largest, "N m")
     scale = ratio * float(convert(1.0, "N m", side)) / float(convert(1.0, "N m", unit))
-    top = axes.secondary_xaxis("top", functions=(lambda x: x / ratio, lambda x: x * ratio))
+    top = axes.secondary_xaxis("top", functions=_times(1.0 / ratio))
     top.set_xlabel("gear output speed [rpm]", color=MUTED)
-    right = axes.secondary_yaxis("right", functions=(lambda y: y * scale, lambda y: y / scale))
+    right = axes.secondary_yaxis("right", functions=_times(scale))
     right.set_ylabel(f"torque at the gear output, no losses [{printed_unit(side)}]", color=MUTED)
     for spine in (top.spines["top"], right.spines["right"]):
         spine.set_visible(True)
         spine.set_color(MUTED)
+
+
+def _times(scale: float) -> tuple[Callable[[ArrayLike], Array], Callable[[ArrayLike], Array]]:
+    """A scaling and its inverse, as a second axis wants them."""
+    return (lambda values: np.asarray(values, dtype=np.float64) * scale), (
+        lambda values: np.asarray(values, dtype=np.float64) / scale
+    )

@@ -32,7 +32,9 @@ def overview_png(evaluation: Evaluation) -> bytes:
             unit = draw_motor_plane(axes, joint, motor_regions(joint, tasks[joint.name], evaluation.study), small=True)
             axes.set_title(f"{joint.name}\n", fontsize=9)
             drive = joint.motor + (f" + {joint.gear}" if joint.gear else "")
-            axes.annotate(drive, (0, 1), xycoords="axes fraction", xytext=(0, 4), textcoords="offset points", fontsize=6.5)
+            axes.annotate(
+                drive, (0, 1), xycoords="axes fraction", xytext=(0, 4), textcoords="offset points", fontsize=6.5
+            )
             binding = "" if joint.binding is None else f" {percent(joint.binding.utilisation)}"
             axes.annotate(
                 f"{joint.verdict}{binding}", (1, 1), xycoords="axes fraction", xytext=(0, 17),

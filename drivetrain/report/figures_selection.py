@@ -10,8 +10,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from drivetrain.report.svg import (
-    BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION, MOST_VECTOR_POINTS, house_style, svg_text,
-)  # fmt: skip
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    MOST_VECTOR_POINTS,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    house_style,
+    svg_text,
+)
 from drivetrain.sizing.results import Fallen, Selection
 
 CHECK_COLOURS = (VERMILLION, BLUE, ORANGE, PURPLE, SKY, "#7f6a3f")
@@ -93,7 +103,12 @@ def _joint(axes: Axes, joint: str, fallen: list[Fallen], selection: Selection, c
     for _, _, objective in selection.alternatives.get(joint, ()):
         axes.plot(objective, 80.0, "v", color="white", markeredgecolor=GREEN, markersize=5, zorder=4)
     mass = _share(selection, joint)
-    if result is not None and result.binding is not None and result.binding.utilisation is not None and mass is not None:
+    if (
+        result is not None
+        and result.binding is not None
+        and result.binding.utilisation is not None
+        and mass is not None
+    ):
         share = min(max(result.binding.utilisation, 0.21), LARGEST_DRAWN)
         axes.plot(mass, 100 * share, "*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
     if known and max(one.objective for one in known) > 3.0 * min(one.objective for one in known) > 0.0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,8 +13,19 @@ from drivetrain.arrays import Array
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.report.quantities import convert, printed_unit, scaled, shown_unit, with_unit
 from drivetrain.report.svg import (
-    BLUE, FAINT, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION, house_style, svg_text, thinned,
-)  # fmt: skip
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    house_style,
+    svg_text,
+    thinned,
+)
 from drivetrain.sizing.results import JointResult
 
 FAR = 4.0  # a limit further than this many times the curve is told in words, so that the curve stays readable
@@ -185,10 +197,9 @@ def _draw_limit(axes: Axes, limit: Limit, value: float) -> None:
     """A dashed line at the limit, labelled at its right end."""
     for level in (value, -value) if limit.both_signs and axes.get_ylim()[0] < 0 else (value,):
         axes.axhline(level, color=VERMILLION, linewidth=0.9, linestyle=(0, (5, 2)))
-    place = {"xy": (1.0, value), "xycoords": ("axes fraction", "data")}
     axes.annotate(
-        limit.label, **place, xytext=(-2, -2), textcoords="offset points", ha="right", va="top", fontsize=7,
-        color=VERMILLION,
+        limit.label, (1.0, value), xycoords=("axes fraction", "data"), xytext=(-2, -2),
+        textcoords="offset points", ha="right", va="top", fontsize=7, color=VERMILLION,
     )  # fmt: skip
 
 
@@ -220,7 +231,7 @@ def _segments(rows: list[Axes], cycle: Cycle) -> None:
     starts = [0, *(np.flatnonzero(np.diff(cycle.segment)) + 1).tolist(), len(cycle.time)]
     if len(starts) < 3:
         return
-    for i, (first, after) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+    for i, (first, after) in enumerate(pairwise(starts)):
         low, high = float(cycle.time[first]), float(cycle.time[min(after, len(cycle.time) - 1)])
         for axes in rows if i % 2 else ():
             axes.axvspan(low, high, color=FAINT, alpha=0.45, linewidth=0, zorder=0)

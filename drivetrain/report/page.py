@@ -18,8 +18,17 @@ from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips
 from drivetrain.report.quantities import number, with_unit
 from drivetrain.report.svg import share_glyphs
 from drivetrain.report.views import (
-    CSS, anchor, check_row, check_rows, fallen_counts, joint_card, matrix, nearest_misses, part, passed_over, used_rows,
-)  # fmt: skip
+    CSS,
+    anchor,
+    check_row,
+    check_rows,
+    fallen_counts,
+    joint_card,
+    matrix,
+    nearest_misses,
+    passed_over,
+    used_rows,
+)
 from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
 from drivetrain.study.study import JointTask, Study
@@ -112,9 +121,7 @@ def _body(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]
     }
 
 
-def _joint(
-    joint: JointResult, task: JointTask, evaluation: Evaluation, selection: Selection | None
-) -> dict[str, Any]:
+def _joint(joint: JointResult, task: JointTask, evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
     """One joint's section."""
     study, name = evaluation.study, anchor(joint.name)
     limits = ElectricalLimits(
@@ -141,4 +148,6 @@ def _joint(
 
 def _alternatives(selection: Selection, joint: str) -> list[tuple[str, str, str]]:
     """The next best pairs of a joint that also pass."""
-    return [(motor, gear or "direct drive", number(share)) for motor, gear, share in selection.alternatives.get(joint, ())]
+    return [
+        (motor, gear or "direct drive", number(share)) for motor, gear, share in selection.alternatives.get(joint, ())
+    ]

@@ -7,12 +7,15 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from html import escape
+from itertools import pairwise
+from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 
@@ -26,7 +29,7 @@ JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILLION, SKY, "#7f6a3f", "#4444
 TIME_COLOURS = LinearSegmentedColormap.from_list("instants", mpl.colormaps["viridis"](np.linspace(0.0, 0.9, 64)))
 MOST_VECTOR_POINTS = 1000  # a scatter of more is drawn as an image inside the SVG
 
-_LOOK = {
+_LOOK: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 8.5,
     "axes.titlesize": 9.5,
@@ -72,7 +75,8 @@ def house_style(name: str) -> Iterator[None]:
         name: Of the figure; it salts the identifiers in the SVG so that two figures on a page do not clash.
     """
     defaults = {key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith("backend")}
-    with mpl.rc_context(defaults), mpl.rc_context({**_LOOK, "svg.hashsalt": name}):
+    look = cast(Any, {**_LOOK, "svg.hashsalt": name})
+    with mpl.rc_context(defaults), mpl.rc_context(look):
         yield
 
 
@@ -146,7 +150,7 @@ def png_bytes(figure: Figure, dpi: float = 150) -> bytes:
     return out.getvalue()
 
 
-def thinned(values: Array, buckets: int = 300) -> Array:
+def thinned(values: Array, buckets: int = 300) -> NDArray[np.intp]:
     """Samples enough to draw a curve without losing a peak: the smallest and largest of every bucket.
 
     Args:
@@ -161,7 +165,7 @@ def thinned(values: Array, buckets: int = 300) -> Array:
         return np.arange(n)
     edges = np.linspace(0, n, buckets + 1).astype(int)
     kept = {0, n - 1}
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         kept |= {low + int(np.argmin(values[low:high])), low + int(np.argmax(values[low:high]))}
     return np.array(sorted(kept))
 

@@ -9,7 +9,12 @@ from drivetrain.report.quantities import DASH, percent
 from drivetrain.report.words import gaps, headline, objective_text, overall_sentence
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
 
-STYLES = {Verdict.PASS: "bold green", Verdict.MARGINAL: "bold yellow", Verdict.FAIL: "bold red", Verdict.NOT_CHECKED: "dim"}
+STYLES = {
+    Verdict.PASS: "bold green",
+    Verdict.MARGINAL: "bold yellow",
+    Verdict.FAIL: "bold red",
+    Verdict.NOT_CHECKED: "dim",
+}
 
 
 def verdict_table(evaluation: Evaluation) -> Table:
@@ -85,7 +90,11 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     if selection is not None:
         lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates fell"))
         lines += [Text(f"mend: {line}") for line in selection.advice]
-    missing = sum(check.verdict is Verdict.NOT_CHECKED for joint in evaluation.joints.values() for check in joint.checks)
+    missing = sum(
+        check.verdict is Verdict.NOT_CHECKED for joint in evaluation.joints.values() for check in joint.checks
+    )
     if missing:
-        lines.append(Text(f"{missing} checks were not made or only told, not judged: the report says which and why", "dim"))
+        lines.append(
+            Text(f"{missing} checks were not made or only told, not judged: the report says which and why", "dim")
+        )
     return lines

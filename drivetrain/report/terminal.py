@@ -73,7 +73,9 @@ def lint_table(found: Sequence[LintFault]) -> Table:
     """
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     for heading in ("file", "row", "key", "column", "", "problem", "printed", "predicted"):
-        table.add_column(heading, justify="right" if heading in ("row", "printed", "predicted") else "left", overflow="fold")
+        table.add_column(
+            heading, justify="right" if heading in ("row", "printed", "predicted") else "left", overflow="fold"
+        )
     for one in found:
         style = "red" if one.severity is Severity.ERROR else "yellow"
         problem = one.problem + (f"; {one.hint}" if one.hint else "")
@@ -100,7 +102,13 @@ def progress(to: Console, text: str) -> Iterator[Callable[[int, int, str], None]
     Yields:
         A function to call with (done, of how many, what is being done).
     """
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=to, transient=True, disable=not to.is_terminal) as bar:
         task = bar.add_task(text, total=None)
 

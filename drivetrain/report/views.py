@@ -136,7 +136,9 @@ def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
         available=text(check.available),
         unit=printed_unit(shown),
         utilisation=percent(check.utilisation),
-        told=f"{text(told)} {printed_unit(shown) if told is not None else ''}".strip() if check.utilisation is None else "",
+        told=f"{text(told)} {printed_unit(shown) if told is not None else ''}".strip()
+        if check.utilisation is None
+        else "",
         margin=margin,
         time=DASH if check.time is None else f"{number(check.time)} s",
         source=source,
@@ -304,7 +306,8 @@ def fallen_row(fallen: Fallen) -> FallenRow:
     check = Check("", fallen.required, fallen.available, fallen.unit, None, Verdict.FAIL)
     shown = common_unit(check)
     required, available = (
-        number(float(convert(v, fallen.unit, shown)), digits_near_limit(fallen.utilisation)) for v in (fallen.required, fallen.available)
+        number(float(convert(v, fallen.unit, shown)), digits_near_limit(fallen.utilisation))
+        for v in (fallen.required, fallen.available)
     )
     return FallenRow(
         fallen.motor,

@@ -47,7 +47,9 @@ def check_sentence(check: Check) -> str:
     if not math.isfinite(check.utilisation):
         return f"{check.name}: {check.remark or 'beyond any number'}"
     digits = digits_near_limit(check.utilisation)
-    required, available = (number(float(convert(v, check.unit, shown)), digits) for v in (check.required, check.available))
+    required, available = (
+        number(float(convert(v, check.unit, shown)), digits) for v in (check.required, check.available)
+    )
     asked, allowed = (f"{value}\u00a0{unit}".rstrip() for value in (required, available))
     return f"{check.name} {asked}{when}, limit {allowed} ({percent(check.utilisation)})"
 

@@ -16,7 +16,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, JointSeries, Selection, Verdict
-from drivetrain.study.study import GearAssumption, JointTask, Mount, MotorAssumption, Safety, Study
+from drivetrain.study.study import GearAssumption, JointTask, MotorAssumption, Mount, Safety, Study
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow")
 SIZES = (3.0, 2.5, 2.0)

@@ -14,7 +14,9 @@ from drivetrain.report.outputs import FALLEN_COLUMNS, currents_csv, fallen_csv, 
 from drivetrain.sizing.results import Evaluation, Selection
 
 
-def test_files_of_an_evaluation_and_of_a_selection(tmp_path: Path, evaluation: Evaluation, selection: Selection) -> None:
+def test_files_of_an_evaluation_and_of_a_selection(
+    tmp_path: Path, evaluation: Evaluation, selection: Selection
+) -> None:
     files = write_outputs(tmp_path / "new" / "folder", evaluation)
     assert sorted(files) == ["currents.csv", "report.html", "result.json"]
     assert all(path.stat().st_size > 1000 for path in files.values())

@@ -140,7 +140,9 @@ def test_assumptions_stand_before_any_picture(sized: str) -> None:
 def test_verdict_names_the_binding_limit_and_its_instant(sized: str) -> None:
     text = read(sized).text
     assert "The given drives do not do it." in text
-    assert "elbow: winding temperature 167\u00a0°C at t\u00a0=\u00a03.10\u00a0s, limit 155\u00a0°C (108\u00a0%)." in text
+    assert (
+        "elbow: winding temperature 167\u00a0°C at t\u00a0=\u00a03.10\u00a0s, limit 155\u00a0°C (108\u00a0%)." in text
+    )
 
 
 def test_every_joint_has_four_pictures(sized: str, evaluation: Evaluation) -> None:
@@ -167,7 +169,11 @@ def test_what_was_not_checked_is_listed_with_the_reason(sized: str) -> None:
 def test_selection_says_why_the_others_fell(selected: str, selection: Selection) -> None:
     found = read(selected)
     assert "Why the others fell" in found.text
-    counts = [row for row in found.rows if row and row[0] in selection.evaluation.joints and len(row) == 5 and row[1].isdigit()]
+    counts = [
+        row
+        for row in found.rows
+        if row and row[0] in selection.evaluation.joints and len(row) == 5 and row[1].isdigit()
+    ]
     assert [row[1] for row in counts] == ["400"] * 3
     assert all(sum(map(int, row[2:])) == 400 for row in counts)
     assert "acme-9" in found.text and "proof: optimal" in found.text
@@ -216,7 +222,9 @@ def test_words_for_every_verdict(evaluation: Evaluation, without_data: Evaluatio
     assert headline(without_data, None).startswith("Nothing could be judged")
     assert headline(nothing_fits.evaluation, nothing_fits).startswith("No allowed set")
     assert overall_sentence(without_data) == "Nothing could be checked: the sheets lack data."
-    endless = Check("winding temperature", float("inf"), 155.0, "C", float("inf"), Verdict.FAIL, None, "", "no steady one")
+    endless = Check(
+        "winding temperature", float("inf"), 155.0, "C", float("inf"), Verdict.FAIL, None, "", "no steady one"
+    )
     assert check_sentence(endless) == "winding temperature: no steady one"
 
 

@@ -11,7 +11,9 @@ from drivetrain.report.quantities import DASH, number, percent, printed_unit, sc
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (12.345, "12.3"), (1234.5, "1\u202f234"), (0.034567, "0.0346"), (-5.0, "−5.00"), (0.0, "0"), (2.13e-7, "2.13e−7"), (-1.58e10, "−1.58e10"),
+        (12.345, "12.3"), (1234.5, "1\u202f234"),
+        (0.034567, "0.0346"), (-5.0, "−5.00"), (0.0, "0"), (2.13e-7, "2.13e−7"),
+        (-1.58e10, "−1.58e10"),
         (None, DASH), (math.nan, DASH), (math.inf, "∞"), (999.6, "1\u202f000"),
     ],
 )  # fmt: skip

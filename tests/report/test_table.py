@@ -30,7 +30,9 @@ def test_one_line_a_joint_with_verdict_and_limit(evaluation: Evaluation) -> None
     assert "86 %" in elbow and "103 %" in elbow and "100 °C" in elbow and "76 %" in elbow
 
 
-def test_footer_says_objective_proof_and_mend(evaluation: Evaluation, selection: Selection, nothing_fits: Selection) -> None:
+def test_footer_says_objective_proof_and_mend(
+    evaluation: Evaluation, selection: Selection, nothing_fits: Selection
+) -> None:
     assert "12.3 kg of motors and gears" in printed(*verdict_lines(evaluation))
     assert "proof: optimal; 1200 candidates fell" in printed(*verdict_lines(selection))
     text = printed(*verdict_lines(nothing_fits))
@@ -68,7 +70,9 @@ def test_data_is_never_taken_for_markup() -> None:
 def test_lint_shows_printed_against_predicted() -> None:
     found = [LintFault("motors.csv", 7, "Kt [mNm/A]", "m1", Severity.ERROR, "does not fit", 12.3, 24.6, "phase?")]
     text = printed(lint_table(found))
-    assert all(part in text for part in ("motors.csv", "7", "Kt [mNm/A]", "error", "does not fit; phase?", "12.3", "24.6"))
+    assert all(
+        part in text for part in ("motors.csv", "7", "Kt [mNm/A]", "error", "does not fit; phase?", "12.3", "24.6")
+    )
 
 
 def test_progress_is_silent_in_a_pipe() -> None:
