@@ -1,7 +1,7 @@
 """Motor torques of a measured robot: a KUKA KR300 on a 10 s recording, against our rotors, friction and dynamics.
 
-The bounds are what a rigid model with the published parameters can reach; the publishers of the data reach
-correlations of 0.961 0.948 0.912 0.851 0.972 0.961 with the same numbers.
+The bounds are what a rigid model with the published parameters reaches: friction that depends on load and temperature,
+and the flexibility of the joints, are not in it.
 """
 
 from __future__ import annotations
