@@ -45,12 +45,12 @@ def rigid_bodies() -> Iterator[Row]:
         q, qd, qdd = motion(seed, arm.n, count=50)
         peer, other = InPinocchio(arm), InMujoco(arm)
         ours = dt.inverse_dynamics(arm, q, qd, qdd)
-        torque.append(relative(ours, np.array([pin.rnea(peer.model, peer.data, *x) for x in zip(q, qd, qdd)])))
-        mujoco.append(relative(ours, np.array([other.torque(*x) for x in zip(q, qd, qdd)])))
+        torque.append(relative(ours, np.array([pin.rnea(peer.model, peer.data, *x) for x in zip(q, qd, qdd, strict=True)])))
+        mujoco.append(relative(ours, np.array([other.torque(*x) for x in zip(q, qd, qdd, strict=True)])))
         theirs = np.array([pin.crba(peer.model, peer.data, x) for x in q])
         theirs = np.triu(theirs) + np.swapaxes(np.triu(theirs, 1), 1, 2)
         mass.append(relative(dt.mass_matrix(arm, q), theirs))
-        solved = np.array([pin.aba(peer.model, peer.data, *x) for x in zip(q, qd, ours)])
+        solved = np.array([pin.aba(peer.model, peer.data, *x) for x in zip(q, qd, ours, strict=True)])
         acceleration.append(relative(dt.forward_dynamics(arm, q, qd, ours), solved))
     what = "20 random six-axis arms and the UR5, 50 states each"
     yield "inverse dynamics", f"pinocchio `rnea`, {what}", f"{max(torque):.0e} relative"
@@ -66,11 +66,11 @@ def rotors() -> Iterator[Row]:
         arm = dt.with_rotors(random_arm(seed, "RPHRRP"), rotors_of(seed, "mixed", 6))
         q, qd, qdd = motion(seed, arm.n, count=20)
         ours = dt.drive_torques(arm, q, qd, qdd)
-        written = [book_torques(arm, *x, np.zeros(6)) for x in zip(q, qd, qdd)]
+        written = [book_torques(arm, *x, np.zeros(6)) for x in zip(q, qd, qdd, strict=True)]
         book.append(max(relative(ours.gear, np.array([g for g, _ in written])),
                         relative(ours.motor, np.array([m for _, m in written]))))  # fmt: skip
         model = InPinocchio(arm)
-        bodies = np.array([model.torques(*x) for x in zip(q, qd, qdd)])
+        bodies = np.array([model.torques(*x) for x in zip(q, qd, qdd, strict=True)])
         peer.append(max(relative(ours.gear, bodies[:, 0]), relative(ours.motor, bodies[:, 1])))
     what = "20 arms with revolute, prismatic and helical joints, 20 states each"
     yield "gear and motor torque with rotors", f"equations 8.103 to 8.111 written literally, {what}", \
