@@ -23,6 +23,7 @@ from drivetrain.sizing.demand import JointDemand, JointWork, Workload, workload
 from drivetrain.sizing.evaluate import objective_share
 from drivetrain.sizing.fill import assumed_drive
 from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
+from drivetrain.sizing.load_basis import NUMBERS, drive_numbers
 from drivetrain.sizing.mounting import drive_mass
 from drivetrain.sizing.operation import Operation, operation
 from drivetrain.sizing.results import Check, Fallen, Verdict
@@ -144,13 +145,43 @@ class Field:
         return self.fast_enough[0].share if self.fast_enough else math.inf
 
     @cached_property
-    def _capacities(self) -> Array:
+    def capacities(self) -> Array:
         """Peak torque that each gear allows [N m], (candidates that are fast enough,); infinite where unknown."""
-        operations = [self._at(one, self._unloaded) for one in self.fast_enough]
+        operations = [self._at(one, self.unloaded) for one in self.fast_enough]
         return np.array([min(_available(op, check) for check in _PEAKS) for op in operations])
 
     @cached_property
-    def _unloaded(self) -> JointDemand:
+    def own_load(self) -> bool:
+        """Whether the joint's drive loads the joint itself."""
+        return bool(self.work.basis) and self.joint in self.work.basis[self.joint].drives
+
+    @cached_property
+    def numbers(self) -> Array:
+        """Through which each drive loads the joints before, (candidates that are fast enough, NUMBERS)."""
+        rows = [drive_numbers(self.study, self.joint, one.drive) for one in self.fast_enough]
+        return np.array(rows).reshape(-1, NUMBERS)
+
+    @cached_property
+    def _extremes(self) -> tuple[Array, Array, Array]:
+        """Shares, and the smallest and largest numbers up to each of them."""
+        shares = np.array([one.share for one in self.fast_enough])
+        return shares, np.minimum.accumulate(self.numbers, axis=0), np.maximum.accumulate(self.numbers, axis=0)
+
+    def range_of_numbers(self, room: float) -> tuple[Array, Array]:
+        """The smallest and largest numbers of the drives whose share leaves room; of the first one if none does.
+
+        Args:
+            room: Largest share [kg or price].
+
+        Returns:
+            Both (NUMBERS,), the units of ``drive_numbers``.
+        """
+        shares, least, most = self._extremes
+        last = max(int(np.searchsorted(shares, room * (1.0 + 1e-12), side="right")) - 1, 0)
+        return least[last], most[last]
+
+    @cached_property
+    def unloaded(self) -> JointDemand:
         """The joint's speed with nothing to carry."""
         demand = self.work.at(self.joint, {}).demand(self.candidates[0].drive)
         return replace(demand, gear_torque=np.zeros_like(demand.gear_torque))
@@ -159,7 +190,7 @@ class Field:
         return operation(self.study, self.joint, demand, candidate.drive)
 
     def _holds_speed(self, candidate: Candidate) -> bool:
-        op = self._at(candidate, self._unloaded)
+        op = self._at(candidate, self.unloaded)
         checks = (motor_speed,) if is_direct(op) else (motor_speed, *_SPEEDS)
         return all(check(op).verdict is not Verdict.FAIL for check in checks)
 
@@ -172,10 +203,10 @@ class Field:
         Returns:
             True where the gear's peak limits hold, (candidates that are fast enough,).
         """
-        loads = work.peak_loads([one.drive for one in self.fast_enough])
+        loads = work.peak_loads(self.numbers)
         # What is at the limit to rounding is left to the check itself.
         asked = self.study.safety.peak_torque * loads * (1.0 - 1e-9)
-        return np.asarray(asked <= self._capacities)
+        return np.asarray(asked <= self.capacities)
 
     def judge(self, candidate: Candidate, work: JointWork, *, full: bool = False) -> Judgement:
         """A candidate held against the joint's demand.

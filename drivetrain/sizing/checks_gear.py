@@ -178,6 +178,10 @@ GEAR_CHECKS = (
 """Every check of the gear, in the order in which they are told; none needs the motor's torque."""
 
 
+TORQUE_ONLY = (gear_repeated_peak_torque, gear_momentary_torque, gear_average_torque, gear_life_check)
+"""Those that can only get worse with a larger load torque, whatever else changes."""
+
+
 def _bearing(op: Operation, name: str, unit: str, load: Array | None, available: float | None) -> Check:
     if load is None:
         reason = "without an arm the loads across the axis are unknown" if op.demand.load_inertia is None else (

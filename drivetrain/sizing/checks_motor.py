@@ -44,7 +44,7 @@ def motor_peak_torque(op: Operation) -> Check:
         return reported(name, "N m", None, _unknown(op))
     largest = peak(op.demand.time, op.peak_torque)
     required = op.safety.peak_torque * largest.value
-    return held(name, "N m", required, _peak_torque_limit(op), reserve=op.safety.reserve, time=largest.time)
+    return held(name, "N m", required, peak_torque_limit(op), reserve=op.safety.reserve, time=largest.time)
 
 
 def motor_peak_current(op: Operation) -> Check:
@@ -209,8 +209,15 @@ def _peak_current(op: Operation, name: str, limit: Limit) -> Check:
     return held(name, "A", required, limit, reserve=op.safety.reserve, time=largest.time)
 
 
-def _peak_torque_limit(op: Operation) -> Limit:
-    """Printed peak torque, else what the printed peak current makes, else what nominal voltage makes at stall."""
+def peak_torque_limit(op: Operation) -> Limit:
+    """Printed peak torque, else what the printed peak current makes, else what nominal voltage makes at stall.
+
+    Args:
+        op: The drive at its work.
+
+    Returns:
+        The limit [N m].
+    """
     motor = op.drive.motor
     if motor.peak_torque is not None:
         return _limit(op, motor.peak_torque, "peak torque")

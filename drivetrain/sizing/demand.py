@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -193,21 +193,20 @@ class JointWork:
         others = (self.others.force, self.others.wrench, self.others.inertia)
         return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others)))
 
-    def peak_loads(self, drives: Sequence[Drive]) -> Array:
+    def peak_loads(self, numbers: Array) -> Array:
         """The largest load torque with each of many drives, to rounding as ``demand`` has it.
 
         Args:
-            drives: That the joint's own may be.
+            numbers: Of the drives that the joint's own may be, in the units of ``drive_numbers``, (drives, NUMBERS).
 
         Returns:
             At the gear's output, joint friction included [N m], (drives,).
         """
         if not self.own_load:
-            return np.full(len(drives), np.abs(self._fixed.load_torque).max())
+            return np.full(len(numbers), np.abs(self._fixed.load_torque).max())
         basis = self.work.basis[self.joint]
         at = NUMBERS * basis.drives.index(self.joint)
         travel = self.work.study.joints[self.joint].travel_per_turn or 1.0
-        numbers = np.array([drive_numbers(self.work.study, self.joint, drive) for drive in drives])
         rows = travel * basis.force[at : at + NUMBERS]
         largest = [np.abs(some @ rows + self._fixed.load_torque).max(axis=1) for some in np.array_split(numbers, 16)]
         return np.concatenate(largest)

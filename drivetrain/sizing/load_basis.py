@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -69,6 +70,11 @@ class JointBasis:
     force: Array
     wrench: Array
     inertia: Array
+
+    @cached_property
+    def magnitude(self) -> Array:
+        """Of ``force``."""
+        return np.abs(self.force)
 
 
 def load_basis(study: Study) -> tuple[JointBasis, ...]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from drivetrain.motion.duty_cycle import sample_weights
+from drivetrain.sizing.bounds import Bounds
 from drivetrain.sizing.candidates import Candidate, Field, Judgement
 from drivetrain.sizing.checks_supply import supply_checks
 from drivetrain.sizing.results import Check, Verdict
@@ -59,8 +60,7 @@ class Tree:
         self._node_limit = node_limit
         self._tell = tell
         self._weights = sample_weights(study.cycle.time)
-        # Least share of all joints before each: what no choice there can save.
-        self._before = [sum(field.least for field in fields[:joint]) for joint in range(len(fields))]
+        self._bounds = Bounds(fields)
 
     def run(self) -> None:
         """Search until the tree is exhausted or the nodes are used up."""
@@ -74,9 +74,12 @@ class Tree:
         self._tell(self.counters["nodes"], f"choosing at {field.name}")
         mounted = {index: one.candidate.drive for index, one in chosen.items()}
         work = field.work.at(joint, mounted)
+        before, known = self._bounds.before(joint, mounted, spent), self.objective
         held = False
         for candidate, strong in zip(field.fast_enough, field.strong_enough(work), strict=True):
-            least = spent + candidate.share + self._before[joint]
+            if self.objective < known:  # a better set tightens the bounds
+                before, known = self._bounds.before(joint, mounted, spent), self.objective
+            least = spent + candidate.share + before
             if least >= self.objective:
                 held = True  # cut off, not blocked
                 break
@@ -107,6 +110,7 @@ class Tree:
         elif spent < self.objective:
             self.counters["sets that fit"] += 1
             self.objective = spent
+            self._bounds.improve(spent)
             self.best = tuple(candidates[index] for index in range(len(self.fields)))
 
     def _supply(self, chosen: dict[int, Judgement]) -> tuple[Check, ...]:
