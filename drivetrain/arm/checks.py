@@ -42,7 +42,8 @@ class Faults:
         """What a check returns, or None with its faults noted.
 
         Args:
-            check: Called with the values that follow it; may raise InputError.
+            check: Called with the values; may raise InputError.
+            values: What the check takes, each in the unit that the check wants.
 
         Returns:
             The checked value, or None.
