@@ -43,12 +43,12 @@ def candidate_pairs(
     motors, motor_words = _kept("motors", catalog.motors, form.motors, ledger, (*place, "motors"))
     words = [motor_words]
     gears: list[str] = []
-    if form.gears is not None:
+    if not isinstance(form.gears, str):
         gears, gear_words = _kept("gears", catalog.gears, form.gears, ledger, (*place, "gears"))
         words.append(gear_words)
     pairs = _paired(form, catalog, motors, gears, ledger, place)
     frameless = any(catalog.motors[key].frameless for key in motors)
-    possible = len(motors) * (1 if form.gears is None else len(gears))
+    possible = len(motors) * (1 if form.gears == DIRECT_DRIVE else len(gears))
     words.append(f"pairs: {len(pairs)} of {possible} combinations {_rule_words(form, frameless)}")
     return tuple(sorted(pairs, key=lambda pair: (pair_mass(catalog, pair), pair))), tuple(words)
 
@@ -112,7 +112,7 @@ def _paired(
         return [
             pair for pair in dict.fromkeys(listed) if pair and pair[0] in motors and (not pair[1] or pair[1] in gears)
         ]
-    if form.gears is None:
+    if form.gears == DIRECT_DRIVE:
         return [(motor, "") for motor in motors]
     if form.pairs == "all":
         return list(product(motors, gears))
@@ -123,7 +123,7 @@ def _paired(
 def _rule_words(form: CandidatesForm, frameless: bool) -> str:
     if not isinstance(form.pairs, str):
         return "are listed in the study"
-    if form.gears is None:
+    if form.gears == DIRECT_DRIVE:
         return "are considered, as direct drives"
     if form.pairs == "all":
         return "are considered: the study vouches that they fit"

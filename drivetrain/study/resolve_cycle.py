@@ -86,14 +86,15 @@ def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | 
         ledger.fault(("cycle",), "must have at least one motion")
     known = len(ledger.faults)
     names = [name for name in form.motions if name != DEFAULT]
-    written_payloads = ledger.document.data.get("payloads") or {}  # those at fault are told elsewhere
+    written = ledger.document.data.get("payloads")
+    payloads = list(written) if isinstance(written, dict) else []  # those at fault are told elsewhere
     for i, entry in enumerate(entries):
         if entry.motion is not None and entry.motion not in names:
             ledger.fault(
                 ("cycle", i, "motion"), "is no motion of this study", entry.motion, nearest(entry.motion, names)
             )
-        if entry.payload is not None and entry.payload not in written_payloads:
-            hint = nearest(entry.payload, written_payloads)
+        if entry.payload is not None and entry.payload not in payloads:
+            hint = nearest(entry.payload, payloads)
             ledger.fault(("cycle", i, "payload"), "is no payload of this study", entry.payload, hint)
     unused = set(names) - {entry.motion for entry in entries}
     if unused:

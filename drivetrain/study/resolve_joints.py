@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from drivetrain.arm.arm import Arm
-from drivetrain.catalog.read import Catalog, fits
+from drivetrain.catalog.read import Catalog, FramelessRule, fits
 from drivetrain.drive.amplifier import Amplifier, to_dc
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.errors import nearest
-from drivetrain.study.candidates import candidate_pairs, frameless_rule, known_pair
+from drivetrain.study.candidates import candidate_pairs, known_pair
 from drivetrain.study.document import Place
 from drivetrain.study.ledger import Ledger
 from drivetrain.study.schema import DEFAULT, StudyForm
-from drivetrain.study.schema_parts import AmplifierForm, CandidatesForm, FrictionForm, JointForm, MountForm
+from drivetrain.study.schema_parts import AmplifierForm, FrictionForm, JointForm, MountForm
 from drivetrain.study.study import ContainedDrive, DriveMass, JointTask, Mount
 
 _CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
@@ -120,7 +120,9 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     pairs: tuple[tuple[str, str], ...] = ()
     passed_over: tuple[str, ...] = ()
     if form.candidates is not None:
-        pairs, passed_over = candidate_pairs(form.candidates, around.catalog, ledger, (*place, "candidates"))
+        inner: Place = (*place, "candidates")
+        with ledger.gather(inner):
+            pairs, passed_over = candidate_pairs(form.candidates, around.catalog, ledger, inner)
     elif form.drive is None:
         ledger.fault(
             place, "has neither a drive nor candidates", hint="drive: {motor: ..., gear: ...} or candidates: ..."
@@ -154,10 +156,13 @@ def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tu
     if pair is None or not pair[1]:
         return pair
     motor, gear = pair
-    rule = frameless_rule(form.candidates or CandidatesForm())
     published = gear in around.catalog.pairs.get(motor, ())
     own = motor in around.form.motors or gear in around.form.gears
-    if not published and not own and not fits(around.catalog.motors[motor], around.catalog.gears[gear], rule):
+    if (
+        not published
+        and not own
+        and not fits(around.catalog.motors[motor], around.catalog.gears[gear], FramelessRule())
+    ):
         around.ledger.note([f"{name}: {motor} with {gear} is not published as fitting; check flange, shaft and size."])
     return pair
 

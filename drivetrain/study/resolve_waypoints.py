@@ -23,6 +23,7 @@ LIMITS = {
     "acceleration": ("rad/s^2", "m/s^2"),
     "jerk": ("rad/s^3", "m/s^3"),
 }  # of a revolute and of a prismatic joint
+LONGEST_MOVE = 3600.0  # [s]; sampled every few milliseconds, so more is a slip of units
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,11 @@ def resolve_waypoints(name: str, form: MotionForm, axes: JointAxes, ledger: Ledg
         problem = f"must be {len(rows) - 1} times, one for each move between the {len(rows)} waypoints"
         ledger.fault((*place, "durations"), problem, len(durations))
     if len(ledger.faults) > known or form.profile is None:
+        return None
+    if _takes_too_long(points, limits, durations):
+        ledger.fault(
+            place, f"has a move of more than {LONGEST_MOVE:g} s: too long to be sampled", hint="check its units"
+        )
         return None
     bounds = MotionLimits(**{what: limit for what, limit in limits.items() if limit is not None})
     given = any(limit is not None for limit in limits.values())
@@ -120,6 +126,16 @@ def _limit(value: Any, what: str, axes: JointAxes, ledger: Ledger, place: Place)
         inner = (*place, i) if isinstance(value, list) else place
         limits.append(_value(entry, "", LIMITS[what][int(slides)], ledger, inner))
     return None if any(limit is None for limit in limits) else np.array(limits, dtype=np.float64)
+
+
+def _takes_too_long(points: Array, limits: dict[str, Array | None], durations: list[float] | None) -> bool:
+    """Whether a move takes too long by its duration, or cannot be quicker by its limits."""
+    moves = np.abs(np.diff(points, axis=0))
+    times = [0.0, *(durations or [])]
+    for order, limit in enumerate(limits.values(), 1):
+        if limit is not None and (limit > 0.0).all():
+            times.append(float(np.max(moves / limit, initial=0.0) ** (1.0 / order)))
+    return max(times) > LONGEST_MOVE
 
 
 def _dwell(value: Any, count: int, ledger: Ledger, place: Place) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
 from drivetrain.study import fields as f
 from drivetrain.study.form import Form
@@ -164,9 +164,8 @@ class AssumptionsForm(Form):
     motors: dict[str, MotorAssumptionForm] = Field(default_factory=dict)
 
 
-def _no_gears(value: Any) -> Any:
-    """`gears: none` is a direct drive."""
-    return None if value == "none" else value
+def _none_or_filter(value: Any) -> str:
+    return "<none>" if isinstance(value, str) else "<filter>"
 
 
 def _list_or_word(value: Any) -> str:
@@ -174,10 +173,13 @@ def _list_or_word(value: Any) -> str:
 
 
 class CandidatesForm(Form):
-    """Which motors and gears may drive a joint, and how they are paired."""
+    """Which motors and gears may drive a joint, and how they are paired; gears: none are direct drives."""
 
     motors: MotorFilter = MotorFilter()
-    gears: Annotated[GearFilter | None, BeforeValidator(_no_gears)] = GearFilter()
+    gears: Annotated[
+        Annotated[Literal["none"], Tag("<none>")] | Annotated[GearFilter, Tag("<filter>")],
+        Discriminator(_none_or_filter),
+    ] = GearFilter()
     pairs: Annotated[
         Annotated[Literal["compatible", "published", "all"], Tag("<word>")] | Annotated[list[DriveForm], Tag("<list>")],
         Discriminator(_list_or_word),

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import warnings
-from pathlib import Path
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.load import load_arm
-from drivetrain.errors import Fault, InputError, PhysicsWarning
+from drivetrain.errors import PhysicsWarning
 
 SWING = math.radians(40.0)  # of each revolute joint, where its range allows
 SLIDE = 0.1  # [m], of each prismatic joint
@@ -137,19 +136,3 @@ def _limit(slides: list[bool], turning: str, sliding: str) -> str:
     """One limit for all joints, or one each when they are of two kinds."""
     each = [sliding if slide else turning for slide in slides]
     return each[0] if len(set(each)) == 1 else f"[{', '.join(each)}]"
-
-
-def write_template(path: Path, *, overwrite: bool = False) -> None:
-    """Writes the template as a new file.
-
-    Args:
-        path: Where to.
-        overwrite: Replace a file that is already there.
-
-    Raises:
-        InputError: A file is already there.
-    """
-    if path.exists() and not overwrite:
-        raise InputError(Fault(str(path), "is already there", hint="choose another name, or --force to replace it"))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(study_template(), encoding="utf-8")

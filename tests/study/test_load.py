@@ -117,6 +117,8 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
         ({"motions.there.unit": None}, "motions.there.waypoints[1][0]", "give the motion a unit"),
         ({"motions.there.profile": None}, "motions.there.profile", "is missing"),
         ({"motions.there.durations": None}, "motions.there", "needs a duration, or limits"),
+        ({"motions.there.durations": ["2 h"]}, "motions.there", "too long"),
+        ({"motions.there.speed": "1e-9 rad/s"}, "motions.there", "too long"),
         ({"motions.there.speed": ["1 rad/s"]}, "motions.there.speed", "1 limits"),
         ({"motions.there.speed": "90 deg"}, "motions.there.speed", "rotation speed"),
         ({"motions.there": {"table": "x.csv"}}, "motions.there.table", "without an arm"),
@@ -136,6 +138,7 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
         ({"catalogs": ["catalog", "absent"]}, "absent", "is no folder"),
         ({"gears": {"g": {"kind": "spur", "ratio": 0, "source": "x"}}}, "gears.g, gear g.ratio", "must not be 0"),
         ({"joints.default": {"candidates": {"gears": {"kind": "rv"}}}}, "joints.default.candidates.gears.kind", "rv"),
+        ({"joints.default.candidates.frameless_rule": {"min_diameter_ratio": 3}}, "frameless rule", "the smallest"),
         ({"motions.default": {"file": "x.csv"}}, "motions.default.file", "for one motion"),
     ],
 )  # fmt: skip

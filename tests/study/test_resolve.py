@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.load import load_arm
@@ -20,7 +19,7 @@ from drivetrain.study.dh_table import read_dh_table
 from drivetrain.study.load import load_study
 from drivetrain.study.resolve_joints import merged_joint
 from drivetrain.study.schema_parts import JointForm
-from drivetrain.study.template import study_template, write_template
+from drivetrain.study.template import study_template
 
 PUMA_HEADER = (
     "name,a [mm],alpha [deg],d [mm],mass [kg],com_x [mm],com_y [mm],com_z [mm],ixx [kg m^2],iyy [kg m^2],izz [kg m^2]"
@@ -193,14 +192,3 @@ def test_the_template_loads_for_every_built_in_arm(arm: str, tmp_path: Path) -> 
     assert all(task.pairs for task in study.joints)
     assert [body.mass for body in study.payloads] == [3.0]
     assert not [note for note in study.notes if note.startswith("doubt:")]
-
-
-def test_the_template_is_written_once(tmp_path: Path) -> None:
-    path = tmp_path / "deep" / "mine.yaml"
-    write_template(path)
-    assert "three edits" in path.read_text(encoding="utf-8").lower()
-    with pytest.raises(InputError, match="already there"):
-        write_template(path)
-    path.write_text("own work", encoding="utf-8")
-    write_template(path, overwrite=True)
-    assert yaml.safe_load(path.read_text(encoding="utf-8"))["schema_version"] == 1
