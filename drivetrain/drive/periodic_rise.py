@@ -110,11 +110,13 @@ def mean_rise(network: ThermalNetwork, losses: CycleLosses) -> PeriodicRise:
     Returns:
         Start and mean alike; infinite in a runaway: slope of the loss times resistance is 1 or more.
     """
+    if not np.isfinite(losses.copper).all():
+        return _RUNAWAY
     weights = losses.steps / losses.steps.sum()
     copper, slope, loss = (float(weights @ part) for part in (losses.copper, losses.slope, losses.housing))
     inner, outer = network.resistance_winding_housing, network.resistance_housing_ambient
     gain = slope * (inner + outer)
-    if not (gain < 1.0 and math.isfinite(copper)):
+    if not gain < 1.0:
         return _RUNAWAY
     winding_loss = (copper + slope * outer * loss) / (1.0 - gain)
     housing = outer * (winding_loss + loss)
