@@ -1,0 +1,211 @@
+"""Slender beams: how far their ends bend, turn, twist and stretch under what passes through them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array, frozen_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.rotations import frame_along
+from drivetrain.spatial.wrenches import same_batches
+
+# Gauss points and weights on 0 to 1: exact for the cubic moments times a lever that are integrated here.
+_POINTS = 0.5 + 0.5 * math.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])
+_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
+
+
+@dataclass(frozen=True)
+class Section:
+    """What the cross-section of a beam resists; z runs along the beam.
+
+    Attributes:
+        bending_x, bending_y: Against bending about x and about y, E I [N m^2].
+        torsion: Against twisting about z, G J [N m^2].
+        axial: Against stretching, E A [N].
+    """
+
+    bending_x: float
+    bending_y: float
+    torsion: float
+    axial: float
+
+    def __post_init__(self) -> None:
+        values = {name: getattr(self, name) for name in ("bending_x", "bending_y", "torsion", "axial")}
+        faults = [
+            Fault(f"section.{name}", "must be greater than 0", value)
+            for name, value in values.items()
+            if not value > 0.0
+        ]
+        if faults:
+            raise InputError(faults)
+
+
+@dataclass(frozen=True, eq=False)
+class Beam:
+    """A straight beam between two points.
+
+    Attributes:
+        section: The same all along.
+        start, end: Its ends, in whatever frame it is given [m], (3,).
+        side: Direction of the section's x axis, to be made square to the beam [-], (3,); None: the frame's x and y
+            turned the shortest way that takes its z along the beam.
+    """
+
+    section: Section
+    start: Array
+    end: Array
+    side: Array | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("start", "end"):
+            object.__setattr__(self, name, frozen_array(getattr(self, name), (3,), f"beam.{name}"))
+        if self.length == 0.0:
+            raise InputError(Fault("beam.end", "must differ from its start", self.end.tolist()))
+        if self.side is not None:
+            object.__setattr__(self, "side", frozen_array(self.side, (3,), "beam.side"))
+            across = np.cross(self.side, self.end - self.start)
+            if np.linalg.norm(across) < 1e-9 * np.linalg.norm(self.side) * self.length or not np.any(self.side):
+                problem = "must point away from the beam's own direction"
+                raise InputError(Fault("beam.side", problem, self.side.tolist()))
+
+    @property
+    def length(self) -> float:
+        """From end to end [m]."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    @property
+    def axes(self) -> Array:
+        """Rotation matrix whose columns are the section's axes, z along the beam [-], (3, 3)."""
+        along = (self.end - self.start) / self.length
+        if self.side is None:
+            return frame_along(along)
+        across = np.cross(along, self.side)
+        across /= np.linalg.norm(across)
+        return np.column_stack([np.cross(across, along), across, along])
+
+
+def round_tube(outer: float, inner: float, youngs_modulus: float, shear_modulus: float) -> Section:
+    """The section of a round tube, or of a round bar when nothing is hollow.
+
+    Args:
+        outer, inner: Diameters [m].
+        youngs_modulus, shear_modulus: Of the material [Pa].
+
+    Returns:
+        The section.
+
+    Raises:
+        InputError: An inner diameter that is negative or not the smaller one.
+    """
+    if not 0.0 <= inner < outer:
+        raise InputError(Fault("round_tube.inner", f"must lie between 0 and the outer diameter {outer:g} m", inner))
+    second = math.pi / 64.0 * (outer**4 - inner**4)
+    area = math.pi / 4.0 * (outer**2 - inner**2)
+    bending = youngs_modulus * second
+    return Section(bending, bending, 2.0 * shear_modulus * second, youngs_modulus * area)
+
+
+def box_tube(width: float, height: float, wall: float, youngs_modulus: float, shear_modulus: float) -> Section:
+    """The section of a rectangular tube with a thin wall of one thickness.
+
+    Args:
+        width, height: Outer, along x and along y [m].
+        wall: Thickness [m].
+        youngs_modulus, shear_modulus: Of the material [Pa].
+
+    Returns:
+        The section.
+
+    Raises:
+        InputError: A wall that is not thinner than half the smaller side.
+
+    Reference:
+        Torsion by Bredt's second formula for thin closed walls, 4 A^2 t / perimeter of the middle line.
+    """
+    if not 0.0 < wall < 0.5 * min(width, height):
+        raise InputError(Fault("box_tube.wall", "must lie between 0 and half the smaller side", wall))
+    inside = (width - 2.0 * wall, height - 2.0 * wall)
+    about_x = (width * height**3 - inside[0] * inside[1] ** 3) / 12.0
+    about_y = (height * width**3 - inside[1] * inside[0] ** 3) / 12.0
+    middle = (width - wall, height - wall)
+    torsion = 2.0 * (middle[0] * middle[1]) ** 2 * wall / (middle[0] + middle[1])
+    area = width * height - inside[0] * inside[1]
+    return Section(
+        youngs_modulus * about_x, youngs_modulus * about_y, shear_modulus * torsion, youngs_modulus * area
+    )
+
+
+def beam_compliance(section: Section, length: float) -> Array:
+    """What the free end of a clamped beam does under a wrench on it: bending, twisting and stretching, no shear.
+
+    Args:
+        section: The same all along.
+        length: [m].
+
+    Returns:
+        The matrix that takes a wrench on the end (moment [N m], force [N]) to its (rotation [rad], displacement [m]),
+        (6, 6), symmetric; about the end, axes of the section, z along the beam.
+
+    Reference:
+        Euler and Bernoulli's cantilever: f L^3/(3 E I), f L^2/(2 E I), m L/(E I), and m L/(G J), f L/(E A).
+    """
+    result = np.diag([
+        length / section.bending_x, length / section.bending_y, length / section.torsion,
+        length**3 / (3.0 * section.bending_y), length**3 / (3.0 * section.bending_x), length / section.axial,
+    ])  # fmt: skip
+    # A turn about +x takes z towards -y, one about +y takes it towards +x.
+    result[0, 4] = result[4, 0] = -(length**2) / (2.0 * section.bending_x)
+    result[1, 3] = result[3, 1] = length**2 / (2.0 * section.bending_y)
+    return result
+
+
+def end_deflection(section: Section, length: float, start_wrench: Any, end_wrench: Any) -> Array:
+    """How the end of a beam moves against its start, from what enters at the start and leaves at the end.
+
+    What the two differ by is the beam's own load, weight and inertia. Spread along the beam as a straight line, it
+    makes the bending moment the one cubic that has both moments and both shear forces right; stretch and twist have
+    their own load even. That is exact for a beam of even mass. A point mass at the end that is counted in the beam's own
+    load bends it by 10 % less than it should.
+
+    Args:
+        section: The same all along.
+        length: [m].
+        start_wrench, end_wrench: What each section passes on towards the end: (moment about that section [N m],
+            force [N]) on the part after it, axes of the section, z along the beam; (6,) or (N, 6), both of one shape.
+            A weight P that hangs at the end is there the force -P.
+
+    Returns:
+        (rotation [rad], displacement [m]) of the end, same axes, (6,) or (N, 6).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+    """
+    first, last = same_batches(6, {"start_wrench": start_wrench, "end_wrench": end_wrench})
+    result = np.zeros_like(first)
+    for s, weight in zip(_POINTS, _WEIGHTS, strict=True):
+        moment, axial = _section_load(first, last, length, float(s))
+        # What is passed on to the end is the opposite of what loads the end.
+        turn = -weight * length * moment / np.array([section.bending_x, section.bending_y, section.torsion])
+        lever = (1.0 - s) * length
+        result[:, :3] += turn
+        result[:, 3] += turn[:, 1] * lever
+        result[:, 4] -= turn[:, 0] * lever
+        result[:, 5] -= weight * length * axial / section.axial
+    return result if np.ndim(start_wrench) == 2 else result[0]
+
+
+def _section_load(first: Array, last: Array, length: float, s: float) -> tuple[Array, Array]:
+    """Moment about and axial force through the section at a share s of the length."""
+    moment = first[:, :3] + s * (last[:, :3] - first[:, :3])
+    # Equilibrium of a slice: the moment about x falls off with the force along y, that about y with minus that along x.
+    slopes = [length * np.column_stack([w[:, 4], -w[:, 3]]) for w in (first, last)]
+    ends = [w[:, :2] for w in (first, last)]
+    moment[:, :2] = (
+        (1.0 + 2.0 * s) * (1.0 - s) ** 2 * ends[0] + s**2 * (3.0 - 2.0 * s) * ends[1]
+        + s * (1.0 - s) ** 2 * slopes[0] - s**2 * (1.0 - s) * slopes[1]
+    )  # fmt: skip
+    return moment, first[:, 5] + s * (last[:, 5] - first[:, 5])
