@@ -1,8 +1,9 @@
-"""The Coriolis matrix of Christoffel symbols, out of the recursion alone.
+"""The Coriolis matrix and the Christoffel symbols, out of the recursion alone.
 
 The recursion without gravity and accelerations gives ``h(q, qd)``, whose entry i is the quadratic form of the symbols
-``Gamma_ijk``. They are symmetric in j and k, so the form determines them: column j of C is ``Gamma(e_j, qd)``, by
-polarisation ``(h(qd + s e_j) - h(qd - s e_j)) / (4 s)``, for any s; the size of qd keeps the most digits.
+``Gamma_ijk``. They are symmetric in j and k, so the form determines them: by polarisation
+``Gamma(u, v) = (h(u + v) - h(u - v)) / 4``, with no derivative taken and nothing neglected, and with the rotors of the
+recursion, of any kind and at any level.
 """
 
 from __future__ import annotations
@@ -36,19 +37,54 @@ def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
     model = packed(arm)
     result = np.empty((*positions.shape, arm.n))
+    # Column j of C is Gamma(e_j, qd); e_j is made as long as qd, which keeps the most digits.
+    size = np.sqrt(np.sum(speeds * speeds, axis=1))
+    size[size == 0.0] = 1.0
     for first in range(0, len(positions), CHUNK):
         some = slice(first, first + CHUNK)
-        result[some] = _symbols_times(model, positions[some], speeds[some])
+        steps = size[some, None, None] * np.eye(arm.n)
+        columns = _velocity_form(model, positions[some], steps, speeds[some, None]) / size[some, None, None]
+        result[some] = np.swapaxes(columns, 1, 2)
     return result if np.ndim(q) == 2 else result[0]
 
 
-def _symbols_times(model: Packed, q: Array, qd: Array) -> Array:
-    count, n = q.shape
-    size = np.sqrt(np.sum(qd * qd, axis=1))
-    size[size == 0.0] = 1.0
-    steps = size[:, None, None] * np.eye(n)
-    speeds = np.concatenate([qd[:, None] + steps, qd[:, None] - steps], axis=1).reshape(-1, n)
-    motion = (np.repeat(q, 2 * n, axis=0), speeds, np.zeros(speeds.shape))
-    torque = run(model, motion, gravity=np.zeros(3)).reshape(count, 2, n, n)
-    columns = (torque[:, 0] - torque[:, 1]) / (4.0 * size[:, None, None])
-    return np.swapaxes(columns, 1, 2)
+def christoffel_symbols(arm: Arm, q: Any) -> Array:
+    """The Christoffel symbols of the first kind: entry i, j, k is what speeds of joints j and k ask of joint i.
+
+    ``sum over j and k of Gamma_ijk qd_j qd_k`` is the torque of joint i at constant speeds without gravity; the terms
+    j = k are centripetal, the others Coriolis terms.
+
+    Args:
+        arm: With rotors or without; rotors of any kind are included.
+        q: Positions [rad or m], (n,) or (N, n).
+
+    Returns:
+        Gamma [kg m^2; kg m and kg where joints are prismatic], (n, n, n) or (N, n, n, n), exactly symmetric in the
+        last two indices.
+
+    Raises:
+        InputError: Wrong shape, or a NaN or infinity.
+
+    Reference: Modern Robotics, equations 8.16 to 8.18.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    model = packed(arm)
+    n, units = arm.n, np.eye(arm.n)
+    result = np.empty((len(positions), n, n, n))
+    j, k = np.triu_indices(n)
+    for first in range(0, len(positions), CHUNK):
+        some = slice(first, first + CHUNK)
+        pairs = np.swapaxes(_velocity_form(model, positions[some], units[None, j], units[None, k]), 1, 2)
+        result[some, :, j, k] = result[some, :, k, j] = pairs
+    return result if np.ndim(q) == 2 else result[0]
+
+
+def _velocity_form(model: Packed, q: Array, u: Array, v: Array) -> Array:
+    """Gamma(u, v) of m pairs of speeds a sample, (N, m, n); q is (N, n), u and v fit to (N, m, n)."""
+    fast, slow = np.broadcast_arrays(u + v, u - v)
+    speeds = np.broadcast_to(np.concatenate([fast, slow], axis=1), (len(q), 2 * fast.shape[1], q.shape[1]))
+    m = fast.shape[1]
+    rows = np.ascontiguousarray(speeds).reshape(-1, q.shape[1])
+    motion = (np.repeat(q, 2 * m, axis=0), rows, np.zeros(rows.shape))
+    torque = run(model, motion, gravity=np.zeros(3)).reshape(len(q), 2 * m, -1)
+    return np.asarray(0.25 * (torque[:, :m] - torque[:, m:]))

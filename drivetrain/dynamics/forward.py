@@ -36,7 +36,7 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     Raises:
         InputError: Wrong shapes, a NaN or infinity, or a mass matrix that is singular: a joint that moves no inertia.
 
-    Reference: Modern Robotics, section 8.5.
+    Reference: Modern Robotics, equation 8.81.
     """
     positions, speeds, torques = finite_samples(arm.n, {"q": q, "qd": qd, "tau": tau})
     model = packed(arm)

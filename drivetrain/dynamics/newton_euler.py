@@ -143,7 +143,7 @@ def gravity_torque(arm: Arm, q: Any) -> Array:
     Raises:
         InputError: Wrong shape, or a NaN or infinity.
 
-    Reference: Modern Robotics, section 8.3.2, the term g(theta) of equation 8.27.
+    Reference: Modern Robotics, equation 8.80.
     """
     (positions,) = finite_samples(arm.n, {"q": q})
     rest = np.zeros(positions.shape)

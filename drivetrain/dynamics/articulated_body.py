@@ -1,0 +1,64 @@
+"""Forward dynamics by articulated bodies: accelerations in time that grows as the number of joints.
+
+Solving with the mass matrix (``forward.py``) takes n^2 to fill it and n^3 to factor it, and on long chains it loses
+digits as the matrix's condition, which grows as n^4. This recursion does neither, and takes rotors as they are: on or
+off the joint's axis, on any link, balanced or not.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as told in ``articulated_kernel.py``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.dynamics.articulated_kernel import compiled
+from drivetrain.dynamics.doors import finite_samples, tip_samples
+from drivetrain.dynamics.packed import packed
+from drivetrain.errors import Fault, InputError
+
+
+def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = None) -> Array:
+    """The accelerations that generalised joint torques give, without the mass matrix.
+
+    Args:
+        arm: With rotors or without, at any level.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+        tau: Generalised torques, ``ratio_i`` times the torque of motor i [N m; N at a prismatic joint], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
+            (6,) or (N, 6). None: nothing.
+
+    Returns:
+        Accelerations [rad/s^2 or m/s^2], (n,) or (N, n): those of ``forward_dynamics``, to rounding.
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, numbers too large to calculate with, or a joint that moves no
+            inertia when the joints after it give way.
+
+    Reference: Modern Robotics, section 8.5; Featherstone (2008), table 7.1.
+    """
+    positions, speeds, torques = finite_samples(arm.n, {"q": q, "qd": qd, "tau": tau})
+    model = packed(arm)
+    tip = tip_samples(model, tip_wrench, len(positions))
+    result = np.empty(positions.shape)
+    sample, joint = compiled()(model.rows, model.spins, model.gravity, positions, speeds, torques, tip, result)
+    if joint >= 0 or not np.isfinite(result).all():
+        many = np.ndim(q) == 2
+        raise _too_large(arm, result) if joint < 0 else _inertialess(arm, sample, joint, many)
+    return result if np.ndim(q) == 2 else result[0]
+
+
+def _inertialess(arm: Arm, sample: int, joint: int, many: bool) -> InputError:
+    where = f" at sample {sample}" if many else ""
+    problem = f"moves no inertia of its own{where}: accelerations are not defined there"
+    hint = "give the links from this joint on mass and inertia, or the joint a rotor"
+    return InputError(Fault(f"joint {arm.joint_names[joint]!r}", problem, None, hint))
+
+
+def _too_large(arm: Arm, result: Array) -> InputError:
+    joint = int(np.argwhere(~np.isfinite(result))[0][1])
+    problem = "its acceleration is not finite: q, qd, tau or tip_wrench is too large to calculate with"
+    return InputError(Fault(f"joint {arm.joint_names[joint]!r}", problem))

@@ -1,0 +1,79 @@
+"""Vectors of three as tuples, for compiled code: they live in registers, where small arrays would live in memory.
+
+Compiled into ``articulated_kernel.py`` and ``frame_kernels.py``; a change here must be told there, see ``SOURCES``.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+
+from drivetrain.arrays import Array
+
+Vector = tuple[float, float, float]
+part = nb.njit(error_model="numpy", nogil=True, fastmath={"contract"})
+
+
+@part
+def cross(a: Vector, b: Vector) -> Vector:
+    """The cross product.
+
+    Args:
+        a, b: Vectors [any unit].
+
+    Returns:
+        a x b [product of the units].
+    """
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@part
+def dot(a: Vector, b: Vector) -> float:
+    """The scalar product.
+
+    Args:
+        a, b: Vectors [any unit].
+
+    Returns:
+        a . b [product of the units].
+    """
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@part
+def get(o: Array, at: int) -> Vector:
+    """Three columns of a row.
+
+    Args:
+        o: The row [any unit].
+        at: The first column.
+
+    Returns:
+        The vector.
+    """
+    return o[at], o[at + 1], o[at + 2]
+
+
+@part
+def put(o: Array, at: int, a: Vector) -> None:
+    """Put a vector into three columns of a row.
+
+    Args:
+        o: The row [any unit].
+        at: The first column.
+        a: The vector.
+    """
+    o[at], o[at + 1], o[at + 2] = a
+
+
+@part
+def add(o: Array, at: int, a: Vector) -> None:
+    """Add a vector to three columns of a row.
+
+    Args:
+        o: The row [any unit].
+        at: The first column.
+        a: The vector.
+    """
+    o[at] += a[0]
+    o[at + 1] += a[1]
+    o[at + 2] += a[2]

@@ -1,0 +1,267 @@
+"""Arms with springs in their joints and links that bend: small motions about a posture.
+
+The spring of a joint lies between the rotor, seen through its ratio, and the link that it drives. Vibrations are
+those of the frozen posture, without damping, gravity's own small stiffness and the terms of speed.
+
+Reference: Modern Robotics, section 8.9.5, which names these effects and leaves their equations to the reader.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import MountedRotor, RotorLevel
+from drivetrain.arrays import Array
+from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.beams import Beam, beam_compliance
+from drivetrain.spatial.inertia import RigidBody
+from drivetrain.spatial.poses import inverse_pose
+
+NO_BEAMS: Mapping[int, Beam] = {}
+
+
+def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
+    """The natural frequencies with every motor holding its rotor still against its stator: stiff control, or a brake.
+
+    Args:
+        arm: With rotors or without; rotors ride along as dead weight.
+        q: Positions [rad or m], (n,) or (N, n).
+        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) of each sample. Infinite:
+            a rigid joint, which does not vibrate.
+
+    Returns:
+        [Hz], lowest first, one a sprung joint, (m,) or (N, m).
+
+    Raises:
+        InputError: Wrong shapes, stiffness not positive, or a joint sprung in some samples only.
+
+    Reference: K v = w^2 M v, with M of the sprung joints.
+    """
+    positions, springs, sprung = _door(arm, q, stiffness)
+    masses = _locked_masses(arm, positions, *rotor_inertias(arm, positions))
+    twists = np.eye(arm.n)[sprung][:, sprung]
+    return _like(q, _frequencies(masses[:, sprung][:, :, sprung], twists, springs[:, sprung]))
+
+
+def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
+    """The natural frequencies with every motor's torque constant: links swing against rotors, two masses a spring.
+
+    Args:
+        arm: With rotors, counted at its level. A sprung joint without a rotor has its spring between the two links, as
+            a link that bends has.
+        q: Positions [rad or m], (n,) or (N, n).
+        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) of each sample. Infinite:
+            a rigid joint, whose rotor follows the link.
+
+    Returns:
+        [Hz], lowest first, one a sprung joint, (m,) or (N, m); the motions without any twist, of frequency 0, left out.
+
+    Raises:
+        InputError: As ``locked_frequencies``; or the rotor of a sprung joint has no inertia.
+
+    Reference: One joint: w^2 = K (1/I + 1/(G^2 J)), the torsional resonance of the drive-train.
+    """
+    positions, springs, sprung = _door(arm, q, stiffness)
+    _demand_inertia(arm, sprung)
+    shared, own = rotor_inertias(arm, positions)
+    links = _locked_masses(arm, positions, shared, own)
+    masses = np.block([[links, shared], [np.swapaxes(shared, 1, 2), own]])
+    loose = sprung & np.array([rotor is not None for rotor in arm.rotors])
+    # A rigid joint has one coordinate for link and rotor; its row of the second block joins that of the first.
+    links_part = np.vstack([np.eye(arm.n), np.diag((~sprung).astype(float))])
+    rotors_part = np.vstack([np.zeros((arm.n, arm.n)), np.eye(arm.n)])[:, loose]
+    reduction = np.hstack([links_part, rotors_part])
+    twists = np.hstack([np.eye(arm.n), -np.eye(arm.n)[:, loose]])[sprung]
+    return _like(q, _frequencies(reduction.T @ masses @ reduction, twists, springs[:, sprung]))
+
+
+def rotor_inertias(arm: Arm, q: Any) -> tuple[Array, Array]:
+    """What the rotors add to the mass matrix once they move on their own, each angle counted behind its gear.
+
+    With M0 the mass matrix of rotors locked where they are, ``[[M0, S], [S.T, B]]`` is that of links and free rotors,
+    and M0 + S + S.T + B is that of rotors bound to their joints.
+
+    Args:
+        arm: With rotors or without, counted at its level.
+        q: Positions [rad or m], (n,) or (N, n).
+
+    Returns:
+        S and B [kg m^2; kg m and kg where joints are prismatic], each (n, n) or (N, n, n): column i of S is the
+        momentum that links must take when rotor i spins, B holds ``ratio^2 * axial inertia`` on its diagonal.
+
+    Raises:
+        InputError: Wrong shape, or a NaN or infinity.
+
+    Reference: Modern Robotics, equation 8.111, taken apart.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    shared = np.zeros((len(positions), arm.n, arm.n))
+    own = np.zeros_like(shared)
+    columns = space_jacobian(arm, positions)
+    moved = link_poses(arm, positions) @ np.array([inverse_pose(home) for home in arm.home])
+    for i, rotor in enumerate(arm.rotors):
+        if rotor is None or arm.level is RotorLevel.NONE:
+            continue
+        own[:, i, i] = rotor.ratio**2 * rotor.axial_inertia
+        if arm.level is RotorLevel.FULL and rotor.carrier >= 0:
+            momenta = _momenta(rotor, moved[:, rotor.carrier], rotor.ratio * positions[:, i])
+            before = slice(0, rotor.carrier + 1)
+            shared[:, before, i] = np.einsum("nkc,nk->nc", columns[:, :, before], momenta)
+    return (shared, own) if np.ndim(q) == 2 else (shared[0], own[0])
+
+
+def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam] = NO_BEAMS) -> Array:
+    """How the tip gives way to a wrench on it: joint springs and bending links in series.
+
+    Args:
+        arm: The arm.
+        q: Positions [rad or m], (n,) or (N, n).
+        stiffness: Of the joint springs [N m/rad; N/m at a prismatic joint], (n,), or (N, n) of each sample; infinite:
+            rigid.
+        beams: The part of a link that bends, by link index, in the base frame with every joint at zero [m, N m^2].
+
+    Returns:
+        The matrix that takes a wrench on the tip (moment [N m], force [N]) to the tip's (rotation [rad], displacement
+        [m]), all about the tip in axes of the base, (6, 6) or (N, 6, 6).
+
+    Raises:
+        InputError: Wrong shapes, stiffness not positive, or a beam of a link that the arm does not have.
+
+    Reference: J K^-1 J^T, plus every beam's own compliance carried to the tip.
+    """
+    positions, springs, _ = _door(arm, q, stiffness)
+    check_beams(arm, beams)
+    tips = tip_pose(arm, positions)
+    jacobian = tip_jacobian(arm, positions)
+    result = np.asarray((jacobian / springs[:, None, :]) @ np.swapaxes(jacobian, 1, 2))
+    moved = link_poses(arm, positions) @ np.array([inverse_pose(home) for home in arm.home])
+    for link, beam in beams.items():
+        turn = np.zeros((len(positions), 6, 6))
+        turn[:, :3, :3] = turn[:, 3:, 3:] = moved[:, link, :3, :3] @ beam.axes
+        end = moved[:, link, :3, :3] @ beam.end + moved[:, link, :3, 3]
+        carry = carried_to(tips[:, :3, 3] - end) @ turn
+        result += carry @ beam_compliance(beam.section, beam.length) @ np.swapaxes(carry, 1, 2)
+    return result if np.ndim(q) == 2 else result[0]
+
+
+def tip_jacobian(arm: Arm, q: Any) -> Array:
+    """The matrix that takes small joint motions to those of the tip, about the tip in axes of the base.
+
+    Args:
+        arm: The arm.
+        q: Positions [rad or m], (n,) or (N, n).
+
+    Returns:
+        Columns (rotation [-], displacement of the tip's origin [m or -]) a joint, (6, n) or (N, 6, n).
+
+    Raises:
+        InputError: Wrong shape, or a NaN or infinity.
+    """
+    rotation = tip_pose(arm, q)[..., :3, :3]
+    body = body_jacobian(arm, q)
+    return np.concatenate([rotation @ body[..., :3, :], rotation @ body[..., 3:, :]], axis=-2)
+
+
+def carried_to(levers: Array) -> Array:
+    """The matrices that carry a small motion of one point of a rigid body to another point of it, same axes.
+
+    Args:
+        levers: From the one point to the other [m], (N, 3).
+
+    Returns:
+        They act on (rotation [rad], displacement [m]), (N, 6, 6); their transposes carry wrenches back.
+    """
+    x, y, z = np.asarray(levers).T
+    result = np.tile(np.eye(6), (len(x), 1, 1))
+    result[:, 3, 1], result[:, 3, 2] = z, -y
+    result[:, 4, 0], result[:, 4, 2] = -z, x
+    result[:, 5, 0], result[:, 5, 1] = y, -x
+    return result
+
+
+def check_beams(arm: Arm, beams: Mapping[int, Beam]) -> None:
+    """That every beam belongs to a link of the arm.
+
+    Args:
+        arm: The arm.
+        beams: By link index, ends in the base frame with every joint at zero [m].
+
+    Raises:
+        InputError: An index that is none.
+    """
+    faults = [
+        Fault(f"beams[{link}]", f"is no link of the arm: 0 to {arm.n - 1}", link)
+        for link in beams
+        if not 0 <= link < arm.n
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Positions (N, n), spring stiffness of every sample (N, n), and which joints are sprung (n,)."""
+    (positions,) = finite_samples(arm.n, {"q": q})
+    given = np.asarray(stiffness, dtype=np.float64)
+    if given.shape not in ((arm.n,), positions.shape):
+        raise InputError(Fault("stiffness", f"must have shape ({arm.n},) or that of q", f"shape {given.shape}"))
+    springs = np.broadcast_to(given, positions.shape)
+    if not (springs > 0.0).all():
+        problem = "must be positive [N m/rad or N/m]; infinite where rigid"
+        raise InputError(Fault("stiffness", problem, float(given.min())))
+    sprung = np.isfinite(springs)
+    if (sprung.any(axis=0) != sprung.all(axis=0)).any():
+        joint = int(np.argmax(sprung.any(axis=0) != sprung.all(axis=0)))
+        raise InputError(Fault(f"stiffness of {arm.joint_names[joint]}", "must be finite in every sample or in none"))
+    return positions, springs, np.asarray(sprung.all(axis=0))
+
+
+def _locked_masses(arm: Arm, q: Array, shared: Array, own: Array) -> Array:
+    """The mass matrix with rotors still against their stators, each at the angle to which its joint has brought it."""
+    return mass_matrix(arm, q) - shared - np.swapaxes(shared, 1, 2) - own
+
+
+def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:
+    """A spring behind a rotor needs a mass on either side."""
+    faults = []
+    for name, rotor, has_spring in zip(arm.joint_names, arm.rotors, sprung, strict=True):
+        if has_spring and rotor is not None and (rotor.axial_inertia <= 0.0 or arm.level is RotorLevel.NONE):
+            hint = "make the joint rigid (infinite stiffness), or ask for the locked frequencies"
+            faults.append(Fault(f"rotor of {name}", "must have inertia to swing against its link", hint=hint))
+    if faults:
+        raise InputError(faults)
+
+
+def _momenta(rotor: MountedRotor, moved: Array, angles: Array) -> Array:
+    """Momenta in the base frame of a rotor that spins at ``ratio`` [rad/s], its stator at rest, (N, 6)."""
+    axis, point = rotor.screw[:3], np.cross(rotor.screw[:3], rotor.screw[3:])
+    body = RigidBody(rotor.mass, np.zeros(3), rotor.inertia).spatial_inertia(rotor.home)
+    momentum = body @ (rotor.ratio * rotor.screw)
+    # About a point of the spin axis; an unbalanced rotor's momentum turns with it about that axis.
+    about = np.array([momentum[:3] - np.cross(point, momentum[3:]), momentum[3:]])
+    along = np.outer(about @ axis, axis)
+    cosine, sine = np.cos(angles)[:, None, None], np.sin(angles)[:, None, None]
+    turned = along + cosine * (about - along) + sine * np.cross(axis, about)
+    rotation, place = moved[:, :3, :3], moved[:, :3, :3] @ point + moved[:, :3, 3]
+    moment, linear = np.moveaxis(turned @ np.swapaxes(rotation, 1, 2), 1, 0)
+    return np.hstack([moment + np.cross(place, linear), linear])
+
+
+def _frequencies(masses: Array, twists: Array, springs: Array) -> Array:
+    """Those of springs that feel ``twists @ x``, without the motions that wind none of them up, (N, m) [Hz]."""
+    loose = twists @ np.linalg.solve(masses, np.broadcast_to(twists.T, (len(masses), *twists.T.shape)))
+    root = np.sqrt(springs)
+    squares = np.linalg.eigvalsh(root[:, :, None] * (0.5 * (loose + np.swapaxes(loose, 1, 2))) * root[:, None, :])
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+
+
+def _like(q: Any, rows: Array) -> Array:
+    """A batch, or its only row where one sample was asked."""
+    return rows if np.ndim(q) == 2 else np.asarray(rows[0])

@@ -1,0 +1,133 @@
+"""The two energies of the Lagrangian, and where the power of a motion goes.
+
+Rotors are counted as the arm's level says, as everywhere: at NONE they ride along, at REFLECTED each adds the energy
+of its spin ``inertia (ratio qd)^2 / 2``, at FULL they are bodies.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import MountedRotor, RotorLevel
+from drivetrain.arrays import Array
+from drivetrain.dynamics.doors import finite_samples, run, tip_samples
+from drivetrain.dynamics.kinematics import body_jacobian, link_poses
+from drivetrain.dynamics.packed import packed
+from drivetrain.spatial.poses import inverse_pose
+
+
+@dataclass(frozen=True, eq=False)
+class PowerBalance:
+    """Where the power goes that the joints put in: ``joints.sum() = kinetic + potential + tip``.
+
+    Attributes:
+        joints: What each joint's torque does, ``qd_i tau_i`` [W], (n,) or (N, n); negative where it brakes.
+        kinetic: Rate of the kinetic energy [W], () or (N,).
+        potential: Rate of the potential energy [W], () or (N,).
+        tip: What the end effector gives to the environment [W], () or (N,).
+    """
+
+    joints: Array
+    kinetic: Array
+    potential: Array
+    tip: Array
+
+
+def kinetic_energy(arm: Arm, q: Any, qd: Any) -> Array:
+    """The kinetic energy of all links and rotors.
+
+    Args:
+        arm: With rotors or without.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+
+    Returns:
+        ``qd^T M(q) qd / 2`` [J], () or (N,).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equation 8.14.
+    """
+    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
+    momentum = run(packed(arm), (positions, np.zeros(speeds.shape), speeds), gravity=np.zeros(3))
+    energy = 0.5 * np.sum(speeds * momentum, axis=1)
+    return energy if np.ndim(q) == 2 else energy[0]
+
+
+def potential_energy(arm: Arm, q: Any) -> Array:
+    """The potential energy of all links and rotors in the arm's gravity.
+
+    Its zero: every centre of mass in the plane through the origin of the base frame, at right angles to gravity. The
+    base itself is not counted, a rotor that it carries is.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+
+    Returns:
+        Energy [J], () or (N,).
+
+    Raises:
+        InputError: Wrong shape, or a NaN or infinity.
+
+    Reference: Modern Robotics, section 8.1.1, for any arm.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    poses = link_poses(arm, positions)
+    moment = np.einsum("i,nik->nk", arm.masses, poses[..., :3, 3])
+    for joint, rotor in enumerate(arm.rotors):
+        if rotor is not None and rotor.mass > 0.0:
+            spin = rotor.ratio * positions[:, joint] if arm.level is RotorLevel.FULL else np.zeros(len(positions))
+            moment += rotor.mass * _centres(arm, rotor, poses, spin)
+    energy = -(moment @ arm.gravity)
+    return energy if np.ndim(q) == 2 else energy[0]
+
+
+def power_balance(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> PowerBalance:
+    """Where the power of a motion comes from and where it goes, without losses.
+
+    Args:
+        arm: With rotors or without.
+        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
+            (6,) or (N, 6). None: nothing.
+
+    Returns:
+        The powers [W].
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equations 8.13 to 8.16: ``d(T + V)/dt = qd^T (tau - J^T F)``.
+    """
+    motion = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
+    model, (positions, speeds, _) = packed(arm), motion
+    rest = np.zeros(positions.shape)
+    tip = tip_samples(model, tip_wrench, len(positions))
+    joints = speeds * run(model, motion, tip=tip)
+    kinetic = np.sum(speeds * run(model, motion, gravity=np.zeros(3)), axis=1)
+    potential = np.sum(speeds * run(model, (positions, rest, rest)), axis=1)
+    given = np.zeros(len(positions))
+    if tip_wrench is not None:
+        twist = (body_jacobian(arm, positions) @ speeds[:, :, None])[..., 0]
+        given = np.sum(twist * np.asarray(tip_wrench, dtype=np.float64), axis=1)
+    parts = (joints, kinetic, potential, given)
+    return PowerBalance(*parts) if np.ndim(q) == 2 else PowerBalance(*(part[0] for part in parts))
+
+
+def _centres(arm: Arm, rotor: MountedRotor, poses: Array, spin: Array) -> Array:
+    """Where a rotor's centre of mass is when it has turned by ``spin`` [rad] in its carrier, (N, 3)."""
+    axis, home = rotor.screw[:3], rotor.home[:3, 3]
+    on_axis = np.cross(axis, rotor.screw[3:])
+    on_axis = on_axis + axis * (axis @ (home - on_axis))
+    out = home - on_axis
+    turned = np.cos(spin)[:, None] * out + np.sin(spin)[:, None] * np.cross(axis, out)
+    places: Array = on_axis + turned
+    if rotor.carrier < 0:
+        return places
+    moved = poses[:, rotor.carrier] @ inverse_pose(arm.home[rotor.carrier])
+    return np.asarray((moved[:, :3, :3] @ places[:, :, None])[..., 0] + moved[:, :3, 3])

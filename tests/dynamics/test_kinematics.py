@@ -1,0 +1,65 @@
+"""Poses and Jacobians against differences, exponentials and each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from random_arms import EVERY_JOINT, error, motion, random_arm
+from scipy.linalg import expm
+
+from drivetrain.dynamics.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
+from drivetrain.errors import InputError
+
+
+def bracket(twist: np.ndarray) -> np.ndarray:
+    (x, y, z), v = twist[:3], twist[3:]
+    return np.array([[0, -z, y, v[0]], [z, 0, -x, v[1]], [-y, x, 0, v[2]], [0, 0, 0, 0]])
+
+
+@pytest.mark.parametrize("joints", ["RRRRRR", EVERY_JOINT, "H"])
+def test_poses_are_products_of_exponentials(joints: str) -> None:
+    arm = random_arm(60, joints)
+    q, _, _ = motion(60, arm.n)
+    for k, sample in enumerate(q):
+        moved = np.eye(4)
+        for i in range(arm.n):
+            moved = moved @ expm(bracket(arm.screws[i]) * sample[i])
+            assert error(link_poses(arm, q)[k, i], moved @ arm.home[i]) < 1e-13
+        assert error(tip_pose(arm, sample), moved @ arm.tip) < 1e-13
+
+
+@pytest.mark.parametrize("joints", ["RRRRRR", EVERY_JOINT])
+def test_jacobians_are_rates_of_the_pose(joints: str) -> None:
+    arm = random_arm(61, joints)
+    q, qd, _ = motion(61, arm.n)
+    h = 1e-4
+    steps = [tip_pose(arm, q + k * h * qd) for k in (-2, -1, 1, 2)]
+    rate = (steps[0] - 8 * steps[1] + 8 * steps[2] - steps[3]) / (12 * h)
+    inverse = np.linalg.inv(tip_pose(arm, q))
+    for k in range(len(q)):
+        # Fourth-order differences of step 1e-4: 1e-11 of rounding, less of truncation.
+        assert error(bracket(space_jacobian(arm, q)[k] @ qd[k]), rate[k] @ inverse[k]) < 1e-9
+        assert error(bracket(body_jacobian(arm, q)[k] @ qd[k]), inverse[k] @ rate[k]) < 1e-9
+
+
+def test_whole_turns_change_nothing() -> None:
+    arm = random_arm(62)
+    q, _, _ = motion(62, 6)
+    # 100 turns leave 600 rad times 1e-16 of rounding in the angle.
+    assert error(tip_pose(arm, q + 200 * np.pi), tip_pose(arm, q)) < 1e-12
+
+
+def test_shapes_and_doors() -> None:
+    arm = random_arm(63)
+    q, _, _ = motion(63, 6, 3)
+    assert link_poses(arm, q).shape == (3, 6, 4, 4)
+    assert link_poses(arm, q[0]).shape == (6, 4, 4)
+    assert tip_pose(arm, q).shape == (3, 4, 4)
+    assert tip_pose(arm, q[0]).shape == (4, 4)
+    assert space_jacobian(arm, q).shape == body_jacobian(arm, q).shape == (3, 6, 6)
+    assert space_jacobian(arm, q[0]).shape == body_jacobian(arm, q[0]).shape == (6, 6)
+    for function in (link_poses, tip_pose, space_jacobian, body_jacobian):
+        with pytest.raises(InputError, match="q"):
+            function(arm, np.zeros(7))
+        with pytest.raises(InputError, match=r"q\[1\]"):
+            function(arm, [0, np.nan, 0, 0, 0, 0])

@@ -1,0 +1,74 @@
+"""Mass matrix, Coriolis matrix and gravity: shapes, doors and what can be said by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from random_arms import motion, random_arm
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import Rotor, RotorLevel
+from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.dynamics import mass_matrix as module
+from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.newton_euler import gravity_torque
+from drivetrain.errors import InputError
+
+
+def test_shapes() -> None:
+    arm = random_arm(40)
+    q, qd, _ = motion(40, 6, 3)
+    assert mass_matrix(arm, q).shape == coriolis_matrix(arm, q, qd).shape == (3, 6, 6)
+    assert mass_matrix(arm, q[0]).shape == coriolis_matrix(arm, q[0], qd[0]).shape == (6, 6)
+    np.testing.assert_allclose(mass_matrix(arm, q[1]), mass_matrix(arm, q)[1], rtol=1e-13)
+    np.testing.assert_allclose(coriolis_matrix(arm, q[1], qd[1]), coriolis_matrix(arm, q, qd)[1], atol=1e-13)
+    assert mass_matrix(arm, np.empty((0, 6))).shape == (0, 6, 6)
+    assert gravity_torque(arm, q[0]).shape == (6,)
+
+
+def test_long_batches_are_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    arm = random_arm(41)
+    q, qd, _ = motion(41, 6, 25)
+    masses, coriolis = mass_matrix(arm, q), coriolis_matrix(arm, q, qd)
+    monkeypatch.setattr(module, "CHUNK", 10)
+    monkeypatch.setattr("drivetrain.dynamics.coriolis.CHUNK", 10)
+    np.testing.assert_allclose(mass_matrix(arm, q), masses, rtol=1e-13)
+    np.testing.assert_allclose(coriolis_matrix(arm, q, qd), coriolis, atol=1e-12)
+
+
+def test_two_slides_and_a_wheel() -> None:
+    """A cross table carrying a wheel: masses add, nothing couples, a rotor adds ratio squared."""
+    home = np.tile(np.eye(4), (3, 1, 1))
+    screws = [[0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 1, 0, 0, 0]]
+    bare = Arm.from_screws(home, screws, [3.0, 2.0, 1.0], [np.eye(3) * 0.5] * 3)
+    np.testing.assert_allclose(mass_matrix(bare, [0.3, -1.0, 2.0]), np.diag([6.0, 3.0, 0.5]), atol=1e-15)
+    geared = with_rotors(bare, [Rotor(200.0, 1e-4), None, Rotor(-30.0, 1e-4)])
+    wanted = np.diag([6.0 + 200.0**2 * 1e-4, 3.0, 0.5 + 900 * 1e-4])
+    np.testing.assert_allclose(mass_matrix(geared, [0.3, -1.0, 2.0]), wanted, atol=1e-14)
+    np.testing.assert_allclose(gravity_torque(bare, [0.3, -1.0, 2.0]), np.zeros(3), atol=1e-14)
+
+
+def test_rotor_couples_joints_only_at_full_level() -> None:
+    """Two parallel axes: the second rotor also turns with link 0, so J ratio stands off the diagonal."""
+    screws = [[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, 0, 0]]
+    bare = Arm.from_screws(np.tile(np.eye(4), (2, 1, 1)), screws, [1.0, 1.0], [np.eye(3)] * 2)
+    rotors = [Rotor(50.0, 1e-3), Rotor(-80.0, 2e-3)]
+    own = np.array([[2.0, 1.0], [1.0, 1.0]]) + np.diag([2e-3, 0.0])  # rotor 1 rides on link 0
+    squares = np.diag([50.0**2 * 1e-3, 80.0**2 * 2e-3])
+    coupling = np.array([[0.0, -80.0 * 2e-3], [-80.0 * 2e-3, 0.0]])
+    levels = {RotorLevel.NONE: own, RotorLevel.REFLECTED: own + squares, RotorLevel.FULL: own + squares + coupling}
+    for level, wanted in levels.items():
+        np.testing.assert_allclose(mass_matrix(with_rotors(bare, rotors, level=level), [0.4, 1.1]), wanted, atol=1e-14)
+
+
+def test_wrong_input() -> None:
+    arm = random_arm(42)
+    with pytest.raises(InputError, match="q"):
+        mass_matrix(arm, np.zeros(5))
+    with pytest.raises(InputError, match=r"q\[2\]"):
+        gravity_torque(arm, [0, 0, np.nan, 0, 0, 0])
+    with pytest.raises(InputError, match="qd"):
+        coriolis_matrix(arm, np.zeros(6), np.zeros((1, 6)))
+    with pytest.raises(InputError, match="qd"):
+        coriolis_matrix(arm, np.zeros(6), [0, 0, np.inf, 0, 0, 0])

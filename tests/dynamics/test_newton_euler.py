@@ -1,0 +1,181 @@
+"""The doors of inverse dynamics: samples and batches, wrong input, far angles, and what is not asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import Rotor, RotorLevel
+from drivetrain.arm.with_rotors import at_level, with_rotors
+from drivetrain.dynamics.newton_euler import drive_torques, gravity_torque, inverse_dynamics, joint_loads
+from drivetrain.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def arm() -> Arm:
+    bare = random_arm(21, EVERY_JOINT)
+    return with_rotors(bare, rotors_of(21, "mixed", bare.n))
+
+
+@pytest.mark.parametrize("count", [1, 2, 63, 64, 65, 130])
+@pytest.mark.parametrize("joints", ["RRRRRR", EVERY_JOINT, "RRRRRRR", "R"])
+def test_a_batch_is_its_samples(joints: str, count: int) -> None:
+    arm = random_arm(22, joints)
+    q, qd, qdd = motion(22, arm.n, count)
+    tip = np.random.default_rng(1).normal(size=(count, 6))
+    batch = inverse_dynamics(arm, q, qd, qdd, tip_wrench=tip)
+    assert batch.shape == (count, arm.n)
+    for k in {0, count // 2, count - 1}:
+        one = inverse_dynamics(arm, q[k], qd[k], qdd[k], tip_wrench=tip[k])
+        assert one.shape == (arm.n,)
+        np.testing.assert_allclose(one, batch[k], rtol=1e-12, atol=1e-12)
+
+
+def test_no_samples() -> None:
+    arm = random_arm(22)
+    nothing = np.empty((0, 6))
+    assert inverse_dynamics(arm, nothing, nothing, nothing).shape == (0, 6)
+    assert joint_loads(arm, nothing, nothing, nothing).wrench.shape == (0, 6, 6)
+    assert gravity_torque(arm, nothing).shape == (0, 6)
+
+
+def test_any_layout_of_numbers(arm: Arm) -> None:
+    q, qd, qdd = motion(23, arm.n, 70)
+    wanted = inverse_dynamics(arm, q, qd, qdd)
+    frozen = q.copy()
+    frozen.setflags(write=False)
+    strided = np.zeros((140, arm.n))
+    strided[::2] = qd
+    np.testing.assert_array_equal(inverse_dynamics(arm, frozen, strided[::2], np.asfortranarray(qdd)), wanted)
+    np.testing.assert_array_equal(inverse_dynamics(arm, q.tolist(), qd.tolist(), qdd.tolist()), wanted)
+    whole = [[1, 0, 2, 0, 0, 1]]
+    assert inverse_dynamics(arm, whole, whole, whole).dtype == np.float64
+
+
+def test_nothing_is_written_back(arm: Arm) -> None:
+    inputs = [*motion(24, arm.n, 5), np.ones((5, 6))]
+    copies = [value.copy() for value in inputs]
+    joint_loads(arm, *inputs[:3], tip_wrench=inputs[3])
+    for value, copy in zip(inputs, copies, strict=True):
+        np.testing.assert_array_equal(value, copy)
+
+
+@pytest.mark.parametrize("name", ["q", "qd", "qdd"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e200])
+@pytest.mark.parametrize("row", [0, 40, 99])
+def test_numbers_that_are_none(arm: Arm, name: str, value: float, row: int) -> None:
+    named = dict(zip(("q", "qd", "qdd"), motion(25, arm.n, 100), strict=True))
+    named[name][row, 3] = value
+    with pytest.raises(InputError) as caught:
+        inverse_dynamics(arm, **named)
+    wanted = name if np.isfinite(value) else f"{name}[{row}, 3]"
+    assert [fault.place for fault in caught.value.faults] == [wanted]
+
+
+@given(st.integers(0, 2), st.integers(0, 5), st.sampled_from([np.nan, np.inf]))
+def test_a_number_that_is_none_is_never_missed(field: int, joint: int, value: float) -> None:
+    sample = [np.zeros(6), np.zeros(6), np.zeros(6)]
+    sample[field][joint] = value
+    # Joint 0 turns about the vertical: its angle enters no torque at all.
+    upright = Arm.from_screws(
+        [np.eye(4)] * 6, [[0, 0, 1.0, 0, 0, 0]] * 6, [1.0] * 6, [np.eye(3)] * 6, joint_points=np.zeros((6, 3))
+    )
+    with pytest.raises(InputError):
+        inverse_dynamics(upright, *sample)
+
+
+def test_wrong_shapes_are_all_named(arm: Arm) -> None:
+    n, good = arm.n, np.zeros(arm.n)
+    with pytest.raises(InputError) as caught:
+        inverse_dynamics(arm, np.zeros(n + 1), good, np.zeros((2, 2, n)))
+    assert [fault.place for fault in caught.value.faults] == ["q", "qdd"]
+    with pytest.raises(InputError) as caught:
+        inverse_dynamics(arm, good, "fast", good)
+    assert [fault.place for fault in caught.value.faults] == ["qd"]
+    with pytest.raises(InputError) as caught:
+        inverse_dynamics(arm, np.zeros((3, n)), np.zeros((4, n)), good)
+    assert [fault.place for fault in caught.value.faults] == ["qd", "qdd"]
+    with pytest.raises(InputError, match="tip_wrench"):
+        inverse_dynamics(arm, good, good, good, tip_wrench=np.zeros(5))
+    with pytest.raises(InputError, match=r"tip_wrench.*N = 3"):
+        inverse_dynamics(arm, *[np.zeros((3, n))] * 3, tip_wrench=np.zeros((2, 6)))
+    with pytest.raises(InputError, match="tip_wrench"):
+        inverse_dynamics(arm, good, good, good, tip_wrench=[0, 0, np.nan, 0, 0, 0])
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3, 9.9e5, 1.1e6, 1e9])
+def test_angles_far_from_zero(size: float) -> None:
+    """Whole turns are not whole numbers of pi/2 in binary, so numpy's sine is asked for the angle that is meant."""
+    arm = random_arm(26)
+    rng = np.random.default_rng(26)
+    q = rng.uniform(-size, size, (200, 6))
+    _, qd, qdd = motion(26, 6, 200)
+    near = np.arctan2(np.sin(q), np.cos(q))
+    # 1e-15 for the angle near zero, some hundred operations after it.
+    assert error(inverse_dynamics(arm, q, qd, qdd), inverse_dynamics(arm, near, qd, qdd)) < 1e-13
+
+
+@pytest.mark.parametrize("size", [1e2, 1e5, 1e7])
+def test_rotor_angles_far_from_zero(size: float) -> None:
+    """An unbalanced rotor on the base feels gravity at its own angle, ratio times the joint's."""
+    offset = np.eye(4)
+    offset[:3, 3] = [0.05, 0.02, 0.0]
+    rotor = Rotor(100.0, np.diag([1e-3, 2e-3, 2.5e-3]), 0.5, home=offset, screw=[0.6, 0.0, 0.8, 0.0, 0.1, 0.0])
+    arm = with_rotors(Arm.from_screws([np.eye(4)], [[0, 0, 1, 0, 0, 0]], [1.0], [np.eye(3)]), [rotor])
+    # Whole numbers, so that a hundred times them is exact.
+    q = np.round(np.random.default_rng(27).uniform(-size, size, (70, 1)))
+    near = np.arctan2(np.sin(100.0 * q), np.cos(100.0 * q)) / 100.0
+    rates = np.ones_like(q)
+    found, wanted = (drive_torques(arm, x, rates, rates).motor for x in (q, near))
+    assert np.ptp(found) > 0.01
+    assert error(found, wanted) < 1e-13
+
+
+def test_drive_torques_of_a_direct_drive_are_the_joint_torques() -> None:
+    arm = random_arm(28, EVERY_JOINT)
+    q, qd, qdd = motion(28, arm.n)
+    drives = drive_torques(arm, q, qd, qdd)
+    torque = inverse_dynamics(arm, q, qd, qdd)
+    np.testing.assert_array_equal(drives.gear, torque)
+    np.testing.assert_array_equal(drives.motor, torque)
+
+
+@pytest.mark.parametrize("level", list(RotorLevel))
+def test_one_sample_has_no_leading_axis(arm: Arm, level: RotorLevel) -> None:
+    q, qd, qdd = (values[0] for values in motion(29, arm.n))
+    loads = joint_loads(at_level(arm, level), q, qd, qdd)
+    assert loads.torque.shape == loads.gear.shape == loads.motor.shape == (arm.n,)
+    assert loads.wrench.shape == (arm.n, 6)
+    assert loads.carrier_acceleration.shape == (arm.n,)
+    ratios = np.array([1.0 if rotor is None else rotor.ratio for rotor in arm.rotors])
+    np.testing.assert_allclose(loads.motor * ratios, loads.torque, rtol=1e-14)
+
+
+def test_wrench_holds_what_hangs_on_the_joint() -> None:
+    """At rest the joint passes on the weight of what is after it; z of a vertical joint's frame is up."""
+    home = np.eye(4)
+    home[:3, 3] = [0.5, 0.0, 0.3]
+    arm = Arm.from_screws([home], [[0, 0, 1, 0, 0, 0]], [2.0], [np.zeros((3, 3))], joint_points=[[0, 0, 0.1]])
+    still = np.zeros(1)
+    loads = joint_loads(arm, [0.0], still, still)
+    np.testing.assert_allclose(loads.wrench, [[0, -2 * 9.81 * 0.5, 0, 0, 0, 2 * 9.81]], atol=1e-14)
+    # The frame turns with the link, so turning changes nothing; the tip pushes the other way.
+    pushed = joint_loads(arm, [0.7], still, still, tip_wrench=[0, 0, 0, 0, 0, -2 * 9.81])
+    np.testing.assert_allclose(pushed.wrench, np.zeros((1, 6)), atol=1e-14)
+
+
+def test_wrench_moves_with_a_slide() -> None:
+    """A slide carries the frame along, so the weight keeps its lever."""
+    home = np.eye(4)
+    home[:3, 3] = [0.0, 0.0, 0.4]
+    arm = Arm.from_screws([home], [[0, 0, 0, 1, 0, 0]], [3.0], [np.zeros((3, 3))], joint_points=[[0, 0, 0]])
+    still = np.zeros(1)
+    for q in (0.0, 1.5):
+        loads = joint_loads(arm, [q], still, [2.0])
+        # Joint axis x: the frame's z is the base's x, its x the base's -z, its y the base's y.
+        np.testing.assert_allclose(loads.wrench[0], [0, 0.4 * 3 * 2.0, 0, -3 * 9.81, 0, 3 * 2.0], atol=1e-13)
+        np.testing.assert_allclose(loads.torque, [6.0], rtol=1e-14)

@@ -1,0 +1,86 @@
+"""Modern Robotics, chapter 8: the 2R arm of figure 8.1, with and without motors, against the printed formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import Rotor
+from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.forward import forward_dynamics
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.newton_euler import drive_torques, gravity_torque, inverse_dynamics
+
+L1, L2, M1, M2, G = 0.7, 1.3, 2.5, 1.1, 9.81  # unlike each other, so that each stands where it should
+ANGLES = [(0.0, 0.0), (0.4, -1.1), (-2.0, 2.5), (np.pi / 2, np.pi / 2)]
+
+
+@pytest.fixture(scope="module")
+def arm() -> Arm:
+    home = np.tile(np.eye(4), (2, 1, 1))
+    home[:, 0, 3] = [L1, L1 + L2]
+    screws = [[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, -L1, 0]]
+    return Arm.from_screws(home, screws, [M1, M2], np.zeros((2, 3, 3)), gravity=[0, -G, 0])
+
+
+@pytest.mark.parametrize("q", ANGLES)
+def test_equations_of_motion_8_9(arm: Arm, q: tuple[float, float]) -> None:
+    (a, b), (da, db), (dda, ddb) = q, (1.3, -2.2), (-3.0, 4.0)
+    c2, s2 = np.cos(b), np.sin(b)
+    mass = np.array(
+        [
+            [M1 * L1**2 + M2 * (L1**2 + 2 * L1 * L2 * c2 + L2**2), M2 * (L1 * L2 * c2 + L2**2)],
+            [M2 * (L1 * L2 * c2 + L2**2), M2 * L2**2],
+        ]
+    )
+    velocity = np.array([-M2 * L1 * L2 * s2 * (2 * da * db + db**2), M2 * L1 * L2 * da**2 * s2])
+    weight = G * np.array(
+        [(M1 + M2) * L1 * np.cos(a) + M2 * L2 * np.cos(a + b), M2 * L2 * np.cos(a + b)],
+    )
+    assert mass_matrix(arm, q) == pytest.approx(mass, abs=1e-14)
+    assert coriolis_matrix(arm, q, (da, db)) @ [da, db] == pytest.approx(velocity, abs=1e-13)
+    assert gravity_torque(arm, q) == pytest.approx(weight, abs=1e-13)
+    wanted = mass @ [dda, ddb] + velocity + weight
+    assert inverse_dynamics(arm, q, (da, db), (dda, ddb)) == pytest.approx(wanted, abs=1e-13)
+    assert forward_dynamics(arm, q, (da, db), wanted) == pytest.approx([dda, ddb], abs=1e-12)
+
+
+@pytest.mark.parametrize("q", ANGLES)
+def test_christoffel_symbols_8_17(arm: Arm, q: tuple[float, float]) -> None:
+    """By hand from the mass matrix: the only slope is that with theta_2."""
+    h = -M2 * L1 * L2 * np.sin(q[1])
+    da, db = 1.3, -2.2
+    wanted = np.array([[h * db, h * (da + db)], [-h * da, 0]])
+    assert coriolis_matrix(arm, q, (da, db)) == pytest.approx(wanted, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "printed"), [(10.0, [[4.13, 1.01], [1.01, 1.13]]), (100.0, [[16.5, 1.13], [1.13, 13.5]])]
+)
+@pytest.mark.parametrize("angle", [0.0, 1.0, 2.5])
+def test_apparent_inertia_8_9_2(ratio: float, printed: list[list[float]], angle: float) -> None:
+    """Unit links and masses; motors of mass 1, stators of 0.005, rotors of 0.00125 kg m^2: printed to three digits."""
+    home = np.tile(np.eye(4), (2, 1, 1))
+    home[:, 0, 3] = [1.0, 2.0]
+    screws = [[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, -1, 0]]
+    stator = np.diag([0.0025, 0.0025, 0.005])
+    # Motor 2, of mass 1, sits at the end of link 1; its rotor's mass is counted here in the stator's.
+    bare = Arm.from_screws(home, screws, [2.0, 1.0], [stator, np.zeros((3, 3))], joint_points=[[0, 0, 0], [1, 0, 0]])
+    arm = with_rotors(bare, [Rotor(ratio, 0.00125), Rotor(ratio, 0.00125)])
+    c = np.cos(angle)
+    found = mass_matrix(arm, (0.3, angle)) - np.array([[2 * c, c], [c, 0]])
+    # Half a unit of the last printed digit; 1.125 is printed as 1.13.
+    digits = np.array([[2, 2], [2, 2]]) if ratio == 10 else np.array([[1, 2], [2, 1]])
+    assert (np.abs(found - printed) <= 0.5 * 10.0**-digits + 1e-12).all()
+
+
+def test_motor_torque_8_111_by_hand() -> None:
+    """One joint: the motor turns the load through the gear, and its own rotor besides."""
+    bare = Arm.from_screws([np.eye(4)], [[0, 0, 1, 0, 0, 0]], [1.0], [np.eye(3) * 0.4])
+    arm = with_rotors(bare, [Rotor(50.0, 2e-4)])
+    drives = drive_torques(arm, [0.3], [1.0], [6.0])
+    assert drives.gear == pytest.approx([0.4 * 6.0])
+    assert drives.motor == pytest.approx([0.4 * 6.0 / 50 + 2e-4 * 50 * 6.0])
+    assert inverse_dynamics(arm, [0.3], [1.0], [6.0]) == pytest.approx(50 * drives.motor)
