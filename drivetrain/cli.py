@@ -297,10 +297,11 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
     from drivetrain.report.outputs import write_outputs
     from drivetrain.report.result_json import result_json
     from drivetrain.report.table import verdict_lines, verdict_table
-    from drivetrain.report.terminal import console
+    from drivetrain.report.terminal import console, progress
     from drivetrain.sizing.results import Evaluation
 
-    files = write_outputs(out, result)
+    with progress(console(errors=True), "drawing the report"):
+        files = write_outputs(out, result)
     screen = console(errors=as_json)
     screen.print(verdict_table(result if isinstance(result, Evaluation) else result.evaluation))
     screen.print()

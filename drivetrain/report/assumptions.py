@@ -206,11 +206,10 @@ def _friction(study: Study) -> Group:
 
 
 def _friction_text(friction: Friction) -> str:
-    """Coulomb, viscous and breakaway parts."""
-    parts = [
-        f"Coulomb {with_unit(friction.coulomb, 'N m')}",
-        f"viscous {number(friction.viscous)}\u00a0N\u00a0m\u00a0s/rad",
-    ]
+    """Coulomb, viscous and breakaway parts; those that are zero left out."""
+    parts = [f"Coulomb {with_unit(friction.coulomb, 'N m')}"] if friction.coulomb else []
+    if friction.viscous:
+        parts.append(f"viscous {number(friction.viscous)} N m s/rad".replace(" ", "\u00a0"))
     if friction.static is not None:
         parts.append(f"breakaway {with_unit(friction.static, 'N m')}")
-    return ", ".join(parts)
+    return ", ".join(parts) or "stated by direction only"

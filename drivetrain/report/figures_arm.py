@@ -1,4 +1,4 @@
-"""Pictures of all joints together: every margin on one axis, power at the supply, temperatures side by side."""
+"""Pictures of all joints together: power at the supply, temperatures side by side."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ from matplotlib.figure import Figure
 from drivetrain.report.quantities import convert, printed_unit, scaled, with_unit
 from drivetrain.report.svg import (
     BLUE,
-    FAINT,
     GREEN,
     INK,
-    JOINT_COLOURS,
     MUTED,
     ORANGE,
     VERMILLION,
@@ -20,100 +18,8 @@ from drivetrain.report.svg import (
     svg_text,
     thinned,
 )
-from drivetrain.sizing.results import Check, Evaluation, JointResult
-
-LARGEST_DRAWN = 2.0  # utilisations above this are drawn at the edge with their number
-
-
-def margin_bars(evaluation: Evaluation, *, reserve: float, name: str = "margins") -> str:
-    """Every judged check of every joint on one axis, the tightest first.
-
-    Args:
-        evaluation: What was found.
-        reserve: Wanted below the limit, as a share.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element.
-    """
-    groups = _by_check(evaluation)
-    order = sorted(groups, key=lambda check: (-max(share for _, share in groups[check]), check))
-    with house_style(name):
-        figure = Figure(figsize=(9.2, 0.95 + 0.3 * max(len(order), 1)))
-        axes = figure.subplots()
-        axes.axvspan(0, 1 - reserve, color=GREEN, alpha=0.07, linewidth=0)
-        axes.axvspan(1 - reserve, 1, color=ORANGE, alpha=0.14, linewidth=0)
-        axes.axvspan(1, LARGEST_DRAWN + 1, color=VERMILLION, alpha=0.10, linewidth=0)
-        axes.axvline(1.0, color=VERMILLION, linewidth=1.2)
-        largest = 0.0
-        for row, check in enumerate(order):
-            top = min(max(share for _, share in groups[check]), LARGEST_DRAWN)
-            largest = max(largest, top)
-            axes.barh(row, top, height=0.34, color=FAINT, linewidth=0, zorder=2)
-            for joint, share in sorted(groups[check], key=lambda pair: (pair[1], pair[0])):
-                _dot(axes, row, joint, share)
-        axes.set_ylim(len(order) - 0.4, -0.6)
-        axes.set_xlim(-0.015, max(1.12, 1.06 * largest))
-        axes.set_yticks(range(len(order)), order)
-        axes.tick_params(axis="y", length=0)
-        axes.grid(axis="y", visible=False)
-        axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f}")
-        axes.set_xlabel("utilisation [% of the limit]")
-        _joint_legend(figure, axes, evaluation)
-        return svg_text(figure, "utilisation of every check of every joint, the tightest first")
-
-
-def _by_check(evaluation: Evaluation) -> dict[str, list[tuple[int, float]]]:
-    """(joint number, utilisation) by check name; the supply is joint number 0."""
-    groups: dict[str, list[tuple[int, float]]] = {}
-
-    def add(number: int, checks: tuple[Check, ...]) -> None:
-        for check in checks:
-            if check.utilisation is not None and np.isfinite(check.utilisation):
-                groups.setdefault(check.name, []).append((number, check.utilisation))
-
-    for i, joint in enumerate(evaluation.joints.values()):
-        add(i + 1, joint.checks)
-    add(0, evaluation.shared)
-    return groups
-
-
-def _colour(number: int) -> str:
-    """Of a joint; the supply is grey."""
-    return JOINT_COLOURS[(number - 1) % len(JOINT_COLOURS)] if number else MUTED
-
-
-def _dot(axes: Axes, row: int, number: int, share: float) -> None:
-    """A numbered dot; at the edge, with the number in words, when the limit is exceeded by far."""
-    at = min(share, LARGEST_DRAWN)
-    axes.plot(
-        at, row, "o", markersize=9.5, color=_colour(number), markeredgecolor="white", markeredgewidth=0.8, zorder=3
-    )
-    text = str(number) if number else "S"
-    axes.annotate(
-        text, (at, row), ha="center", va="center_baseline", fontsize=6.5, color="white", weight="bold", zorder=4
-    )
-    if share > LARGEST_DRAWN:
-        axes.annotate(
-            f"{100 * share:.0f} %",
-            (at, row),
-            xytext=(-8, 0),
-            textcoords="offset points",
-            ha="right",
-            va="center",
-            fontsize=7,
-        )
-
-
-def _joint_legend(figure: Figure, axes: Axes, evaluation: Evaluation) -> None:
-    """Which number is which joint."""
-    marks = [
-        axes.plot([], [], "o", color=_colour(i + 1), label=f"{i + 1}  {name}", markersize=7)[0]
-        for i, name in enumerate(evaluation.joints)
-    ]
-    if evaluation.shared:
-        marks.append(axes.plot([], [], "o", color=MUTED, label="S  supply", markersize=7)[0])
-    figure.legend(handles=marks, loc="outside upper center", ncols=min(len(marks), 7), handletextpad=0.2)
+from drivetrain.report.words import no_temperature
+from drivetrain.sizing.results import Evaluation, JointResult
 
 
 def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
@@ -197,7 +103,7 @@ def _thermometer(axes: Axes, row: int, joint: JointResult, ambient: float) -> No
     series, limit = joint.series, joint.drive.motor.max_winding_temperature
     if series.winding_temperature is None:
         axes.annotate(
-            "not computed",
+            no_temperature(joint),
             (ambient, row),
             xytext=(4, 0),
             textcoords="offset points",

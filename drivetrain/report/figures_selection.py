@@ -62,7 +62,7 @@ def candidates(selection: Selection, *, name: str = "candidates") -> str:
         for i in range(len(joints)):
             if i + columns >= len(joints):
                 grid.flat[i].set_xlabel(objective_label(selection.study.objective))
-        _legend(figure, grid.flat[0], colours)
+        _legend(figure, grid.flat[0], colours, "chosen" if selection.feasible else "nearest")
         return svg_text(figure, "candidates by their share of the objective and their worst utilisation")
 
 
@@ -134,9 +134,9 @@ def _share(selection: Selection, joint: str) -> float | None:
     return float(sum(known)) if known else None
 
 
-def _legend(figure: Figure, axes: Axes, colours: dict[str, str]) -> None:
+def _legend(figure: Figure, axes: Axes, colours: dict[str, str], star: str) -> None:
     """What the colours and marks mean."""
-    marks = [axes.plot([], [], "*", color=INK, markersize=9, label="chosen")[0]]
+    marks = [axes.plot([], [], "*", color=INK, markersize=9, label=star)[0]]
     marks.append(axes.plot([], [], "v", color="white", markeredgecolor=GREEN, markersize=5, label="also passes")[0])
     for check, colour in colours.items():
         marks.append(axes.plot([], [], "o", color=colour, markersize=4, label=check)[0])

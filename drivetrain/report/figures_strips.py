@@ -26,6 +26,7 @@ from drivetrain.report.svg import (
     svg_text,
     thinned,
 )
+from drivetrain.report.words import nearness, no_temperature
 from drivetrain.sizing.results import JointResult
 
 FAR = 4.0  # a limit further than this many times the curve is told in words, so that the curve stays readable
@@ -153,8 +154,7 @@ def _temperatures(axes: Axes, joint: JointResult) -> None:
     if series.winding_temperature is None:
         axes.set_ylabel("temperature [°C]")
         axes.set_yticks([])
-        text = "not computed: the sheet lacks thermal data"
-        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+        axes.text(0.5, 0.5, no_temperature(joint), transform=axes.transAxes, ha="center", va="center", color=MUTED)
         return
     curves = [Curve("winding", series.winding_temperature, VERMILLION)]
     if series.housing_temperature is not None:
@@ -213,7 +213,7 @@ def _finish(figure: Figure, rows: list[Axes], cycle: Cycle, joint: JointResult) 
         for axes in rows:
             axes.axvline(binding.time, color=INK, linewidth=0.8, linestyle=":", zorder=1)
         rows[0].annotate(
-            f"closest to a limit: {binding.name}", (binding.time, 1.0), xycoords=("data", "axes fraction"),
+            f"{nearness(binding)}: {binding.name}", (binding.time, 1.0), xycoords=("data", "axes fraction"),
             xytext=(0, 14), textcoords="offset points", ha=_side(binding.time, cycle), fontsize=7, color=INK,
         )  # fmt: skip
     rows[-1].set_xlabel("time in the cycle [s]")

@@ -52,7 +52,7 @@ def currents_csv(evaluation: Evaluation) -> str:
     Returns:
         One header row with units, one row per sample and joint.
     """
-    return str(current_commands(evaluation).to_csv(index=False, lineterminator="\n", float_format="%.9g"))
+    return str(current_commands(evaluation).to_csv(index=False, lineterminator="\n", float_format="%.6g"))
 
 
 def fallen_csv(selection: Selection) -> str:

@@ -10,8 +10,9 @@ from markupsafe import Markup
 
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.report.assumptions import assumption_groups
-from drivetrain.report.figures_arm import margin_bars, supply_power, temperatures
+from drivetrain.report.figures_arm import supply_power, temperatures
 from drivetrain.report.figures_gear import gear_plane
+from drivetrain.report.figures_margins import margin_bars
 from drivetrain.report.figures_motor import motor_plane
 from drivetrain.report.figures_selection import candidates
 from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
@@ -114,6 +115,7 @@ def _body(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]
         "heat_figure": Markup(temperatures(evaluation)),
         "candidate_figure": Markup("" if selection is None else candidates(selection)),
         "is_selection": selection is not None,
+        "feasible": evaluation.feasible,
         "felling_checks": checks,
         "fallen_counts": counts,
         "passed_over": passed_over(evaluation.study.joints),

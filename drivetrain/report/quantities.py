@@ -129,6 +129,8 @@ def percent(share: float | None) -> str:
     """
     if share is None or math.isnan(share):
         return DASH
+    if math.isinf(share):
+        return "∞"
     if share > 1e4:
         return ">\u202f10⁶\u00a0%"
     decimals = 1 if 0.99 < share < 1.01 and share != 1.0 else 0

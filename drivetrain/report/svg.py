@@ -205,6 +205,8 @@ def cloud(axes: Axes, x: Array, y: Array, time: Array) -> object:
     Returns:
         The scatter, for a colour bar.
     """
+    if len(time) <= MOST_VECTOR_POINTS:
+        axes.plot(x, y, color=MUTED, linewidth=0.5, alpha=0.6, zorder=3)  # the way between sparse samples
     return axes.scatter(
         x, y, c=time, s=6, cmap=TIME_COLOURS, linewidths=0, zorder=4, rasterized=len(time) > MOST_VECTOR_POINTS
     )

@@ -82,7 +82,7 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     verdict = Verdict.FAIL if failed else evaluation.verdict
     lines = [
         Text.assemble((str(verdict), STYLES[verdict]), "  ", headline(evaluation, selection)),
-        Text(f"closest to a limit: {overall_sentence(evaluation)}"),
+        Text(overall_sentence(evaluation)),
         Text(f"objective: {objective_text(evaluation)}"),
     ]
     if gaps(evaluation):

@@ -11,7 +11,7 @@ from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS, Column
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
-from drivetrain.report.words import common_unit, digits_near_limit, joint_sentence
+from drivetrain.report.words import common_unit, digits_near_limit, joint_sentence, nearness
 from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, Selection, Verdict
 from drivetrain.study.study import JointTask, Study
 
@@ -57,6 +57,7 @@ class JointCard:
         name, anchor, verdict, css: The joint and its verdict.
         motor, gear: Keys as printed.
         sentence: What limits it.
+        lead: The same as a whole sentence.
         utilisation: Of the binding check, as text.
         share: The same as a number; 0 when nothing was checked.
     """
@@ -68,6 +69,7 @@ class JointCard:
     motor: str
     gear: str
     sentence: str
+    lead: str
     utilisation: str
     share: float
 
@@ -184,6 +186,7 @@ def joint_card(joint: JointResult) -> JointCard:
         joint.motor,
         joint.gear or "direct drive",
         joint_sentence(joint),
+        f"{nearness(joint.binding).capitalize()}: {joint_sentence(joint)}.",
         percent(None if joint.binding is None else joint.binding.utilisation),
         min(share, 1e9),
     )

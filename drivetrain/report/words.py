@@ -79,6 +79,34 @@ def digits_near_limit(utilisation: float | None) -> int:
     return 5 if utilisation is not None and 0.99 < utilisation < 1.01 else 3
 
 
+def nearness(check: Check | None) -> str:
+    """What the check with the highest utilisation is.
+
+    Args:
+        check: The binding one, if any.
+
+    Returns:
+        Words that stand before its name.
+    """
+    over = check is not None and check.utilisation is not None and not check.utilisation <= 1.0
+    return "furthest over its limit" if over else "closest to a limit"
+
+
+def no_temperature(joint: JointResult) -> str:
+    """Why a joint has no winding temperature.
+
+    Args:
+        joint: Its result.
+
+    Returns:
+        A few words.
+    """
+    check = next((check for check in joint.checks if check.name == "winding temperature"), None)
+    if check is not None and check.utilisation is not None:
+        return "no steady temperature: it runs away"
+    return f"not computed: {check.remark}" if check is not None and check.remark else "not computed"
+
+
 def joint_sentence(joint: JointResult) -> str:
     """What limits a joint.
 
@@ -94,8 +122,23 @@ def joint_sentence(joint: JointResult) -> str:
     return check_sentence(binding)
 
 
-def overall_sentence(evaluation: Evaluation) -> str:
+def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
     """The limit that decides the whole verdict.
+
+    Args:
+        evaluation: What was found.
+
+    Returns:
+        Joint name, or ``supply``, and check; None when nothing was judged.
+    """
+    places = [(joint.name, joint.binding) for joint in evaluation.joints.values()]
+    places += [("supply", check) for check in evaluation.shared]
+    judged = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
+    return max(judged, key=lambda pair: pair[1].utilisation or 0.0, default=None)
+
+
+def overall_sentence(evaluation: Evaluation) -> str:
+    """The limit that decides the whole verdict, in words.
 
     Args:
         evaluation: What was found.
@@ -103,13 +146,11 @@ def overall_sentence(evaluation: Evaluation) -> str:
     Returns:
         One sentence that names the joint.
     """
-    places = [(joint.name, joint.binding) for joint in evaluation.joints.values()]
-    places += [("supply", check) for check in evaluation.shared]
-    judged = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
-    if not judged:
+    found = binding_place(evaluation)
+    if found is None:
         return "Nothing could be checked: the sheets lack data."
-    place, check = max(judged, key=lambda pair: pair[1].utilisation or 0.0)
-    return f"{place}: {check_sentence(check)}."
+    place, check = found
+    return f"{nearness(check).capitalize()}: {place}: {check_sentence(check)}."
 
 
 def headline(evaluation: Evaluation, selection: Selection | None) -> str:

@@ -10,8 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivetrain.report.figures_arm import margin_bars, supply_power, temperatures
+from drivetrain.report.figures_arm import supply_power, temperatures
 from drivetrain.report.figures_gear import gear_plane
+from drivetrain.report.figures_margins import margin_bars
 from drivetrain.report.figures_motor import motor_plane, motor_regions, worst_instant
 from drivetrain.report.figures_overview import overview_png
 from drivetrain.report.figures_selection import candidates
@@ -92,7 +93,7 @@ def test_motion_strips_have_units(evaluation: Evaluation, prismatic: bool) -> No
     labels = (position, "output speed [rpm]", "gear torque [N m]", "motor torque [N m]", "time in the cycle [s]")
     assert set(labels) <= set(found)
     assert {"approach", "carry", "retreat", "wait", "repeated peak", "momentary"} <= set(found)
-    assert "closest to a limit: winding temperature" in found
+    assert "furthest over its limit: winding temperature" in found
 
 
 def test_electrical_strips_have_units_and_limits(evaluation: Evaluation) -> None:
@@ -104,7 +105,7 @@ def test_electrical_strips_have_units_and_limits(evaluation: Evaluation) -> None
 
 def test_missing_temperatures_are_told(without_data: Evaluation) -> None:
     found = texts(electrical_strips(without_data.joints["elbow"], without_data.study.cycle, limits=LIMITS))
-    assert "not computed: the sheet lacks thermal data" in found
+    assert "not computed: not on the sheet" in found
     assert temperatures(without_data) == ""
 
 
@@ -133,7 +134,8 @@ def test_margin_bars_survive_infinite_and_huge_utilisations(evaluation: Evaluati
     changed = Evaluation(
         evaluation.study, {"elbow": replace(joint, checks=checks)}, evaluation.shared, evaluation.objective
     )
-    assert "5000 %" in texts(margin_bars(changed, reserve=0.1))
+    assert "1: ∞" in texts(margin_bars(changed, reserve=0.1))
+    assert "1: 5\u202f000 %" in texts(margin_bars(changed, reserve=0.1))
 
 
 def test_supply_power_tells_drawn_from_given_back(evaluation: Evaluation) -> None:

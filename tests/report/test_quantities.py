@@ -25,7 +25,7 @@ def test_number(value: float | None, text: str) -> None:
     ("share", "text"),
     [
         (0.874, "87\u00a0%"), (0.9999, "100.0\u00a0%"), (1.002, "100.2\u00a0%"), (1.0, "100\u00a0%"), (None, DASH),
-        (math.nan, DASH), (math.inf, ">\u202f10⁶\u00a0%"), (0.0, "0\u00a0%"),
+        (math.nan, DASH), (math.inf, "∞"), (2e4, ">\u202f10⁶\u00a0%"), (0.0, "0\u00a0%"),
     ],
 )  # fmt: skip
 def test_percent_shows_a_decimal_only_where_the_verdict_turns(share: float | None, text: str) -> None:
