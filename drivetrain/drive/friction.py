@@ -54,11 +54,44 @@ class Friction:
             if self.static < sliding:
                 problem = f"must be at least the coulomb torque of either direction ({sliding:g} N m)"
                 faults.append(Fault("friction.static", problem, self.static))
+        if not faults and self.stribeck_speed is not None and self.static is None:
+            hint = "give the static torque from which friction falls, or leave the speed out"
+            faults.append(Fault("friction.stribeck_speed", "says nothing without static", self.stribeck_speed, hint))
         if faults:
             raise InputError(faults)
 
 
 FRICTIONLESS = Friction()
+
+
+def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: float) -> dict[str, Friction]:
+    """The six laws of figure 8.13 from one set of numbers, by the figure's letters.
+
+    Args:
+        static: Torque that starts the motion [N m]; in (b) and (c) it also slides.
+        kinetic: Torque of (d) to (f) while sliding, without its viscous part [N m]; smaller than ``static``.
+        viscous: [N m s/rad].
+        stribeck_speed: Of (f), where the static excess has fallen to 1/e [rad/s].
+
+    Returns:
+        (a) viscous; (b) Coulomb; (c) static plus viscous; (d) static and kinetic; (e) static, kinetic and viscous;
+        (f) the Stribeck effect.
+
+    Raises:
+        InputError: Negative numbers, or ``kinetic`` above ``static``.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), figure 8.13. For (d) its text asks "tau_fric >= |b_static|" to start;
+        it is the magnitude of the torque that must reach b_static, in either direction.
+    """
+    return {
+        "a": Friction(viscous=viscous),
+        "b": Friction(coulomb=static),
+        "c": Friction(coulomb=static, viscous=viscous),
+        "d": Friction(coulomb=kinetic, static=static),
+        "e": Friction(coulomb=kinetic, static=static, viscous=viscous),
+        "f": Friction(coulomb=kinetic, static=static, viscous=viscous, stribeck_speed=stribeck_speed),
+    }
 
 
 def friction_torque(friction: Friction, speed: Array) -> Array:

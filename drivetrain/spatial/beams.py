@@ -168,8 +168,8 @@ def end_deflection(section: Section, length: float, start_wrench: Any, end_wrenc
 
     What the two differ by is the beam's own load, weight and inertia. Spread along the beam as a straight line, it
     makes the bending moment the one cubic that has both moments and both shear forces right; stretch and twist have
-    their own load even. That is exact for a beam of even mass. A point mass at the end that is counted in the beam's own
-    load bends it by 10 % less than it should.
+    their own load even. That is exact for a beam of even mass. A point mass at the end, counted in the beam's own
+    load, bends it 10 % less than it should.
 
     Args:
         section: The same all along.

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
+from drivetrain.drive.friction import Friction, book_curves, breakaway_torque, friction_torque
 from drivetrain.errors import InputError
 
 SPEED = np.array([-40.0, -3.0, -0.2, 0.0, 0.2, 3.0, 40.0])
@@ -68,3 +68,21 @@ def test_all_faults_at_once() -> None:
     ]
     with pytest.raises(InputError, match="static"):
         Friction(coulomb=1.0, coulomb_negative=3.0, static=2.0)
+
+
+def test_the_books_curves_by_their_letters() -> None:
+    curves = book_curves(static=3.0, kinetic=2.0, viscous=0.1, stribeck_speed=0.5)
+    assert list(curves) == list("abcdef")
+    for letter in "adef":
+        assert curves[letter] == CURVES[letter][0]
+    # In (b) and (c) the one friction torque is the static one.
+    for letter in "bc":
+        assert curves[letter] == Friction(coulomb=3.0, viscous=CURVES[letter][0].viscous)
+        np.testing.assert_array_equal(breakaway_torque(curves[letter], np.array([-1.0, 1.0])), [-3.0, 3.0])
+    with pytest.raises(InputError, match="static"):
+        book_curves(static=1.0, kinetic=2.0, viscous=0.0, stribeck_speed=0.5)
+
+
+def test_a_stribeck_speed_without_static_torque_is_refused() -> None:
+    with pytest.raises(InputError, match=r"friction\.stribeck_speed: says nothing without static"):
+        Friction(coulomb=1.0, stribeck_speed=0.5)

@@ -1,0 +1,230 @@
+"""Links that bend, as an ordinary arm: each cut into short rigid pieces on springs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import MountedRotor
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.beams import Beam
+from drivetrain.spatial.inertia import RigidBody, combined
+from drivetrain.spatial.poses import pose
+
+NOTHING = 1e-9  # share of a link's mass below which what is left beside its beam is rounding
+SPRINGS = 3  # at every cut: bending about x, bending about y, twisting about z
+
+
+@dataclass(frozen=True, eq=False)
+class BendingLink:
+    """How one link bends.
+
+    Attributes:
+        beam: The part that bends, base frame, every joint at zero [m].
+        mass: Of that part, even along it [kg]; the rest of the link stays rigid.
+        rest_at_end: Whether that rest sits beyond the beam's end instead of before its start.
+        pieces: Springs along the beam; the error of a frequency falls with their square.
+    """
+
+    beam: Beam
+    mass: float
+    rest_at_end: bool = False
+    pieces: int = 4
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not (np.isfinite(self.mass) and self.mass > 0.0):
+            faults.append(Fault("bending link.mass", "must be greater than 0 [kg]", self.mass))
+        if isinstance(self.pieces, bool) or not isinstance(self.pieces, int) or self.pieces < 1:
+            faults.append(Fault("bending link.pieces", "must be a whole number, 1 or more", self.pieces))
+        if faults:
+            raise InputError(faults)
+
+
+@dataclass(frozen=True, eq=False)
+class SprungArm:
+    """An arm whose links bend in joints of their own.
+
+    Attributes:
+        arm: With ``3 * pieces`` more joints for every link that bends.
+        stiffness: Of the springs in the links [N m/rad], one a joint, infinite at the joints that drives turn, (m,).
+        driven: Index in the new arm of every joint of the old one, integers, (n,).
+    """
+
+    arm: Arm
+    stiffness: Array
+    driven: tuple[int, ...]
+
+    def widened(self, values: Array) -> Array:
+        """Positions, speeds or anything else of the driven joints, with zeros for the springs.
+
+        Args:
+            values: Of the driven joints [rad, m or any unit], (n,) or (N, n).
+
+        Returns:
+            Of all joints, (m,) or (N, m).
+        """
+        given = np.asarray(values, dtype=np.float64)
+        wide = np.zeros((*given.shape[:-1], self.arm.n))
+        wide[..., list(self.driven)] = given
+        return wide
+
+
+def with_flexible_links(arm: Arm, links: Mapping[int, BendingLink]) -> SprungArm:
+    """The arm with links cut into short rigid pieces on springs.
+
+    Unbent it is the same arm; only a link whose whole mass is the beam's takes on the inertia of an even beam.
+
+    A beam is cut in the middle of ``pieces`` equal parts; every cut has a spring each for bending about x and y and
+    for twisting about z, as stiff as its part of the beam: E I and G J over the part's length. Stretching and shear
+    are left out. The beam's material is taken as of one kind, which gives its pieces their inertia about their own
+    axes.
+
+    Args:
+        arm: The arm, with rotors or without; the rotor of a joint beyond a bending link rides on that link's last
+            piece, any other on its first.
+        links: How they bend, by link index; lengths [m] and masses [kg].
+
+    Returns:
+        The arm with its springs.
+
+    Raises:
+        InputError: No such link, or a beam heavier than its link.
+
+    Reference:
+        Modern Robotics, section 8.9.5: "vibrations along the link" add states; here they are joints.
+    """
+    _check(arm, links)
+    bodies: list[RigidBody] = []
+    rows: list[tuple[int, Array, Array, str]] = []  # link that gives the directions, screw, point, name
+    driven, starts, ends, stiffness = [], [], [], []
+    for link in range(arm.n):
+        own = _own(arm, link)
+        driven.append(len(rows))
+        starts.append(len(rows))
+        rows.append((link, arm.screws[link], arm.joint_points[link], arm.joint_names[link]))
+        stiffness.append(np.inf)
+        pieces = [own]
+        if link in links:
+            pieces = _pieces(own, links[link])
+            cuts = _cuts(links[link], arm.link_names[link])
+            rows += [(link, screw, point, name) for screw, point, name, _ in cuts]
+            stiffness += [spring for *_, spring in cuts]
+        bodies += pieces
+        ends.append(len(rows) - 1)
+    new = _assembled(arm, rows, bodies)
+    return SprungArm(replace(new, rotors=_rotors(arm, new.n, starts, ends)), np.array(stiffness), tuple(driven))
+
+
+def _own(arm: Arm, link: int) -> RigidBody:
+    """A link in the base frame, every joint at zero."""
+    return RigidBody(arm.masses[link], np.zeros(3), arm.inertias[link]).seen_from(arm.home[link])
+
+
+def _check(arm: Arm, links: Mapping[int, BendingLink]) -> None:
+    faults = []
+    for link, bending in links.items():
+        if not 0 <= link < arm.n:
+            faults.append(Fault(f"links[{link}]", f"is no link of the arm: 0 to {arm.n - 1}", link))
+        elif bending.mass > arm.masses[link] * (1.0 + NOTHING):
+            problem = f"must not exceed that of {arm.link_names[link]}, {arm.masses[link]:g} kg"
+            faults.append(Fault(f"links[{link}].mass", problem, bending.mass))
+        else:
+            rest = _rest(_own(arm, link), bending)
+            if rest is not None and float(np.linalg.eigvalsh(rest.inertia)[0]) < 0.0:
+                problem = f"leaves {arm.link_names[link]} a negative moment of inertia beside the beam"
+                hint = "let the beam hold the whole mass of the link, or less of it"
+                faults.append(Fault(f"links[{link}].mass", problem, bending.mass, hint))
+    if faults:
+        raise InputError(faults)
+
+
+def _piece(bending: BendingLink, first: float, last: float) -> RigidBody:
+    """The part of a beam between two shares of its length, base frame."""
+    beam, section = bending.beam, bending.beam.section
+    mass, length = bending.mass * (last - first), beam.length * (last - first)
+    # Second moments of area over the area, the modulus cancelled.
+    x, y = section.bending_x / section.axial, section.bending_y / section.axial
+    inertia = mass * np.diag([length**2 / 12.0 + x, length**2 / 12.0 + y, x + y])
+    centre = beam.start + 0.5 * (first + last) * (beam.end - beam.start)
+    return RigidBody(mass, np.zeros(3), inertia).seen_from(pose(beam.axes, centre))
+
+
+def _rest(own: RigidBody, bending: BendingLink) -> RigidBody | None:
+    """What of a link stays rigid; None when the beam is all of it."""
+    rest = combined([own, _piece(bending, 0.0, 1.0).negative()])
+    return rest if rest.mass > NOTHING * own.mass else None
+
+
+def _pieces(own: RigidBody, bending: BendingLink) -> list[RigidBody]:
+    """The rigid pieces of a link in their order, massless ones between the springs of each cut."""
+    shares = [0.0, *((np.arange(bending.pieces) + 0.5) / bending.pieces), 1.0]
+    pieces = [_piece(bending, a, b) for a, b in pairwise(shares)]
+    rest = _rest(own, bending)
+    if rest is not None:
+        at = -1 if bending.rest_at_end else 0
+        pieces[at] = combined([pieces[at], rest])
+    empty = RigidBody(0.0, np.zeros(3), np.zeros((3, 3)))
+    found = [pieces[0]]
+    for piece in pieces[1:]:
+        found += [empty] * (SPRINGS - 1) + [piece]
+    return found
+
+
+def _cuts(bending: BendingLink, link: str) -> list[tuple[Array, Array, str, float]]:
+    """Screw, point, name and stiffness of every spring along a beam."""
+    beam, section = bending.beam, bending.beam.section
+    part = beam.length / bending.pieces
+    found = []
+    for cut in range(bending.pieces):
+        point = beam.start + (cut + 0.5) / bending.pieces * (beam.end - beam.start)
+        springs = ((section.bending_x, "bend_x"), (section.bending_y, "bend_y"), (section.torsion, "twist"))
+        for axis, (resistance, name) in zip(beam.axes.T, springs, strict=True):
+            screw = np.concatenate([axis, np.cross(point, axis)])
+            found.append((screw, point, f"{link}_{name}_{cut + 1}", resistance / part))
+    return found
+
+
+def _assembled(arm: Arm, rows: list[tuple[int, Array, Array, str]], bodies: list[RigidBody]) -> Arm:
+    """The new arm without rotors."""
+    home, inertias = np.empty((len(rows), 4, 4)), np.empty((len(rows), 3, 3))
+    for i, ((link, _, point, _), body) in enumerate(zip(rows, bodies, strict=True)):
+        rotation = arm.home[link, :3, :3]
+        home[i] = pose(rotation, body.com if body.mass > 0.0 else point)
+        turned = rotation.T @ body.inertia @ rotation
+        inertias[i] = 0.5 * (turned + turned.T)
+    free = {name: np.full(len(rows), sign * np.inf) for name, sign in (("lower", -1.0), ("upper", 1.0))}
+    free["speed_limits"] = np.full(len(rows), np.inf)
+    last = {link: i for i, (link, *_) in enumerate(rows)}
+    first = {link: i for i, (link, *_) in reversed(list(enumerate(rows)))}
+    for name, values in free.items():
+        values[[first[link] for link in range(arm.n)]] = getattr(arm, name)
+    links = [
+        arm.link_names[link] if i == last[link] else f"{arm.link_names[link]}_piece_{i - first[link] + 1}"
+        for i, (link, *_) in enumerate(rows)
+    ]
+    return replace(
+        Arm.from_screws(
+            home, np.array([screw for _, screw, _, _ in rows]), [body.mass for body in bodies], inertias,
+            tip=arm.tip, gravity=arm.gravity, joint_points=np.array([point for _, _, point, _ in rows]),
+            joint_names=[name for *_, name in rows], link_names=links, lower=free["lower"], upper=free["upper"],
+            speed_limits=free["speed_limits"], name=arm.name, notes=arm.notes,
+        ),
+        level=arm.level,
+    )  # fmt: skip
+
+
+def _rotors(arm: Arm, count: int, starts: list[int], ends: list[int]) -> tuple[MountedRotor | None, ...]:
+    """The old rotors at their joints' new places."""
+    found: list[MountedRotor | None] = [None] * count
+    for joint, rotor in enumerate(arm.rotors):
+        if rotor is not None:
+            where = ends if rotor.carrier < joint else starts
+            carrier = -1 if rotor.carrier < 0 else where[rotor.carrier]
+            found[starts[joint]] = replace(rotor, carrier=carrier)
+    return tuple(found)

@@ -1,0 +1,254 @@
+"""Vibration and compliance of small motions: closed forms of one and two masses, beams, and pinocchio."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.load import load_arm
+from drivetrain.arm.rotors import Rotor, RotorLevel
+from drivetrain.arm.with_rotors import at_level, with_rotors
+from drivetrain.dynamics.flexibility import (
+    carried_to,
+    free_frequencies,
+    locked_frequencies,
+    rotor_inertias,
+    tip_compliance,
+    tip_jacobian,
+)
+from drivetrain.dynamics.kinematics import tip_pose
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.errors import InputError
+from drivetrain.spatial.beams import Beam, beam_compliance, round_tube
+
+SECTION = round_tube(0.05, 0.046, 70e9, 26e9)
+
+
+def pendulum(inertia: float = 0.8, rotor: Rotor | None = None) -> Arm:
+    arm = Arm.from_screws([np.eye(4)], [[0, 0, 1, 0, 0, 0]], [2.0], [np.diag([inertia] * 3)])
+    return with_rotors(arm, [rotor])
+
+
+def random_arm(seed: int, *, unbalanced: bool = True) -> Arm:
+    """Six joints with rotors on all kinds of carriers, off their axes and out of balance."""
+    rng = np.random.default_rng(seed)
+    arm = load_arm("ur5-corrected")
+    rotors = []
+    for i in range(arm.n):
+        home = arm.home[i].copy()
+        home[:3, 3] += 0.1 * rng.normal(size=3)
+        tensor = np.diag([1e-4, 1.3e-4, 1.6e-4]) * rng.uniform(0.5, 2.0)
+        carrier = int(rng.integers(-1, i + 1))
+        own = {"mass": 0.3, "home": home, "inertia": tensor} if unbalanced else {"inertia": 1e-4}
+        rotors.append(Rotor(float(rng.choice([-1, 1]) * rng.uniform(5, 60)), carrier=carrier, **own))
+    return with_rotors(arm, rotors)
+
+
+def test_one_mass_on_a_spring() -> None:
+    found = locked_frequencies(pendulum(0.8), [0.3], [5000.0])
+    np.testing.assert_allclose(found, [math.sqrt(5000.0 / 0.8) / (2 * math.pi)], rtol=1e-14)
+
+
+@pytest.mark.parametrize("ratio", [100.0, -100.0, 1.0])
+def test_two_masses_and_a_spring(ratio: float) -> None:
+    inertia, rotor, stiffness = 0.8, 1.5e-4, 5000.0
+    arm = pendulum(inertia, Rotor(ratio, rotor))
+    expected = math.sqrt(stiffness * (1 / inertia + 1 / (ratio**2 * rotor))) / (2 * math.pi)
+    np.testing.assert_allclose(free_frequencies(arm, [0.0], [stiffness]), [expected], rtol=1e-9)
+    locked = math.sqrt(stiffness / inertia) / (2 * math.pi)
+    np.testing.assert_allclose(locked_frequencies(arm, [0.0], [stiffness]), [locked], rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rotor_inertias_are_the_parts_of_the_mass_matrix(seed: int) -> None:
+    arm = random_arm(seed, unbalanced=False)
+    q = np.random.default_rng(seed).normal(size=(4, arm.n))
+    shared, own = rotor_inertias(arm, q)
+    locked = mass_matrix(at_level(arm, RotorLevel.NONE), q)
+    whole = locked + shared + np.swapaxes(shared, 1, 2) + own
+    np.testing.assert_allclose(whole, mass_matrix(arm, q), rtol=1e-12, atol=1e-12)
+    assert np.abs(shared).max() > 1e-4  # there is something to be wrong
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_unbalanced_rotors_by_turning_them_alone(seed: int) -> None:
+    # With all joints but one rotor's ratio kept, M(ratio) is quadratic in that ratio: its linear part is S.
+    # A posture of zero keeps every rotor at its own zero whatever its ratio.
+    arm = random_arm(seed)
+    q = np.zeros(arm.n)
+    shared, own = rotor_inertias(arm, q)
+    for i, rotor in enumerate(arm.rotors):
+        flipped = list(arm.rotors)
+        flipped[i] = replace(rotor, ratio=-rotor.ratio)
+        both = [mass_matrix(a, q) for a in (arm, replace(arm, rotors=tuple(flipped)))]
+        expected = np.zeros((arm.n, arm.n))
+        expected[:, i] += shared[:, i]
+        expected[i] += shared[:, i]
+        np.testing.assert_allclose(0.5 * (both[0] - both[1]), expected, rtol=1e-10, atol=1e-12)
+        assert own[i, i] == pytest.approx(rotor.ratio**2 * rotor.axial_inertia, rel=1e-14)
+
+
+def test_unbalanced_rotors_turn_with_their_joints() -> None:
+    # Half a joint turn of a rotor of even ratio leaves it where it was; of odd ratio it does not. The energy of a
+    # rotor that spins alone while its carrier moves must be what a separate body of that momentum has.
+    arm = random_arm(7)
+    q = np.array([0.4, -1.1, 0.7, 2.0, -0.6, 0.9])
+    shared, own = rotor_inertias(arm, q)
+    locked = mass_matrix(arm, q) - shared - shared.T - own
+    # Rotors locked where the joints have brought them: by turning their home frames there and taking them along.
+    turned = []
+    for rotor, angle in zip(arm.rotors, q, strict=True):
+        turn = pin.exp6(np.concatenate([rotor.screw[3:], rotor.screw[:3]]) * rotor.ratio * angle).homogeneous
+        turned.append(replace(rotor, home=turn @ rotor.home))
+    ridden = mass_matrix(at_level(replace(arm, rotors=tuple(turned)), RotorLevel.NONE), q)
+    np.testing.assert_allclose(locked, ridden, rtol=1e-9, atol=1e-10)
+
+
+def test_free_frequencies_are_those_of_the_larger_system() -> None:
+    arm = random_arm(1)
+    q = np.random.default_rng(8).normal(size=(3, arm.n))
+    stiffness = np.array([2e4, 3e4, 1e4, 6e3, 5e3, 4e3])
+    shared, own = rotor_inertias(arm, q)
+    for k, found in enumerate(free_frequencies(arm, q, stiffness)):
+        links = mass_matrix(arm, q[k]) - shared[k] - shared[k].T - own[k]
+        masses = np.block([[links, shared[k]], [shared[k].T, own[k]]])
+        springs = np.block([[np.diag(stiffness), -np.diag(stiffness)], [-np.diag(stiffness), np.diag(stiffness)]])
+        squares = np.sort(np.linalg.eigvals(np.linalg.solve(masses, springs)).real)
+        # n motions wind no spring up.
+        np.testing.assert_allclose(squares[: arm.n], 0.0, atol=1e-8 * squares[-1])
+        np.testing.assert_allclose(found, np.sqrt(squares[arm.n :]) / (2 * math.pi), rtol=1e-8)
+
+
+def test_free_is_never_below_locked() -> None:
+    arm = random_arm(2, unbalanced=False)
+    q = np.random.default_rng(2).normal(size=(6, arm.n))
+    stiffness = np.full(arm.n, 1e4)
+    heavy = with_rotors(arm, [replace(r, inertia=1e6 * r.inertia) for r in arm.rotors])
+    # Rotors without end are as good as locked, where they sit on the base and so do not weigh on the links.
+    based = with_rotors(arm, [Rotor(50.0, 1e4, carrier=-1) for _ in arm.rotors])
+    np.testing.assert_allclose(
+        free_frequencies(based, q, stiffness), locked_frequencies(based, q, stiffness), rtol=1e-4
+    )
+    light = with_rotors(arm, [Rotor(50.0, 1e-9, carrier=-1) for _ in arm.rotors])
+    assert (free_frequencies(light, q, stiffness) > 10 * locked_frequencies(light, q, stiffness)).all()
+    assert (free_frequencies(heavy, q, stiffness) > 0.99 * locked_frequencies(heavy, q, stiffness)).all()
+
+
+def test_stiff_and_rigid_agree() -> None:
+    arm = random_arm(3)
+    q = np.random.default_rng(4).normal(size=(2, arm.n))
+    some = np.array([2e4, np.inf, 1e4, np.inf, 5e3, 4e3])
+    for frequencies in (locked_frequencies, free_frequencies):
+        rigid = frequencies(arm, q, some)
+        stiff = frequencies(arm, q, np.where(np.isfinite(some), some, 1e13))
+        assert rigid.shape == (2, 4)
+        np.testing.assert_allclose(rigid, stiff[:, :4], rtol=1e-6)
+
+
+def test_frequencies_grow_with_the_root_of_stiffness() -> None:
+    arm, q = random_arm(4), np.full(6, 0.3)
+    base = np.array([2e4, 3e4, 1e4, 6e3, 5e3, 4e3])
+    for frequencies in (locked_frequencies, free_frequencies):
+        np.testing.assert_allclose(
+            frequencies(arm, q, 16 * base), 4 * frequencies(arm, q, base), rtol=1e-8
+        )
+
+
+def test_reflected_level_has_no_coupling() -> None:
+    arm = at_level(random_arm(5), RotorLevel.REFLECTED)
+    shared, own = rotor_inertias(arm, np.full(6, 0.2))
+    assert not shared.any()
+    assert (np.diag(own) > 0).all()
+    assert not rotor_inertias(at_level(arm, RotorLevel.NONE), np.zeros(6))[1].any()
+
+
+def test_tip_jacobian_is_pinocchios() -> None:
+    arm = load_arm("ur5-corrected")
+    q = np.random.default_rng(6).normal(size=arm.n)
+    model = pin.Model()
+    parent, before = 0, pin.SE3.Identity()
+    for i in range(arm.n):
+        # A joint at its point, z along its axis, in the frame of the joint before.
+        axis = arm.screws[i, :3]
+        placed = pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0, 1]), axis).matrix(), arm.joint_points[i])
+        parent = model.addJoint(parent, pin.JointModelRZ(), before.actInv(placed), f"joint {i}")
+        before = placed
+    frame = pin.Frame("tip", parent, 0, before.actInv(pin.SE3(arm.tip)), pin.FrameType.OP_FRAME)
+    index = model.addFrame(frame)
+    jacobian = pin.computeFrameJacobian(model, model.createData(), q, index, pin.LOCAL_WORLD_ALIGNED)
+    np.testing.assert_allclose(tip_jacobian(arm, q), np.vstack([jacobian[3:], jacobian[:3]]), atol=1e-12)
+
+
+def test_joint_springs_alone() -> None:
+    arm = load_arm("ur5-corrected")
+    q = np.random.default_rng(7).normal(size=arm.n)
+    stiffness = np.array([2e4, 3e4, 1e4, 6e3, np.inf, 4e3])
+    force = np.array([0, 0, 0, 3.0, -5.0, 20.0])
+    moved = tip_compliance(arm, q, stiffness) @ force
+    # Joint torques that hold the force, by virtual work on displaced postures.
+    step = 1e-6
+    torque = np.array([
+        force[3:] @ (tip_pose(arm, q + step * e)[:3, 3] - tip_pose(arm, q - step * e)[:3, 3]) / (2 * step)
+        for e in np.eye(arm.n)
+    ])  # fmt: skip
+    tip = tip_pose(arm, q + 1e-3 * torque / stiffness)[:3, 3] - tip_pose(arm, q - 1e-3 * torque / stiffness)[:3, 3]
+    # Central differences of a posture a thousandth as far: second order.
+    np.testing.assert_allclose(moved[3:], tip / 2e-3, rtol=1e-6, atol=1e-10)
+
+
+def test_a_beam_on_a_joint() -> None:
+    # A joint at the base with a spring, a beam of 0.8 m along x, the tip at its end: P L^2/K + P L^3/(3 E I).
+    length, stiffness = 0.8, 9e3
+    tip = np.eye(4)
+    tip[0, 3] = length
+    arm = Arm.from_screws([tip], [[0, -1, 0, 0, 0, 0]], [1.0], [0.01 * np.eye(3)], tip=tip)
+    beams = {0: Beam(SECTION, np.zeros(3), tip[:3, 3])}
+    soft = tip_compliance(arm, [0.0], [stiffness], beams=beams)
+    expected = length**2 / stiffness + length**3 / (3 * SECTION.bending_x)
+    assert soft[5, 5] == pytest.approx(expected, rel=1e-12)
+    # Turned by the joint, the beam turns along: lifted upright it only stretches.
+    upright = tip_compliance(arm, [np.pi / 2], [stiffness], beams=beams)
+    assert upright[5, 5] == pytest.approx(length / SECTION.axial, rel=1e-9)
+    # A tip beyond the beam's end feels its turn as well.
+    far = replace(arm, tip=np.block([[np.eye(3), np.array([[length + 0.3], [0], [0]])], [np.zeros((1, 3)), 1]]))
+    compliance, lever = beam_compliance(SECTION, length), 0.3
+    by_hand = compliance[4, 4] - 2 * lever * compliance[0, 4] + lever**2 * compliance[0, 0]
+    assert tip_compliance(far, [0.0], [np.inf], beams=beams)[5, 5] == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_compliance_halves_as_stiffness_doubles_and_batches() -> None:
+    arm = load_arm("ur5-corrected")
+    q = np.random.default_rng(9).normal(size=(5, arm.n))
+    stiffness = np.full((5, arm.n), 1e4)
+    many = tip_compliance(arm, q, stiffness)
+    np.testing.assert_allclose(many, 2 * tip_compliance(arm, q, 2 * stiffness), rtol=1e-14)
+    np.testing.assert_allclose(many[3], tip_compliance(arm, q[3], stiffness[3]), rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(many, np.swapaxes(many, 1, 2), atol=1e-18)
+    assert not tip_compliance(arm, q, np.full(arm.n, np.inf)).any()
+
+
+def test_carried_motion() -> None:
+    small = np.array([0.1, -0.2, 0.3, 1.0, 2.0, 3.0])
+    lever = np.array([0.5, 0.7, -0.2])
+    carried = carried_to(lever[np.newaxis])[0] @ small
+    np.testing.assert_allclose(carried[:3], small[:3])
+    np.testing.assert_allclose(carried[3:], small[3:] + np.cross(small[:3], lever), rtol=1e-14)
+
+
+def test_bad_input() -> None:
+    arm = pendulum()
+    with pytest.raises(InputError, match="stiffness"):
+        locked_frequencies(arm, [0.0], [0.0])
+    with pytest.raises(InputError, match="shape"):
+        locked_frequencies(arm, [0.0], [1.0, 2.0])
+    with pytest.raises(InputError, match="in every sample or in none"):
+        locked_frequencies(arm, [[0.0], [0.1]], [[1e3], [np.inf]])
+    with pytest.raises(InputError, match="rotor of joint_1: must have inertia"):
+        free_frequencies(pendulum(0.8, Rotor(100.0, 0.0)), [0.0], [1e3])
+    with pytest.raises(InputError, match=r"beams\[1\]"):
+        tip_compliance(arm, [0.0], [1e3], beams={1: Beam(SECTION, np.zeros(3), np.ones(3))})
