@@ -1,0 +1,220 @@
+"""The articulated-body recursion against the mass matrix, pinocchio, and 50 digits."""
+
+from __future__ import annotations
+
+import time
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from chains import chain, exact_accelerations
+from in_pinocchio import InPinocchio
+from random_arms import EVERY_JOINT, balanced_rotor, error, motion, random_arm, rotors_of, unbalanced_rotor
+
+import drivetrain.dynamics.articulated_kernel as kernel
+from drivetrain.arm.rotors import Rotor, RotorLevel
+from drivetrain.arm.with_rotors import at_level, with_rotors
+from drivetrain.dynamics.articulated_body import articulated_body
+from drivetrain.dynamics.forward import forward_dynamics
+from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.errors import InputError
+
+TOLERANCE = 1e-12  # of the largest acceleration; the condition numbers here are up to 1e5, what is found is 1e-14
+SEEDS = range(4)
+ARMS = ["RRRRRR", "RPRPR", "HRPH", EVERY_JOINT, "R", "P", "RRRRRRRRRR"]
+
+
+@pytest.mark.parametrize("joints", ARMS)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_without_rotors(seed: int, joints: str) -> None:
+    arm = random_arm(seed, joints)
+    q, qd, tau = motion(seed, arm.n)
+    twin = InPinocchio(arm)
+    wanted = np.array([pin.aba(twin.model, twin.data, *sample) for sample in zip(q, qd, tau, strict=True)])
+    assert error(articulated_body(arm, q, qd, tau), wanted) < TOLERANCE
+    assert error(articulated_body(arm, q[2], qd[2], tau[2]), wanted[2]) < TOLERANCE
+
+
+@pytest.mark.parametrize("joints", ["RRRRRR", EVERY_JOINT, "HRPH"])
+@pytest.mark.parametrize("kind", ["coaxial", "balanced", "unbalanced", "mixed"])
+@pytest.mark.parametrize("level", RotorLevel)
+def test_rotors_of_every_kind_on_every_link(joints: str, kind: str, level: RotorLevel) -> None:
+    for seed in range(8):  # the carriers are drawn: base, before, after, further off either way
+        bare = random_arm(seed, joints)
+        arm = with_rotors(bare, rotors_of(seed, kind, bare.n), level=level)
+        q, qd, tau = motion(seed, arm.n)
+        tip = np.random.default_rng(seed).normal(size=(len(q), 6)) * 20
+        wanted = forward_dynamics(arm, q, qd, tau, tip_wrench=tip)
+        assert error(articulated_body(arm, q, qd, tau, tip_wrench=tip), wanted) < TOLERANCE
+        back = inverse_dynamics(arm, q, qd, articulated_body(arm, q, qd, tau))
+        assert error(back, tau) < 1e-11  # round trip: times the largest entry of M
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_rotors_as_further_joints_of_pinocchio(seed: int) -> None:
+    """Links and rotors on joints of their own, tied by the ratios: T^T (M T qdd + h) = tau."""
+    bare = random_arm(seed, "RRPRRR")
+    arm = with_rotors(bare, rotors_of(seed, "mixed", bare.n))
+    twin = InPinocchio(arm)
+    tie = np.array([twin.spread(unit) for unit in np.eye(arm.n)]).T
+    for q, qd, tau in zip(*motion(seed, arm.n), strict=True):
+        still = np.zeros(twin.model.nv)
+        weight = pin.rnea(twin.model, twin.data, twin.spread(q), still, still)
+        # By columns: crba takes it that joints are numbered branch by branch, and these are not.
+        columns = [pin.rnea(twin.model, twin.data, twin.spread(q), still, unit) - weight for unit in tie.T]
+        bias = pin.nonLinearEffects(twin.model, twin.data, twin.spread(q), twin.spread(qd))
+        wanted = np.linalg.solve(tie.T @ np.array(columns).T, tau - tie.T @ bias)
+        assert error(articulated_body(arm, q, qd, tau), wanted) < TOLERANCE
+
+
+@pytest.mark.parametrize("reach", [-3, -2, 1, 2, 3])
+def test_far_carriers_in_chains(reach: int) -> None:
+    """Every rotor so many links before or after its joint, so that several numbers are open at once."""
+    bare = random_arm(5, "RRPRRRRPRR")
+    rng = np.random.default_rng(reach + 10)
+    carriers = [int(np.clip(i + reach, -1, bare.n - 1)) for i in range(bare.n)]
+    rotors = [(balanced_rotor, unbalanced_rotor)[i % 2](rng, c) for i, c in enumerate(carriers)]
+    arm = with_rotors(bare, rotors)
+    q, qd, tau = motion(reach + 10, arm.n)
+    assert error(articulated_body(arm, q, qd, tau), forward_dynamics(arm, q, qd, tau)) < TOLERANCE
+
+
+def test_round_trip_on_a_thousand_arms() -> None:
+    worst = 0.0
+    for seed in range(1000):
+        arm = random_arm(seed, EVERY_JOINT[: 1 + seed % 6])
+        q, qd, qdd = motion(seed, arm.n, 1)
+        worst = max(worst, error(articulated_body(arm, q, qd, inverse_dynamics(arm, q, qd, qdd)), qdd))
+    assert worst < 1e-9
+
+
+def random_chain(n: int, seed: int = 0) -> tuple[object, np.ndarray, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng([n, seed])
+    arm = chain(rng.uniform(0.3, 1.0, n), rng.uniform(0.5, 2.0, n))
+    return arm, rng.uniform(-3, 3, n), rng.uniform(-1, 1, n), rng.uniform(-5, 5, n)
+
+
+def test_chain_of_fifty_in_fifty_digits() -> None:
+    arm, q, qd, tau = random_chain(50)
+    wanted = exact_accelerations(arm, q, qd, tau)
+    ours, by_matrix = (error(f(arm, q, qd, tau), wanted) for f in (articulated_body, forward_dynamics))
+    assert ours < 1e-11
+    assert ours < by_matrix < 1e-9  # the matrix's condition number is 1e7: the naive way loses digits, and more with n
+
+
+def test_chain_of_two_hundred() -> None:
+    arm, q, qd, tau = random_chain(200)
+    twin = InPinocchio(arm)
+    assert error(articulated_body(arm, q, qd, tau), pin.aba(twin.model, twin.data, q, qd, tau)) < 1e-11
+    assert error(forward_dynamics(arm, q, qd, tau), articulated_body(arm, q, qd, tau)) > 1e-11  # what it saves us from
+
+
+def test_heavy_end() -> None:
+    """A million to one between the last link and the others (condition 1e7)."""
+    masses = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1e6])
+    arm = chain(np.full(6, 0.5), masses)
+    twin, found = InPinocchio(arm), []
+    for seed in range(15):
+        rng = np.random.default_rng(seed)
+        q, qd, tau = rng.uniform(-3, 3, 6), rng.uniform(-1, 1, 6), rng.uniform(-5, 5, 6)
+        wanted = exact_accelerations(arm, q, qd, tau)
+        other = pin.aba(twin.model, twin.data, q, qd, tau)
+        found.append([error(x, wanted) for x in (articulated_body(arm, q, qd, tau), other)])
+    ours, theirs = np.median(found, axis=0)
+    assert ours < 1e-10
+    assert ours < 2.0 * theirs
+
+
+def test_ratios_from_one_to_a_hundred_thousand() -> None:
+    arm = chain(np.full(6, 0.5), np.full(6, 2.0))
+    ratios, inertia = [1.0, 1e2, 1.0, 1e5, 1.0, 1.0], 1e-5
+    geared = with_rotors(arm, [Rotor(g, inertia) for g in ratios], level=RotorLevel.REFLECTED)
+    rng = np.random.default_rng(4)
+    q, qd, tau = rng.uniform(-3, 3, 6), rng.uniform(-1, 1, 6), rng.uniform(-5, 5, 6)
+    # A rotor turns with the link before it, too.
+    carried = np.array([np.diag([0.0, 0.0, 0.0 if i == 5 else inertia]) for i in range(6)])
+    riding = replace(arm, inertias=arm.inertias + carried)
+    wanted = exact_accelerations(riding, q, qd, tau, inertia * np.square(ratios))
+    found = articulated_body(geared, q, qd, tau)
+    np.testing.assert_allclose(found, wanted, rtol=1e-11, atol=1e-12 * np.abs(wanted).max())
+
+
+def without_inertia(arm: object, links: list[int]) -> object:
+    masses, inertias = arm.masses.copy(), arm.inertias.copy()
+    masses[links], inertias[links] = 0.0, 0.0
+    return replace(arm, masses=masses, inertias=inertias)
+
+
+@pytest.mark.parametrize("links", [[5], [4, 5], [0, 1, 2, 3, 4, 5]])
+def test_massless_end_is_an_error_that_names_the_joint(links: list[int]) -> None:
+    arm = without_inertia(random_arm(1), links)
+    q, qd, tau = motion(1, 6)
+    with pytest.raises(InputError, match=r"joint_6.*moves no inertia.*sample 0"):
+        articulated_body(arm, q, qd, tau)
+    geared = with_rotors(arm, [Rotor(100.0, 1e-4, carrier=-1)] * 6, level=RotorLevel.REFLECTED)
+    assert error(articulated_body(geared, q, qd, tau), forward_dynamics(geared, q, qd, tau)) < TOLERANCE
+
+
+def test_point_mass_on_the_last_axis_is_an_error() -> None:
+    arm = random_arm(2)
+    home, inertias = arm.home.copy(), arm.inertias.copy()
+    home[5, :3, 3] = np.cross(arm.screws[5, :3], arm.screws[5, 3:])
+    inertias[5] = 0.0
+    with pytest.raises(InputError, match="joint_6"):
+        articulated_body(replace(arm, home=home, inertias=inertias), *(x[0] for x in motion(2, 6)))
+
+
+def test_massless_links_between_heavy_ones_are_fine() -> None:
+    arm = without_inertia(random_arm(3), [1, 3])
+    q, qd, tau = motion(3, 6)
+    assert error(articulated_body(arm, q, qd, tau), forward_dynamics(arm, q, qd, tau)) < TOLERANCE
+
+
+def test_wrong_input() -> None:
+    arm = random_arm(0)
+    zero = np.zeros(6)
+    with pytest.raises(InputError, match="shape"):
+        articulated_body(arm, zero, zero[:5], zero)
+    with pytest.raises(InputError, match="finite"):
+        articulated_body(arm, zero, zero, np.array([0.0, np.nan, 0, 0, 0, 0]))
+    with pytest.raises(InputError, match="tip_wrench"):
+        articulated_body(arm, zero, zero, zero, tip_wrench=np.zeros(5))
+    with pytest.raises(InputError, match="too large"):
+        articulated_body(arm, zero, zero + 1e200, zero)
+
+
+def seconds_a_sample(n: int, rotors: bool) -> float:
+    arm = random_arm(0, "R" * n)
+    arm = with_rotors(arm, rotors_of(0, "coaxial", n)) if rotors else arm
+    sample = motion(0, n, 20)
+    articulated_body(arm, *sample)
+    times = []
+    for _ in range(15):
+        start = time.perf_counter()
+        articulated_body(arm, *sample)
+        times.append(time.perf_counter() - start)
+    return min(times) / 20
+
+
+@pytest.mark.parametrize("rotors", [False, True])
+def test_time_grows_as_the_number_of_joints(rotors: bool) -> None:
+    """Eight times the joints, about eight times the time; solving with M takes some 500 times as long."""
+    growth = seconds_a_sample(200, rotors) / seconds_a_sample(25, rotors)
+    assert growth < 16.0
+
+
+def test_levels_differ_as_they_should() -> None:
+    bare = random_arm(7)
+    arm = with_rotors(bare, rotors_of(7, "coaxial", 6))
+    sample = [x[0] for x in motion(7, 6)]
+    full, reflected, none = (articulated_body(at_level(arm, level), *sample) for level in ("full", "reflected", "none"))
+    assert error(reflected, full) > 1e-4
+    assert error(none, reflected) > 1e-2
+
+
+def test_compiled_sources_are_those_on_disk() -> None:
+    folder = Path(kernel.__file__).parent
+    assert {name: zlib.crc32((folder / name).read_bytes()) for name in kernel.SOURCES} == kernel.SOURCES
