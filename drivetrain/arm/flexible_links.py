@@ -135,8 +135,10 @@ def _check(arm: Arm, links: Mapping[int, BendingLink]) -> None:
             problem = f"must not exceed that of {arm.link_names[link]}, {arm.masses[link]:g} kg"
             faults.append(Fault(f"links[{link}].mass", problem, bending.mass))
         else:
-            rest = _rest(_own(arm, link), bending)
-            if rest is not None and float(np.linalg.eigvalsh(rest.inertia)[0]) < 0.0:
+            own = _own(arm, link)
+            rest = _rest(own, bending)
+            rounding = NOTHING * float(np.trace(own.inertia) + own.mass * bending.beam.length**2)
+            if rest is not None and float(np.linalg.eigvalsh(rest.inertia)[0]) < -rounding:
                 problem = f"leaves {arm.link_names[link]} a negative moment of inertia beside the beam"
                 hint = "let the beam hold the whole mass of the link, or less of it"
                 faults.append(Fault(f"links[{link}].mass", problem, bending.mass, hint))
