@@ -104,7 +104,7 @@ def test_mass_at_the_end() -> None:
 def test_joint_spring_and_beam_in_series() -> None:
     # A point far heavier than the bar: 1/k = L^2/K + L^3/(3 E I).
     heavy, joint = 200.0, 1e3
-    arm = with_rotors(cantilever(heavy), [Rotor(50.0, 1e9, carrier=-1)])
+    arm = with_rotors(cantilever(heavy), [Rotor(50.0, 1e3, carrier=-1)])
     sprung = with_flexible_links(arm, {0: bending(30)})
     stiffness = sprung.stiffness.copy()
     stiffness[list(sprung.driven)] = joint
