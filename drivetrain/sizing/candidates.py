@@ -21,7 +21,7 @@ from drivetrain.sizing.checks_gear import (
 from drivetrain.sizing.checks_motor import motor_speed
 from drivetrain.sizing.demand import JointDemand, JointWork, Workload, workload
 from drivetrain.sizing.evaluate import objective_share
-from drivetrain.sizing.fill import assumed_drive
+from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
 from drivetrain.sizing.load_basis import NUMBERS, drive_numbers
 from drivetrain.sizing.mounting import drive_mass
@@ -203,7 +203,7 @@ class Field:
         Returns:
             True where the gear's peak limits hold, (candidates that are fast enough,).
         """
-        loads = work.peak_loads(self.numbers)
+        loads = work.least_peaks(self.numbers)
         # What is at the limit to rounding is left to the check itself.
         asked = self.study.safety.peak_torque * loads * (1.0 - 1e-9)
         return np.asarray(asked <= self.capacities)
@@ -240,14 +240,14 @@ def joint_fields(study: Study) -> tuple[Field, ...]:
     Raises:
         InputError: A joint without any candidate, or with none whose share of the objective is known.
     """
-    work = workload(study)
+    work, shelf = workload(study), Shelf(study)
     fields, faults = [], []
     for joint, task in enumerate(study.joints):
         pairs = task.pairs if task.drive is None else (task.drive,)
         known: list[Candidate] = []
         unknown: list[Candidate] = []
         for motor, gear in dict.fromkeys(pairs):
-            drive = assumed_drive(study, task, motor, gear)
+            drive = shelf.drive(task, motor, gear)
             candidate = Candidate(motor, gear, drive, _share(study, drive))
             (unknown if math.isnan(candidate.share) else known).append(candidate)
         if task.drive is not None and unknown:

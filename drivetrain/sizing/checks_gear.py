@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear, gear_life, torque_exponent
-from drivetrain.sizing.checks import Limit, held, peak, reported
+from drivetrain.sizing.checks import Limit, Peak, held, reported
 from drivetrain.sizing.operation import Operation
 from drivetrain.sizing.results import Check
 
@@ -27,7 +24,7 @@ def gear_repeated_peak_torque(op: Operation) -> Check:
     if gear.repeated_peak_torque is None and gear.continuous_torque is not None:
         remark = "the sheet prints no repeated peak torque: the continuous one holds"
         limit = Limit(gear.continuous_torque, f"continuous torque of {_name(gear)}", remark)
-    largest = peak(op.demand.time, op.demand.load_torque)
+    largest = op.demand.largest_load
     required = op.safety.peak_torque * largest.value
     return held("gear repeated peak torque", "N m", required, limit, reserve=op.safety.reserve, time=largest.time)
 
@@ -41,7 +38,7 @@ def gear_momentary_torque(op: Operation) -> Check:
     Returns:
         The check [N m].
     """
-    largest = peak(op.demand.time, op.demand.load_torque)
+    largest = op.demand.largest_load
     return held(
         "gear momentary peak torque", "N m", op.safety.peak_torque * largest.value,
         _limit(op, op.drive.gear.momentary_torque, "momentary peak torque"),
@@ -93,7 +90,7 @@ def gear_maximum_input_speed(op: Operation) -> Check:
     Returns:
         The check [rad/s].
     """
-    fastest = peak(op.demand.time, op.demand.speed)
+    fastest = op.demand.fastest
     required = op.safety.speed * abs(op.drive.gear.ratio) * fastest.value
     limit = _limit(op, op.drive.gear.max_input_speed, "maximum input speed")
     return held(
@@ -132,9 +129,9 @@ def tilting_moment(op: Operation) -> Check:
     Returns:
         The check [N m].
     """
-    wrench = op.demand.wrench
-    across = None if wrench is None else np.hypot(wrench[:, 0], wrench[:, 1])
-    return _bearing(op, "output bearing tilting moment", "N m", across, op.drive.gear.tilting_moment_limit)
+    load = op.demand.bearing
+    limit = op.drive.gear.tilting_moment_limit
+    return _bearing(op, "output bearing tilting moment", "N m", load and load.tilting, limit)
 
 
 def axial_load(op: Operation) -> Check:
@@ -146,8 +143,8 @@ def axial_load(op: Operation) -> Check:
     Returns:
         The check [N].
     """
-    along = None if op.demand.wrench is None else op.demand.wrench[:, 5]
-    return _bearing(op, "output bearing axial load", "N", along, op.drive.gear.axial_load_limit)
+    load = op.demand.bearing
+    return _bearing(op, "output bearing axial load", "N", load and load.axial, op.drive.gear.axial_load_limit)
 
 
 def radial_load(op: Operation) -> Check:
@@ -159,9 +156,8 @@ def radial_load(op: Operation) -> Check:
     Returns:
         The check [N].
     """
-    wrench = op.demand.wrench
-    across = None if wrench is None else np.hypot(wrench[:, 3], wrench[:, 4])
-    return _bearing(op, "output bearing radial load", "N", across, op.drive.gear.radial_load_limit)
+    load = op.demand.bearing
+    return _bearing(op, "output bearing radial load", "N", load and load.radial, op.drive.gear.radial_load_limit)
 
 
 GEAR_CHECKS = (
@@ -182,13 +178,12 @@ TORQUE_ONLY = (gear_repeated_peak_torque, gear_momentary_torque, gear_average_to
 """Those that can only get worse with a larger load torque, whatever else changes."""
 
 
-def _bearing(op: Operation, name: str, unit: str, load: Array | None, available: float | None) -> Check:
-    if load is None:
+def _bearing(op: Operation, name: str, unit: str, largest: Peak | None, available: float | None) -> Check:
+    if largest is None:
         reason = "without an arm the loads across the axis are unknown" if op.demand.load_inertia is None else (
             "the joint slides: its guide carries the loads across"
         )  # fmt: skip
         return reported(name, unit, None, reason)
-    largest = peak(op.demand.time, load)
     required = op.safety.peak_torque * largest.value
     limit = _limit(op, available, f"{name} limit")
     return held(name, unit, required, limit, reserve=op.safety.reserve, time=largest.time)

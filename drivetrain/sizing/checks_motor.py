@@ -24,7 +24,7 @@ def motor_speed(op: Operation) -> Check:
     Returns:
         The check [rad/s].
     """
-    fastest = peak(op.demand.time, op.demand.speed)
+    fastest = op.demand.fastest
     required = op.safety.speed * abs(op.drive.gear.ratio) * fastest.value
     limit = _limit(op, op.drive.motor.max_speed, "maximum speed")
     return held("motor speed", "rad/s", required, limit, reserve=op.safety.reserve, time=fastest.time)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +14,23 @@ from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, friction_torque
 from drivetrain.drive.gear import average_torque
 from drivetrain.motion.duty_cycle import Indices, sample_weights
+from drivetrain.sizing.checks import Peak, peak
 from drivetrain.sizing.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
 from drivetrain.study.study import Study
+
+
+class BearingLoad(NamedTuple):
+    """The largest loads on an output bearing.
+
+    Attributes:
+        tilting: Moment across the axis [N m].
+        axial: Force along it [N].
+        radial: Force across it [N].
+    """
+
+    tilting: Peak
+    axial: Peak
+    radial: Peak
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +75,25 @@ class JointDemand:
         return resting(self.speed)
 
     @cached_property
+    def largest_load(self) -> Peak:
+        """Of ``load_torque`` [N m]."""
+        return peak(self.time, self.load_torque)
+
+    @cached_property
+    def fastest(self) -> Peak:
+        """Of ``speed`` [rad/s]."""
+        return peak(self.time, self.speed)
+
+    @cached_property
+    def bearing(self) -> BearingLoad | None:
+        """What the output bearing carries at most; None where ``wrench`` is."""
+        if self.wrench is None:
+            return None
+        moment_x, moment_y, _, force_x, force_y, force_z = self.wrench.T
+        tilting, radial = np.hypot(moment_x, moment_y), np.hypot(force_x, force_y)
+        return BearingLoad(peak(self.time, tilting), peak(self.time, force_z), peak(self.time, radial))
+
+    @cached_property
     def moves(self) -> bool:
         """Whether the joint moves at all."""
         return bool(np.any(self.speed != 0.0))
@@ -96,6 +131,9 @@ class JointDemand:
         """
         total = float(self.weights.sum())
         return float(values @ self.weights) / total if total > 0.0 else float(np.mean(values))
+
+
+INSTANTS = 64  # that a quick look at many drives takes
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,8 +231,10 @@ class JointWork:
         others = (self.others.force, self.others.wrench, self.others.inertia)
         return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others)))
 
-    def peak_loads(self, numbers: Array) -> Array:
-        """The largest load torque with each of many drives, to rounding as ``demand`` has it.
+    def least_peaks(self, numbers: Array) -> Array:
+        """What the largest load torque with each of many drives cannot be below, to rounding.
+
+        Where the joint's own drive loads it, that is the largest torque among the instants that ask most without it.
 
         Args:
             numbers: Of the drives that the joint's own may be, in the units of ``drive_numbers``, (drives, NUMBERS).
@@ -207,9 +247,10 @@ class JointWork:
         basis = self.work.basis[self.joint]
         at = NUMBERS * basis.drives.index(self.joint)
         travel = self.work.study.joints[self.joint].travel_per_turn or 1.0
-        rows = travel * basis.force[at : at + NUMBERS]
-        largest = [np.abs(some @ rows + self._fixed.load_torque).max(axis=1) for some in np.array_split(numbers, 16)]
-        return np.concatenate(largest)
+        fixed = self._fixed.load_torque
+        some = np.argsort(np.abs(fixed))[-INSTANTS:]
+        added = numbers @ (travel * basis.force[at : at + NUMBERS, some])
+        return np.asarray(np.abs(added + fixed[some]).max(axis=1))
 
     def _demand(self, sums: _Sums | None) -> JointDemand:
         """At the gear's output, from sums in the joint's own coordinate."""

@@ -10,7 +10,7 @@ from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.sizing.checks import reported
 from drivetrain.sizing.checks_supply import supply_checks
 from drivetrain.sizing.demand import Workload, workload
-from drivetrain.sizing.fill import assumed_drive
+from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import joint_result
 from drivetrain.sizing.mounting import drive_mass
 from drivetrain.sizing.operation import operation
@@ -35,8 +35,8 @@ def evaluate(study: Study, drives: Mapping[str, Pair] | None = None) -> Evaluati
         InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
     """
     keys = given_drives(study, drives or {})
-    work = workload(study)
-    mounted = {i: assumed_drive(study, task, *keys[task.name]) for i, task in enumerate(study.joints)}
+    work, shelf = workload(study), Shelf(study)
+    mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
     results = {task.name: evaluate_joint(work, mounted, i, keys[task.name]) for i, task in enumerate(study.joints)}
     return Evaluation(study, results, shared_checks(study, results), objective(study, mounted))
 

@@ -18,33 +18,48 @@ INPUT_INERTIA_SHARE = {"planetary": 0.03, "spur": 0.03, "koaxdrive": 0.004, "str
 _ROUND_DENSITY = 5200.0 * 3.141592653589793 / 4.0  # kg/m^3 of a cylinder as long as wide, over its diameter cubed
 
 
-def assumed_drive(study: Study, task: JointTask, motor: str, gear: str) -> Drive:
-    """The drive of one motor and one gear at one joint, unknown data filled where the study states an assumption.
+class Shelf:
+    """The catalogue rows of a study, unknown data filled where it states an assumption; each row filled once.
 
-    Args:
+    Attributes:
         study: Its catalogue and its assumptions.
-        task: Of the joint: friction of joint and motor.
-        motor: Key in the catalogue.
-        gear: Key in the catalogue; empty for a direct drive.
-
-    Returns:
-        The drive, every assumption used told in words.
     """
-    words: list[str] = []
-    row = study.catalog.motors[motor]
-    filled_motor = _filled_motor(row, study, words)
-    filled_gear = _filled_gear(study.catalog.gears[gear], study, words) if gear else DIRECT
-    if task.motor_friction is None and no_load_friction(filled_motor) is None:
-        reason = "a frameless motor has no bearings; " if row.frameless else ""
-        words.append(f"motor {motor}: {reason}no-load friction is not on the sheet and not counted")
-    return Drive(filled_motor, filled_gear, task.friction, task.motor_friction, tuple(words))
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self._motors: dict[str, tuple[Motor, tuple[str, ...]]] = {}
+        self._gears: dict[str, tuple[Gear, tuple[str, ...]]] = {"": (DIRECT, ())}
+
+    def drive(self, task: JointTask, motor: str, gear: str) -> Drive:
+        """The drive of one motor and one gear at one joint.
+
+        Args:
+            task: Of the joint: friction of joint and motor.
+            motor: Key in the catalogue.
+            gear: Key in the catalogue; empty for a direct drive.
+
+        Returns:
+            The drive, every assumption used told in words.
+        """
+        if motor not in self._motors:
+            self._motors[motor] = _filled_motor(self.study.catalog.motors[motor], self.study)
+        if gear not in self._gears:
+            self._gears[gear] = _filled_gear(self.study.catalog.gears[gear], self.study)
+        (row, motor_words), (wheel, gear_words) = self._motors[motor], self._gears[gear]
+        words = [*motor_words, *gear_words]
+        if task.motor_friction is None and no_load_friction(row) is None:
+            reason = "a frameless motor has no bearings; " if row.frameless else ""
+            words.append(f"motor {motor}: {reason}no-load friction is not on the sheet and not counted")
+        return Drive(row, wheel, task.friction, task.motor_friction, tuple(words))
 
 
-def _filled_motor(motor: Motor, study: Study, words: list[str]) -> Motor:
+def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
+    """The row, and what was assumed."""
     kind = "frameless" if motor.frameless else motor.kind
     assumption = study.motor_assumptions.get(kind)
     if assumption is None:
-        return motor
+        return motor, ()
+    words: list[str] = []
     changes: dict[str, float] = {}
     named = (
         ("max_winding_temperature", "winding limit", "C"),
@@ -56,10 +71,12 @@ def _filled_motor(motor: Motor, study: Study, words: list[str]) -> Motor:
         if value is not None and getattr(motor, field) is None:
             changes[field] = value
             words.append(_words(f"motor {motor.key}: {name} {value:g} {unit} assumed", assumption.source))
-    return replace(motor, **changes) if changes else motor  # type: ignore[arg-type]
+    return (replace(motor, **changes) if changes else motor), tuple(words)  # type: ignore[arg-type]
 
 
-def _filled_gear(gear: Gear, study: Study, words: list[str]) -> Gear:
+def _filled_gear(gear: Gear, study: Study) -> tuple[Gear, tuple[str, ...]]:
+    """The row, and what was assumed."""
+    words: list[str] = []
     changes: dict[str, float] = {}
     assumption = study.gear_assumptions.get(gear.kind)
     if assumption is not None:
@@ -79,7 +96,7 @@ def _filled_gear(gear: Gear, study: Study, words: list[str]) -> Gear:
         text = f"gear {gear.key}: input inertia {inertia:.2g} kg m^2 assumed"
         share = INPUT_INERTIA_SHARE[gear.kind]
         words.append(_words(text, f"{share:g} of a solid cylinder's, high among gears of its kind"))
-    return replace(gear, **changes) if changes else gear  # type: ignore[arg-type]
+    return (replace(gear, **changes) if changes else gear), tuple(words)  # type: ignore[arg-type]
 
 
 def _input_inertia(gear: Gear) -> float | None:

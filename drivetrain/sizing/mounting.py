@@ -14,7 +14,6 @@ from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.errors import Fault, InputError
-from drivetrain.spatial.inertia import cylinder
 from drivetrain.study.study import DriveMass, JointTask, Mount, Study
 
 DRIVE_DENSITY = 5200.0  # kg/m^3; median of the rows that print diameter, length and mass: 5180 motors, 5370 gears
@@ -97,10 +96,10 @@ def drive_body(drive: Drive) -> tuple[float, float, float]:
         Mass [kg]; inertia about the centre, across the axis and along it [kg m^2].
     """
     motor, gear = drive.motor, drive.gear
-    inertia = _cylinder(motor.mass, motor.diameter, motor.length) + _cylinder(gear.mass, gear.diameter, gear.length)
-    along = float(inertia[2, 2])
+    cylinders = [_cylinder(part.mass, part.diameter, part.length) for part in (motor, gear)]
+    across, along = (sum(values) for values in zip(*cylinders, strict=True))
     mass = (motor.mass or 0.0) + (gear.mass or 0.0)
-    return mass, float(inertia[0, 0]), along - min(motor.rotor_inertia or 0.0, along)
+    return mass, across, along - min(motor.rotor_inertia or 0.0, along)
 
 
 def rotor_ratio(drive: Drive, task: JointTask) -> float:
@@ -183,11 +182,14 @@ def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
     return point
 
 
-def _cylinder(mass: float | None, diameter: float | None, length: float | None) -> Array:
-    """Inertia of a solid cylinder about z; a size that is unknown follows from DRIVE_DENSITY."""
+def _cylinder(mass: float | None, diameter: float | None, length: float | None) -> tuple[float, float]:
+    """Inertia of a solid cylinder across and along; a size that is unknown follows from DRIVE_DENSITY."""
     if not mass:
-        return np.zeros((3, 3))
+        return 0.0, 0.0
     area = 4.0 * mass / (DRIVE_DENSITY * math.pi)  # diameter squared times length
     if diameter is None:
         diameter = area ** (1.0 / 3.0) if length is None else math.sqrt(area / length)
-    return cylinder(mass, diameter / 2.0, area / diameter**2 if length is None else length).inertia.copy()
+    if length is None:
+        length = area / diameter**2
+    # Modern Robotics, figure 8.5; in plain numbers, as a search asks it of every candidate.
+    return mass * (0.75 * diameter**2 + length**2) / 12.0, mass * diameter**2 / 8.0

@@ -13,7 +13,7 @@ from drivetrain.sizing.results import Fallen, Selection
 from drivetrain.sizing.tree import Blocked, Tree
 from drivetrain.study.study import Study
 
-NODE_LIMIT = 100
+NODE_LIMIT = 200
 ALTERNATIVES = 5
 OPTIMAL = "optimal"
 

@@ -1,0 +1,269 @@
+"""What flexible drives and links do to the tip over the motion: wind-up, bending, lost motion, and vibration."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.drive.gear import wind_up
+from drivetrain.drive.gear_stiffness import tangent_stiffness
+from drivetrain.dynamics.flexibility import (
+    NO_BEAMS,
+    carried_to,
+    check_beams,
+    free_frequencies,
+    locked_frequencies,
+    tip_jacobian,
+)
+from drivetrain.dynamics.kinematics import link_poses, tip_pose
+from drivetrain.dynamics.newton_euler import joint_loads
+from drivetrain.errors import Fault, InputError
+from drivetrain.sizing.mounting import loaded_arm
+from drivetrain.sizing.results import Evaluation
+from drivetrain.spatial.beams import Beam, end_deflection
+from drivetrain.spatial.poses import inverse_pose
+from drivetrain.spatial.rotations import frame_along
+
+MOST_COMBINED = 12  # joints whose plays are tried in every combination; beyond, their plain sum bounds it
+
+
+@dataclass(frozen=True, eq=False)
+class TipDeflection:
+    """Where the tip is, against where stiff drives and links would have it; base axes.
+
+    Torques are those of the motion as planned: the deflection follows the load without swinging.
+
+    Attributes:
+        time: [s], (N,).
+        joint_names, link_names: Of joints and links, (n,) each.
+        twist: How far each joint lags behind its motor, backlash left out [rad or m], (N, n).
+        joints: What each joint's twist does to the tip [m], (N, n, 3).
+        links: What each link's bending does to it [m], (N, n, 3).
+        backlash: What each joint's play does, resting on the side on which its torque lays it, counted from the middle
+            [m], (N, n, 3).
+        lost_motion: Between the two positions furthest apart that the play of all joints allows [m], (N,).
+        rigid: Joints counted as rigid: their gear prints no stiffness.
+        unknown_play: Joints whose gear prints no backlash: none is counted.
+    """
+
+    time: Array
+    joint_names: tuple[str, ...]
+    link_names: tuple[str, ...]
+    twist: Array
+    joints: Array
+    links: Array
+    backlash: Array
+    lost_motion: Array
+    rigid: tuple[str, ...]
+    unknown_play: tuple[str, ...]
+
+    @property
+    def displacement(self) -> Array:
+        """Of the tip, everything together [m], (N, 3)."""
+        return np.asarray((self.joints + self.links + self.backlash).sum(axis=1))
+
+    @property
+    def size(self) -> Array:
+        """Of the displacement [m], (N,)."""
+        return np.asarray(np.linalg.norm(self.displacement, axis=1))
+
+    @property
+    def worst_case(self) -> Array:
+        """If all contributions pointed one way [m], (N,)."""
+        parts = np.concatenate([self.joints, self.links, self.backlash], axis=1)
+        return np.asarray(np.linalg.norm(parts, axis=2).sum(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """Natural frequencies over the motion, springs as stiff as the torque of the instant makes them.
+
+    Attributes:
+        time: [s], (N,).
+        stiffness: Of the joints about their torque [N m/rad or N/m], (N, n); infinite where rigid.
+        locked: Every motor holding its rotor still: lowest first [Hz], (N, m) for m sprung joints.
+        free: Every motor's torque constant: links against rotors, lowest first [Hz], (N, m).
+        rigid: Joints counted as rigid: their gear prints no stiffness.
+    """
+
+    time: Array
+    stiffness: Array
+    locked: Array
+    free: Array
+    rigid: tuple[str, ...]
+
+
+def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEAMS) -> TipDeflection:
+    """The tip's deflection over the motion under weight, payload and inertia: gears, links and backlash.
+
+    Args:
+        evaluation: Of the drives that carry the motion; its study must have an arm.
+        beams: The part of a link that bends, by link index, in the base frame with every joint at zero [m, N m^2];
+            other links count as rigid.
+
+    Returns:
+        The deflection, small enough to be linear.
+
+    Raises:
+        InputError: A study without an arm, or a beam of a link that the arm does not have.
+
+    Reference:
+        Modern Robotics, section 8.9.5. A spring under the torque T that its joint gives lags by phi(T), so the joint
+        stands at the motor's angle over the ratio less phi(T); friction at the joint's own bearings loads the spring.
+    """
+    study = evaluation.study
+    arm = _arm(evaluation)
+    check_beams(arm, beams)
+    cycle = study.cycle
+    results = tuple(evaluation.joints.values())
+    torque = np.column_stack([joint.series.gear_torque for joint in results])
+    travel = np.array([task.travel_per_turn or 1.0 for task in study.joints])
+    twists = [wind_up(joint.drive.gear, series) for joint, series in zip(results, torque.T, strict=True)]
+    twist = travel * np.column_stack([np.zeros(len(torque)) if one is None else one for one in twists])
+    play = travel * np.array([joint.drive.gear.backlash or 0.0 for joint in results])
+    jacobian = np.swapaxes(tip_jacobian(arm, cycle.position)[:, 3:], 1, 2)
+    return TipDeflection(
+        time=cycle.time,
+        joint_names=arm.joint_names,
+        link_names=arm.link_names,
+        twist=twist,
+        joints=-twist[:, :, None] * jacobian,
+        links=_link_deflection(evaluation, beams),
+        backlash=-0.5 * (play * np.sign(torque))[:, :, None] * jacobian,
+        lost_motion=lost_motion(play[:, None] * jacobian),
+        rigid=_lacking(evaluation, "stiffness_1"),
+        unknown_play=_lacking(evaluation, "backlash"),
+    )
+
+
+def vibration(evaluation: Evaluation) -> Vibration:
+    """The natural frequencies of the arm on its joint springs over the motion.
+
+    Args:
+        evaluation: Of the drives that carry the motion; its study must have an arm.
+
+    Returns:
+        The frequencies; of joints with backlash those with their teeth in contact.
+
+    Raises:
+        InputError: A study without an arm, or a sprung joint whose rotor inertia is unknown.
+    """
+    _arm(evaluation)
+    cycle = evaluation.study.cycle
+    stiffness = joint_stiffness(evaluation)
+    sprung = int(np.isfinite(stiffness).all(axis=0).sum())
+    locked, free = np.empty((2, len(cycle.time), sprung))
+    for arm, chosen in _loaded(evaluation):
+        locked[chosen] = locked_frequencies(arm, cycle.position[chosen], stiffness[chosen])
+        free[chosen] = free_frequencies(arm, cycle.position[chosen], stiffness[chosen])
+    return Vibration(cycle.time, stiffness, locked, free, _lacking(evaluation, "stiffness_1"))
+
+
+def joint_stiffness(evaluation: Evaluation) -> Array:
+    """The stiffness of every joint about the torque of every instant.
+
+    Args:
+        evaluation: Of the drives that carry the motion.
+
+    Returns:
+        In the joint's coordinate [N m/rad or N/m], (N, n); infinite where the gear prints none.
+    """
+    columns = []
+    for joint, task in zip(evaluation.joints.values(), evaluation.study.joints, strict=True):
+        slope = tangent_stiffness(joint.drive.gear, joint.series.gear_torque)
+        unknown = np.full(len(joint.series.time), np.inf)
+        columns.append(unknown if slope is None else slope / (task.travel_per_turn or 1.0) ** 2)
+    return np.column_stack(columns)
+
+
+def lost_motion(plays: Array) -> Array:
+    """The largest distance between two positions of the tip that play in the joints allows.
+
+    Args:
+        plays: What the whole play of each joint does to the tip [m], (N, n, 3).
+
+    Returns:
+        [m], (N,): the longest sum of plays with signs chosen freely; with more than MOST_COMBINED joints that have
+        play, the sum of their lengths, which is never less.
+    """
+    loose = plays[:, np.abs(plays).any(axis=(0, 2))]
+    count = loose.shape[1]
+    if count > MOST_COMBINED:
+        return np.asarray(np.linalg.norm(loose, axis=2).sum(axis=1))
+    largest = np.zeros(len(plays))
+    for signs in itertools.product((1.0, -1.0), repeat=max(count - 1, 0)):
+        # The first sign is free to be chosen: all turned round is as far.
+        together = np.einsum("j,njc->nc", np.array([1.0, *signs][:count]), loose)
+        largest = np.maximum(largest, np.linalg.norm(together, axis=1))
+    return largest
+
+
+def _arm(evaluation: Evaluation) -> Arm:
+    arm = evaluation.study.arm
+    if arm is None:
+        hint = "a load table tells torque and speed, not where a tip is"
+        raise InputError(Fault("arm", "is needed to tell how its tip deflects", hint=hint))
+    return arm
+
+
+def _lacking(evaluation: Evaluation, field: str) -> tuple[str, ...]:
+    """Joints whose gear does not print a number; a direct drive has nothing to print."""
+    geared = {name: joint.drive.gear for name, joint in evaluation.joints.items() if joint.gear}
+    return tuple(name for name, gear in geared.items() if getattr(gear, field) is None)
+
+
+def _loaded(evaluation: Evaluation) -> list[tuple[Arm, Array]]:
+    """The arm with its drives and each payload of the cycle, and the samples at which it carries that."""
+    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
+    carried = evaluation.study.cycle.payload
+    return [(loaded_arm(evaluation.study, drives, int(one)), carried == one) for one in np.unique(carried)]
+
+
+def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array:
+    """What the bending of each link does to the tip, (N, n, 3) [m]."""
+    cycle = evaluation.study.cycle
+    found = np.zeros((*cycle.position.shape, 3))
+    if not beams:
+        return found
+    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
+    empty = loaded_arm(evaluation.study, drives, -1)
+    for arm, chosen in _loaded(evaluation):
+        motion = (cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen])
+        passed = _base_wrenches(arm, motion)
+        # What the tip carries leaves the last link at its end; it is not part of that link's own load.
+        leaving = np.concatenate([passed[:, 1:], (passed - _base_wrenches(empty, motion))[:, -1:]], axis=1)
+        moved = link_poses(arm, motion[0]) @ np.array([inverse_pose(home) for home in arm.home])
+        tips = tip_pose(arm, motion[0])[:, :3, 3]
+        for link, beam in beams.items():
+            found[chosen, link] = _bending(beam, moved[:, link], passed[:, link], leaving[:, link], tips)
+    return found
+
+
+def _base_wrenches(arm: Arm, motion: tuple[Array, Array, Array]) -> Array:
+    """What each joint passes on to the link after it, about the base's origin, base axes, (N, n, 6) [N m, N]."""
+    wrench = joint_loads(arm, *motion).wrench
+    moved = link_poses(arm, motion[0]) @ np.array([inverse_pose(home) for home in arm.home])
+    axes = np.array([frame_along(s[:3] if s[:3].any() else s[3:]) for s in arm.screws])
+    rotation = moved[..., :3, :3] @ axes
+    points = (moved[..., :3, :3] @ arm.joint_points[:, :, None])[..., 0] + moved[..., :3, 3]
+    moment, force = ((rotation @ part[..., None])[..., 0] for part in (wrench[..., :3], wrench[..., 3:]))
+    return np.concatenate([moment + np.cross(points, force), force], axis=-1)
+
+
+def _bending(beam: Beam, moved: Array, passed: Array, leaving: Array, tips: Array) -> Array:
+    """What one beam does to the tip, from wrenches about the base's origin in base axes, (N, 3) [m]."""
+    rotation = moved[:, :3, :3] @ beam.axes
+    ends = [moved[:, :3, :3] @ point + moved[:, :3, 3] for point in (beam.start, beam.end)]
+    local = []
+    for wrench, point in zip((passed, leaving), ends, strict=True):
+        moment, force = wrench[:, :3] - np.cross(point, wrench[:, 3:]), wrench[:, 3:]
+        local.append(np.concatenate([np.einsum("nji,nj->ni", rotation, part) for part in (moment, force)], axis=1))
+    motion = end_deflection(beam.section, beam.length, *local)
+    turn, shift = (np.einsum("nij,nj->ni", rotation, part) for part in (motion[:, :3], motion[:, 3:]))
+    carried = carried_to(tips - ends[1]) @ np.concatenate([turn, shift], axis=1)[:, :, None]
+    return np.asarray(carried[:, 3:, 0])
