@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
 
 from drivetrain.report.quantities import percent
 from drivetrain.report.svg import FAINT, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION, house_style, svg_text
 from drivetrain.sizing.results import Check, Evaluation
 
 LARGEST_DRAWN = 2.0  # utilisations above this are told at the edge
+ROOM_BEYOND = 0.75
 
 Used = list[tuple[int, float]]  # joint number (0: the supply) and utilisation
 
@@ -32,7 +34,7 @@ def margin_bars(evaluation: Evaluation, *, reserve: float, name: str = "margins"
         axes = figure.subplots()
         axes.axvspan(0, 1 - reserve, color=GREEN, alpha=0.07, linewidth=0)
         axes.axvspan(1 - reserve, 1, color=ORANGE, alpha=0.14, linewidth=0)
-        axes.axvspan(1, LARGEST_DRAWN + 1, color=VERMILLION, alpha=0.10, linewidth=0)
+        axes.axvspan(1, LARGEST_DRAWN + ROOM_BEYOND, color=VERMILLION, alpha=0.10, linewidth=0)
         axes.axvline(1.0, color=VERMILLION, linewidth=1.2)
         largest = 0.0
         for row, check in enumerate(order):
@@ -41,11 +43,13 @@ def margin_bars(evaluation: Evaluation, *, reserve: float, name: str = "margins"
             axes.barh(row, top, height=0.34, color=FAINT, linewidth=0, zorder=2)
             _dots(axes, row, groups[check])
         axes.set_ylim(len(order) - 0.4, -0.6)
-        axes.set_xlim(-0.015, max(1.12, 1.06 * largest))
+        over = any(not share <= LARGEST_DRAWN for used in groups.values() for _, share in used)
+        axes.set_xlim(-0.015, LARGEST_DRAWN + ROOM_BEYOND if over else max(1.12, 1.06 * largest))
         axes.set_yticks(range(len(order)), order)
         axes.tick_params(axis="y", length=0)
         axes.grid(axis="y", visible=False)
-        axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f}")
+        axes.xaxis.set_major_locator(MultipleLocator(0.2))
+        axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f}" if value <= LARGEST_DRAWN else "")
         axes.set_xlabel("utilisation [% of the limit]")
         _joint_legend(figure, axes, evaluation)
         return svg_text(figure, "utilisation of every check of every joint, the tightest first")
@@ -72,21 +76,19 @@ def _colour(number: int) -> str:
 
 
 def _dots(axes: Axes, row: int, used: Used) -> None:
-    """A numbered dot a joint; those beyond the edge side by side there, their numbers told left of them."""
+    """A numbered dot a joint; those beyond the scale side by side to its right, with their numbers."""
     inside = sorted((pair for pair in used if pair[1] <= LARGEST_DRAWN), key=lambda pair: (pair[1], pair[0]))
     beyond = sorted((pair for pair in used if not pair[1] <= LARGEST_DRAWN), key=lambda pair: (-pair[1], pair[0]))
     for number, share in inside:
         _dot(axes, row, number, share)
     for place, (number, _) in enumerate(beyond):
-        _dot(axes, row, number, LARGEST_DRAWN - 0.055 * place)
+        _dot(axes, row, number, LARGEST_DRAWN + 0.08 + 0.06 * place)
     if beyond:
-        text = ", ".join(f"{number or 'S'}: {percent(share)}" for number, share in beyond)
-        end = LARGEST_DRAWN - 0.055 * (len(beyond) - 1)
-        box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+        text = ", ".join(percent(share) for _, share in beyond)
+        end = LARGEST_DRAWN + 0.08 + 0.06 * (len(beyond) - 1)
         axes.annotate(
-            text, (end, row), xytext=(-8, 0), textcoords="offset points", ha="right", va="center_baseline",
-            fontsize=6.5, color=INK, bbox=box, zorder=5,
-        )  # fmt: skip
+            text, (end, row), xytext=(8, 0), textcoords="offset points", va="center_baseline", fontsize=6.5, color=INK
+        )
 
 
 def _dot(axes: Axes, row: int, number: int, at: float) -> None:

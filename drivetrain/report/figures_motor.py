@@ -197,13 +197,23 @@ def _worst_point(axes: Axes, joint: JointResult, unit: str) -> None:
         f"{check.name}: {percent(check.utilisation)}\n"
         f"t = {number(check.time)} s: {number(y)} {printed_unit(unit)} at {number(x)} rpm"
     )
-    side, level = ("right" if x >= 0 else "left"), ("top" if y >= 0 else "bottom")
+    across, up = _free_corner(x / axes.get_xlim()[1], y / axes.get_ylim()[1])
     axes.annotate(
-        text, (x, y), xytext=(0.985 if x >= 0 else 0.015, 0.985 if y >= 0 else 0.015), textcoords="axes fraction",
-        ha=side, va=level, fontsize=7.5, zorder=7, linespacing=1.4,
+        text, (x, y), xytext=(0.015 + 0.97 * across, 0.015 + 0.97 * up), textcoords="axes fraction",
+        ha="right" if across else "left", va="top" if up else "bottom", fontsize=7.5, zorder=7, linespacing=1.4,
         bbox={"boxstyle": "round,pad=0.3", "facecolor": "white", "edgecolor": VERMILLION, "linewidth": 0.7},
         arrowprops={"arrowstyle": "-", "color": VERMILLION, "linewidth": 0.8, "shrinkB": 4},
     )  # fmt: skip
+
+
+def _free_corner(x: float, y: float) -> tuple[int, int]:
+    """The corner (0 or 1 across, 0 or 1 up) for the label of a point at shares x, y of the half axes.
+
+    It is the point's own, unless the label would lie on the point: then the other one at the same height.
+    """
+    across, up = int(x >= 0.0), int(y >= 0.0)
+    covered = abs(y) > 0.72 and abs(x) > 0.1
+    return (1 - across if covered else across), up
 
 
 def _rms_point(axes: Axes, joint: JointResult, unit: str) -> None:

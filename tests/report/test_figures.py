@@ -13,7 +13,7 @@ import pytest
 from drivetrain.report.figures_arm import supply_power, temperatures
 from drivetrain.report.figures_gear import gear_plane
 from drivetrain.report.figures_margins import margin_bars
-from drivetrain.report.figures_motor import motor_plane, motor_regions, worst_instant
+from drivetrain.report.figures_motor import _free_corner, motor_plane, motor_regions, worst_instant
 from drivetrain.report.figures_overview import overview_png
 from drivetrain.report.figures_selection import candidates
 from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
@@ -64,6 +64,12 @@ def test_regions_shrink_when_hot(evaluation: Evaluation) -> None:
         ):
             assert hot is not None and cold is not None
             assert np.abs(hot[:, 1]).max() < np.abs(cold[:, 1]).max()
+
+
+def test_the_label_never_lies_on_its_point() -> None:
+    assert _free_corner(0.5, 0.3) == (1, 1)
+    assert _free_corner(-0.5, -0.3) == (0, 0)
+    assert _free_corner(-0.34, -0.84) == (1, 0)
 
 
 def test_worst_instant_is_not_a_temperature(evaluation: Evaluation) -> None:
@@ -134,8 +140,8 @@ def test_margin_bars_survive_infinite_and_huge_utilisations(evaluation: Evaluati
     changed = Evaluation(
         evaluation.study, {"elbow": replace(joint, checks=checks)}, evaluation.shared, evaluation.objective
     )
-    assert "1: ∞" in texts(margin_bars(changed, reserve=0.1))
-    assert "1: 5\u202f000 %" in texts(margin_bars(changed, reserve=0.1))
+    assert "∞" in texts(margin_bars(changed, reserve=0.1))
+    assert "5\u202f000 %" in texts(margin_bars(changed, reserve=0.1))
 
 
 def test_supply_power_tells_drawn_from_given_back(evaluation: Evaluation) -> None:
