@@ -9,7 +9,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
@@ -192,8 +192,11 @@ def _catalog_lint(
 
         found = lint(folder)
         errors = sum(one.severity is Severity.ERROR for one in found)
-        if found:
-            console().print(lint_table(found))
+        screen = console()
+        if found and screen.is_terminal:
+            screen.print(lint_table(found))
+        else:
+            _lines(str(one) for one in found)  # one line each, to be searched and counted
         _say(f"{folder}: {errors} errors, {len(found) - errors} warnings")
         raise typer.Exit(DOES_NOT_FIT if errors else FITS)
 
@@ -249,6 +252,12 @@ def _told() -> Iterator[None]:
 def _say(text: str, *, errors: bool = False) -> None:
     """One line on the terminal, never wrapped."""
     typer.echo(text, err=errors)
+
+
+def _lines(texts: Iterable[str]) -> None:
+    """Lines on standard output."""
+    for text in texts:
+        _say(text)
 
 
 def _listed(heading: str, lines: list[str], *, most: int) -> None:
