@@ -27,8 +27,8 @@ class Planar2R:
         gravity: Acceleration of free fall [m/s^2].
     """
 
-    masses: Any = (1.0, 1.0)
-    lengths: Any = (1.0, 1.0)
+    masses: Array | tuple[float, float] = (1.0, 1.0)
+    lengths: Array | tuple[float, float] = (1.0, 1.0)
     gravity: float = 9.81
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-"""How the tip moves with the joints, as a point: its Jacobian along the base's axes, its centripetal and Coriolis terms."""
+"""How the tip moves as a point: its Jacobian along the base's axes, its centripetal and Coriolis accelerations."""
 
 from __future__ import annotations
 

@@ -1,0 +1,268 @@
+"""The mass matrix as ellipsoids: how massy an arm at rest feels, by joint torques or by a force at its tip.
+
+All of it is for an arm at rest, as there are no Coriolis and centripetal terms then, and apart from gravity. Where
+joints of different kinds mix, so do the units along an ellipsoid's axes, and its directions depend on them; the
+effective mass at the tip does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array, batch, checked_array
+from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.tip_motion import tip_jacobian
+from drivetrain.errors import Fault, InputError
+
+BASE_AXES = np.eye(3)
+STUCK = 1e-12  # of the largest: a square root of a mobility below this is rounding, not motion
+MASSLESS = 1e-12  # what is left of a joint's inertia, of its whole, when the others are free to give way
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid:
+    """What a symmetric positive matrix makes of the unit ball; one sample has no leading axis.
+
+    Attributes:
+        semi_axes: Lengths, longest first, unit as the function says, (k,) or (N, k): the matrix's eigenvalues. Infinite
+            where nothing moves, zero where the ellipsoid is flat.
+        directions: Unit vectors along them, as columns [-], (k, k) or (N, k, k): its eigenvectors.
+    """
+
+    semi_axes: Array
+    directions: Array
+
+    @property
+    def matrix(self) -> Array:
+        """The matrix itself, unit of the semi-axes, (k, k) or (N, k, k); not finite where a semi-axis is not."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray((self.directions * self.semi_axes[..., None, :]) @ np.swapaxes(self.directions, -1, -2))
+
+
+def torque_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid:
+    """The joint torques that give the arm all accelerations of unit size: the mass ellipsoid.
+
+    Torque and acceleration have one direction only along its axes.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+        joints: Indices of the joints that move, the others being held, (k,). None: all.
+
+    Returns:
+        Semi-axes in N m a rad/s^2, which is [kg m^2] (N a m/s^2 at prismatic joints), and directions.
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, no such joint.
+
+    Reference: Modern Robotics, section 8.1.3 and figure 8.3.
+    """
+    return _largest_first(*np.linalg.eigh(_chosen(arm, q, joints)))
+
+
+def acceleration_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid:
+    """The accelerations that all joint torques of unit size give.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+        joints: Indices of the joints that move, the others being held, (k,). None: all.
+
+    Returns:
+        Semi-axes in rad/s^2 a N m, which is [1/(kg m^2)] (m/s^2 a N at prismatic joints), and directions.
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, no such joint, or a joint that moves no inertia.
+
+    Reference: Modern Robotics, section 8.1.3 and figure 8.3, dotted.
+    """
+    matrices = _chosen(arm, q, joints)
+    _scaled_factor(matrices)  # refuses a singular matrix
+    values, directions = np.linalg.eigh(matrices)
+    return _largest_first(1.0 / values, directions)
+
+
+def tip_acceleration_ellipsoid(arm: Arm, q: Any, *, axes: Any = BASE_AXES) -> Ellipsoid:
+    """The accelerations of the tip, from rest, that all forces of unit size at the tip give: ``J M^-1 J^T``.
+
+    It exists everywhere; at a singular posture and in the directions that an arm has no joints for it is flat.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+        axes: Unit vectors at right angles, base frame [-], (k, 3): forces act and accelerations are seen along these
+            alone, the tip is free to give way along any other. The first two rows of the default suit a planar arm.
+
+    Returns:
+        Semi-axes in m/s^2 a N, which is [1/kg], and directions in terms of ``axes``.
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, axes not at right angles, or a joint that moves no inertia.
+
+    Reference: Modern Robotics, section 8.1.3 and figure 8.4, dotted.
+    """
+    roots, directions = _tip_mobility(arm, q, _checked_axes(axes))
+    return Ellipsoid(roots**2, directions)
+
+
+def tip_force_ellipsoid(arm: Arm, q: Any, *, axes: Any = BASE_AXES) -> Ellipsoid:
+    """The forces at the tip that give it, from rest, all accelerations of unit size: the effective mass ``Lambda``.
+
+    For an arm with as many joints as axes this is ``J^-T M J^-1``; for one with more, ``(J M^-1 J^T)^-1``.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+        axes: As of ``tip_acceleration_ellipsoid`` [-], (k, 3).
+
+    Returns:
+        Semi-axes [kg], infinite where the tip cannot be moved, and directions in terms of ``axes``.
+
+    Raises:
+        InputError: As of ``tip_acceleration_ellipsoid``.
+
+    Reference: Modern Robotics, equation 8.21 and figure 8.4. For theta = (0, 150 deg) the figure prints -1.73 and 1.27
+        for what are -sqrt(3) and 3 - sqrt(3).
+    """
+    roots, directions = _tip_mobility(arm, q, _checked_axes(axes))
+    with np.errstate(divide="ignore"):
+        masses = 1.0 / roots**2
+    return Ellipsoid(masses[..., ::-1], directions[..., ::-1])
+
+
+def effective_mass(arm: Arm, q: Any, direction: Any) -> Array:
+    """How massy the tip feels to a push: force over the acceleration along it, ``1 / (u^T J M^-1 J^T u)``.
+
+    The tip may give way sideways. To hold it to the straight line takes a force with components across, and more
+    along: ``u^T Lambda u``.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+        direction: Of the push, base frame, any length but zero [-], (3,), or (N, 3) one a sample.
+
+    Returns:
+        Mass [kg], () or (N,); infinite where the tip cannot move that way.
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, a direction of length zero, or a joint that moves no inertia.
+
+    Reference: Modern Robotics, section 8.1.3; O. Khatib, Inertial properties in robotic manipulation: an object-level
+        framework, International Journal of Robotics Research 14 (1995) 19-36.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    ways = _unit_rows(batch(direction, 3, "direction"))
+    if np.ndim(direction) == 2 and (np.ndim(q) != 2 or len(ways) != len(positions)):
+        problem = f"must have shape (3,), or (N, 3) with N as q has, {np.shape(q)}"
+        raise InputError(Fault("direction", problem, f"shape {np.shape(direction)}"))
+    weighted = _weighted_jacobian(arm, positions)
+    along = (weighted @ ways[:, :, None])[..., 0]
+    squared = np.sum(along**2, axis=1)
+    squared[squared <= STUCK**2 * np.sum(weighted**2, axis=(1, 2))] = 0.0
+    with np.errstate(divide="ignore"):
+        mass = 1.0 / squared
+    return mass if np.ndim(q) == 2 else mass[0]
+
+
+def outline(ellipsoid: Ellipsoid, *, longest: float = np.inf, points: int = 181) -> Array:
+    """The closed curve of a plane ellipsoid, for drawing.
+
+    Args:
+        ellipsoid: Of two axes, one sample or many.
+        longest: Where longer semi-axes are cut off, in their unit.
+        points: Along the curve, the last on the first [-].
+
+    Returns:
+        Points in the unit of the semi-axes, (points, 2) or (N, points, 2).
+
+    Raises:
+        InputError: An ellipsoid of other than two axes, one that is infinite and nowhere cut off, or fewer than 4
+            points.
+    """
+    faults = []
+    if ellipsoid.semi_axes.shape[-1] != 2:
+        faults.append(Fault("ellipsoid", "must have two axes to be drawn in a plane", ellipsoid.semi_axes.shape[-1]))
+    lengths = np.minimum(ellipsoid.semi_axes, longest)
+    if not np.isfinite(lengths).all():
+        faults.append(Fault("longest", "must be given for an ellipsoid with an infinite semi-axis", longest))
+    if points < 4:
+        faults.append(Fault("points", "must be at least 4", points))
+    if faults:
+        raise InputError(faults)
+    angle = np.linspace(0.0, 2.0 * np.pi, points)
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.asarray((circle * lengths[..., None, :]) @ np.swapaxes(ellipsoid.directions, -1, -2))
+
+
+def _largest_first(values: Array, directions: Array) -> Ellipsoid:
+    order = np.argsort(-values, axis=-1)
+    sorted_directions = np.take_along_axis(directions, order[..., None, :], axis=-1)
+    return Ellipsoid(np.take_along_axis(values, order, axis=-1), sorted_directions)
+
+
+def _chosen(arm: Arm, q: Any, joints: Any) -> Array:
+    """The mass matrix of the joints that move, (k, k) or (N, k, k)."""
+    matrices = mass_matrix(arm, q)
+    if joints is None:
+        return matrices
+    index = np.asarray(joints)
+    known = index.ndim == 1 and index.size and index.dtype.kind in "iu" and len(set(index.tolist())) == index.size
+    if not known or (index < 0).any() or (index >= arm.n).any():
+        raise InputError(Fault("joints", f"must be different indices from 0 to {arm.n - 1}", joints))
+    return np.asarray(matrices[..., index[:, None], index])
+
+
+def _scaled_factor(matrices: Array) -> tuple[Array, Array]:
+    """Cholesky's factor of the matrices scaled to unit diagonals, and the scale: M = (L / scale) (L / scale)^T."""
+    diagonal = np.diagonal(matrices, axis1=-2, axis2=-1)
+    problem = "a joint moves no inertia: the mass matrix is singular, and accelerations are not defined"
+    hint = "give the links from this joint on mass and inertia, or the joint a rotor"
+    if not (diagonal > 0.0).all():
+        raise InputError(Fault("arm", problem, hint=hint))
+    scale = 1.0 / np.sqrt(diagonal)
+    try:
+        factor = np.asarray(np.linalg.cholesky(matrices * scale[..., :, None] * scale[..., None, :]), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        factor = np.zeros((1, 1))
+    if (np.diagonal(factor, axis1=-2, axis2=-1) ** 2 < MASSLESS).any():
+        raise InputError(Fault("arm", problem, hint=hint))
+    return factor, scale
+
+
+def _weighted_jacobian(arm: Arm, q: Array) -> Array:
+    """X of ``J M^-1 J^T = X^T X``, (N, n, 3)."""
+    factor, scale = _scaled_factor(mass_matrix(arm, q))
+    columns = np.swapaxes(tip_jacobian(arm, q)[:, 3:], 1, 2)
+    return np.asarray(np.linalg.solve(factor, columns * scale[:, :, None]))
+
+
+def _tip_mobility(arm: Arm, q: Any, axes: Array) -> tuple[Array, Array]:
+    """Square roots of the mobility's semi-axes, largest first, and its directions; from X, whose digits last longer."""
+    (positions,) = finite_samples(arm.n, {"q": q})
+    seen = _weighted_jacobian(arm, positions) @ axes.T
+    _, roots, turned = np.linalg.svd(seen, full_matrices=True)
+    size = len(axes)
+    whole = np.zeros((len(positions), size))
+    whole[:, : roots.shape[1]] = roots
+    whole[whole <= STUCK * whole[:, :1]] = 0.0
+    directions: Array = np.swapaxes(turned, 1, 2)
+    return (whole, directions) if np.ndim(q) == 2 else (whole[0], directions[0])
+
+
+def _checked_axes(axes: Any) -> Array:
+    rows = checked_array(axes, (None, 3), "axes")
+    if not 1 <= len(rows) <= 3 or np.abs(rows @ rows.T - np.eye(len(rows))).max() > 1e-9:
+        raise InputError(Fault("axes", "must be one to three unit vectors at right angles, (k, 3)", rows.tolist()))
+    return rows
+
+
+def _unit_rows(rows: Array) -> Array:
+    size = np.linalg.norm(rows, axis=1, keepdims=True)
+    if not (size > 0.0).all():
+        raise InputError(Fault("direction", "must not have length zero", rows[int(np.argmin(size))].tolist()))
+    return np.asarray(rows / size)
