@@ -102,12 +102,22 @@ def _displacements(arm: Arm, q: Any) -> Array:
     result = np.empty((len(positions), arm.n + 1, 4, 4))
     result[:, 0] = np.eye(4)
     for i, screw in enumerate(arm.screws):
-        result[:, i + 1] = result[:, i] @ _exponentials(screw, positions[:, i])
+        result[:, i + 1] = result[:, i] @ screw_displacements(screw, positions[:, i])
     return result
 
 
-def _exponentials(screw: Array, angles: Array) -> Array:
-    """Displacements along one unit screw, (N, 4, 4)."""
+def screw_displacements(screw: Array, angles: Array) -> Array:
+    """The displacements along one screw: its exponentials.
+
+    Args:
+        screw: Unit, (angular [-], linear [m or -]), (6,).
+        angles: How far [rad, or m where the angular part is zero], (N,).
+
+    Returns:
+        Homogeneous matrices, translation [m], (N, 4, 4).
+
+    Reference: Modern Robotics, proposition 3.25.
+    """
     axis, linear = screw[:3], screw[3:]
     result = np.zeros((len(angles), 4, 4))
     result[:, 3, 3] = 1.0

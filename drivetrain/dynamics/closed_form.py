@@ -1,0 +1,159 @@
+"""The equation of motion in closed form: M, its rate, c, g and the tip's Jacobian as products of stacked matrices.
+
+A second road to what the recursion gives, and the one to read beside the book. Rotors are bodies like links.
+
+Where the book slips: in equation 8.74 the two terms with ``[ad_Aqd]`` must be subtracted, as they are in 8.69 and in
+8.79. And the rate of M in exercise 8.7 is written with a matrix Gamma that the chapter does not define, and lacks a
+factor L in the second term, which should be the transpose of the first; neither W nor L, with either sign, mends the
+formula as printed. From ``dL/dt = -L [ad_Aqd] W L`` it follows with ``Gamma = -W``:
+
+    dM/dt = A^T L^T Gamma^T [ad_Aqd]^T L^T G L A + A^T L^T G L [ad_Aqd] Gamma L A.
+
+Reference: Modern Robotics, section 8.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array, batch
+from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.stacked import Stacked, stacked
+from drivetrain.errors import Fault, InputError
+
+CHUNK = 128  # samples; bounds the memory of W and L, 80 kB a sample of a geared six-axis arm
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedForm:
+    """The terms of ``tau = M qdd + c + g + J^T F``; one sample has no leading axis.
+
+    Attributes:
+        mass: M [kg m^2; kg m and kg where joints are prismatic], (N, n, n); equation 8.78.
+        mass_rate: dM/dt [kg m^2/s; kg m/s, kg/s], (N, n, n); exercise 8.7.
+        velocity: c, Coriolis and centripetal torques [N m; N at a prismatic joint], (N, n); equation 8.79.
+        gravity: g [N m or N], (N, n); equation 8.80.
+        tip_jacobian: J, body Jacobian of the tip, columns (angular [-], linear [m or -]), (N, 6, n); equation 8.77.
+    """
+
+    mass: Array
+    mass_rate: Array
+    velocity: Array
+    gravity: Array
+    tip_jacobian: Array
+
+
+def closed_form(arm: Arm, q: Any, qd: Any) -> ClosedForm:
+    """The terms of the equation of motion, from the stacked matrices.
+
+    Args:
+        arm: With rotors or without; row i belongs to ``ratio_i`` times the torque of motor i.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+
+    Returns:
+        The terms.
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equations 8.77 to 8.80 and exercise 8.7.
+    """
+    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
+    parts = [
+        _terms(stacked(arm, positions[first : first + CHUNK]), speeds[first : first + CHUNK], arm.gravity)
+        for first in range(0, max(len(positions), 1), CHUNK)
+    ]
+    terms = [np.concatenate(same) for same in zip(*parts, strict=True)]
+    return ClosedForm(*terms) if np.ndim(q) == 2 else ClosedForm(*(term[0] for term in terms))
+
+
+def closed_form_torque(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> Array:
+    """The generalised joint torques of a motion, by the closed form.
+
+    Args:
+        arm: With rotors or without.
+        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
+            (6,) or (N, 6). None: nothing.
+
+    Returns:
+        Torque [N m; N at a prismatic joint], (n,) or (N, n).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equation 8.77.
+    """
+    positions, speeds, accelerations = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
+    terms = closed_form(arm, positions, speeds)
+    torque = np.einsum("kij,kj->ki", terms.mass, accelerations) + terms.velocity + terms.gravity
+    if tip_wrench is not None:
+        wrenches = batch(tip_wrench, 6, "tip_wrench")
+        if len(wrenches) not in (1, len(positions)):
+            raise InputError(Fault("tip_wrench", f"must have shape (6,), or ({len(positions)}, 6)", wrenches.shape))
+        torque += np.einsum("kji,kj->ki", terms.tip_jacobian, np.broadcast_to(wrenches, (len(positions), 6)))
+    return torque if np.ndim(q) == 2 else torque[0]
+
+
+def mass_matrix_rate(arm: Arm, q: Any, qd: Any) -> Array:
+    """The time derivative of the mass matrix along a motion.
+
+    Args:
+        arm: With rotors or without.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+
+    Returns:
+        dM/dt [kg m^2/s; kg m/s and kg/s where joints are prismatic], (n, n) or (N, n, n), exactly symmetric; equal to
+        the Coriolis matrix plus its transpose.
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, exercise 8.7; see the module for what is misprinted there.
+    """
+    return closed_form(arm, q, qd).mass_rate
+
+
+def _terms(m: Stacked, qd: Array, gravity: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """M, dM/dt, c, g and J of a batch."""
+    columns = m.L @ m.A
+    momenta = m.G @ columns
+    mass = np.swapaxes(columns, 1, 2) @ momenta
+    own = _blocks(qd @ m.A.T)  # [ad_Aqd]
+    twists = (columns @ qd[:, :, None])[:, :, 0]
+    loads = m.G @ (m.L @ (m.base @ np.concatenate([np.zeros(3), -gravity]))[:, :, None])
+
+    # [ad_Aqd] W L A = [ad_Aqd] L A, since a screw's bracket with itself vanishes.
+    rate = -np.swapaxes(momenta, 1, 2) @ m.L @ _times(own, columns)
+    riding = _times(own, m.W @ twists[:, :, None])
+    carried = _times(np.swapaxes(_blocks(twists), 2, 3), m.G @ twists[:, :, None])
+    velocity = -np.swapaxes(columns, 1, 2) @ (m.G @ (m.L @ riding) + carried)
+    held = np.swapaxes(columns, 1, 2) @ loads
+    return (
+        0.5 * (mass + np.swapaxes(mass, 1, 2)),
+        rate + np.swapaxes(rate, 1, 2),
+        velocity[:, :, 0],
+        held[:, :, 0],
+        m.tip.T @ columns,
+    )
+
+
+def _blocks(twists: Array) -> Array:
+    """The brackets of stacked twists (N, 6 b), (N, b, 6, 6)."""
+    x, y, z, vx, vy, vz = twists.reshape(len(twists), twists.shape[1] // 6, 6).transpose(2, 0, 1)
+    o = np.zeros_like(x)
+    rows = [
+        [o, -z, y, o, o, o], [z, o, -x, o, o, o], [-y, x, o, o, o, o],
+        [o, -vz, vy, o, -z, y], [vz, o, -vx, z, o, -x], [-vy, vx, o, -y, x, o],
+    ]  # fmt: skip
+    return np.array(rows).transpose(2, 3, 0, 1)
+
+
+def _times(blocks: Array, columns: Array) -> Array:
+    """A block-diagonal matrix (N, b, 6, 6) times columns (N, 6 b, k)."""
+    n, b = blocks.shape[:2]
+    return np.asarray((blocks @ columns.reshape(n, b, 6, columns.shape[2])).reshape(columns.shape))
