@@ -30,13 +30,13 @@ def sincos(block: Array, row: int, factor: float, offset: float, cs: Array, to: 
         row: Which joint.
         factor: Turns of what is asked for, a turn of the joint [-].
         offset: Added to the angle [rad], -pi to pi.
-        cs: Takes cosines, then sines, (rows, 2 BLOCK) [-].
+        cs: Takes cosines, then sines, (rows, 2 BLOCK or more) [-].
         to: Row of ``cs``.
         far: Whether an angle may be beyond ``FAR``.
     """
     q = block[row, :BLOCK]
     c = cs[to, :BLOCK]
-    s = cs[to, BLOCK:]
+    s = cs[to, BLOCK : 2 * BLOCK]
     if far:
         co, so = math.cos(offset), math.sin(offset)
         for k in range(BLOCK):

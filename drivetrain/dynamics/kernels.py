@@ -36,14 +36,14 @@ from drivetrain.dynamics.passes import (
 
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
-SOURCES = {"blocks.py": 3994056408, "passes.py": 205350969}
+SOURCES = {"blocks.py": 2804632199, "passes.py": 3987517986}
 _GIVEN = ((nb.bool_, 1), (nb.float64, 2), (nb.int64, 2), (nb.float64, 1), *[(nb.float64, 2)] * 4)
 
 
 @fast
-def _couple(rows: Array, row: int, x: Array, joint: int, carrier: Array, slot: int, own: Array, to: int) -> None:
+def _couple(rows: Array, row: int, x: Array, joint: int, cs: Array, carrier: Array, slot: int) -> None:
     """A balanced rotor in any direction on any link: its couple on the carrier, its torque on its joint."""
-    K, X, u, o = rows[row], x[joint], carrier[slot], own[to]
+    K, X, C, u = rows[row], x[joint], cs[joint], carrier[slot]
     zx, zy, zz = K[PX], K[PY], K[PZ]
     for k in range(BLOCK):
         v, vd = X[BLOCK + k], X[2 * BLOCK + k]
@@ -51,16 +51,19 @@ def _couple(rows: Array, row: int, x: Array, joint: int, carrier: Array, slot: i
         u[12 * BLOCK + k] += vd * zx + v * (wy * zz - wz * zy)
         u[13 * BLOCK + k] += vd * zy + v * (wz * zx - wx * zz)
         u[14 * BLOCK + k] += vd * zz + v * (wx * zy - wy * zx)
-    for k in range(BLOCK):
-        o[16 * BLOCK + k] += zx * u[3 * BLOCK + k] + zy * u[4 * BLOCK + k] + zz * u[5 * BLOCK + k]
+        C[2 * BLOCK + k] += zx * u[3 * BLOCK + k] + zy * u[4 * BLOCK + k] + zz * u[5 * BLOCK + k]
 
 
 @fast
-def _load_joint(torque: Array, row: int, own: Array, to: int) -> None:
-    """The torque of a rotor joins that of its joint."""
-    o, tau = own[to], torque[row]
+def _spin(rows: Array, row: int, x: Array, joint: int, cs: Array, carrier: Array, slot: int, torque: Array) -> None:
+    """A rotor that is a body of its own: its wrench on the carrier, its torque on its joint."""
+    n = len(x)  # the last row of cs and torque is a rotor's
+    rotor = np.empty((1, CHANNELS))
+    screw(rows, row, x, joint, cs, n, carrier, slot, rotor, n - n)
+    screw_back(rows, row, x, joint, cs, n, rotor, n - n, carrier, slot, torque)
+    C, tau = cs[joint], torque[n]
     for k in range(BLOCK):
-        o[16 * BLOCK + k] += tau[k]
+        C[2 * BLOCK + k] += tau[k]
 
 
 @fast
@@ -76,11 +79,11 @@ def _load_tip(tip: Array, first: int, count: int, record: Array, slot: int) -> N
 
 
 @fast
-def _take_gear(joint: int, record: Array, slot: int, torque: Array, block: Array) -> None:
+def _take_gear(joint: int, cs: Array, torque: Array, block: Array) -> None:
     """Torque at the gear: the joint's without what its rotor needs."""
-    o, tau, to = record[slot], torque[joint], block[joint]
+    C, tau, to = cs[joint], torque[joint], block[joint]
     for k in range(BLOCK):
-        to[k] = tau[k] - o[16 * BLOCK + k]
+        to[k] = tau[k] - C[2 * BLOCK + k]
 
 
 @fast
@@ -112,37 +115,11 @@ def _take_wrench(
 
 
 @fast
-def _spin_rotors(
-    rows: Array,
-    spins: Array,
-    n: int,
-    size: float,
-    x: Array,
-    cs: Array,
-    even: Array,
-    odd: Array,
-    rotor: Array,
-    torque: Array,
-) -> None:
-    """The rotors that need a pass of their own load their carriers and their joints."""
-    for r in range(len(spins)):
-        joint, slot, balanced = spins[r, 0], spins[r, 1] + 1, spins[r, 2]
-        carrier, own = (odd if slot & 1 else even), (even if joint & 1 else odd)
-        if balanced:
-            _couple(rows, n + r, x, joint, carrier, slot >> 1, own, (joint + 1) >> 1)
-            continue
-        far = size * rows[n + r, TURN] ** 2 > FAR * FAR
-        sincos(x, joint, rows[n + r, TURN], 0.0, cs, n, far)
-        screw(rows, n + r, x, joint, cs, n, carrier, slot >> 1, rotor, n - n)
-        screw_back(rows, n + r, x, joint, cs, n, rotor, n - n, carrier, slot >> 1, torque)
-        _load_joint(torque, n, own, (joint + 1) >> 1)
-
-
-@fast
 def _collect(
     n: int,
     rows: Array,
     x: Array,
+    cs: Array,
     even: Array,
     odd: Array,
     torque: Array,
@@ -156,7 +133,7 @@ def _collect(
     block = np.empty((n, BLOCK))
     if len(gear):
         for i in range(n):
-            _take_gear(i, odd if i % 2 == 0 else even, (i + 1) >> 1, torque, block)
+            _take_gear(i, cs, torque, block)
         write(block, first, count, n, gear)
     if len(axial):
         for i in range(n):
@@ -185,8 +162,8 @@ def _recursion(
 ) -> float:
     """Fill ``torque``, and those of ``gear``, ``axial`` and ``wrench`` that have rows; NaN if the input is spoiled."""
     n = len(simple)
-    x, cs = np.empty((n, 3 * BLOCK)), np.empty((n + 1, 2 * BLOCK))
-    even, odd, rotor = np.zeros((n // 2 + 1, CHANNELS)), np.zeros((n // 2 + 1, CHANNELS)), np.zeros((1, CHANNELS))
+    x, cs = np.empty((n, 3 * BLOCK)), np.empty((n + 1, 3 * BLOCK))
+    even, odd = np.zeros((n // 2 + 1, CHANNELS)), np.zeros((n // 2 + 1, CHANNELS))
     result = np.empty((n + 1, BLOCK))
     bad, zero = 0.0, n - n  # numba would compile a callee again for each literal
     for j in range(3):
@@ -211,8 +188,20 @@ def _recursion(
                 revolute(i, rows, x, cs, odd, even)
             else:
                 revolute(i, rows, x, cs, even, odd)
-        if len(spins):
-            _spin_rotors(rows, spins, n, size, x, cs, even, odd, rotor, result)
+        for r in range(len(spins)):
+            joint, slot, balanced = spins[r, 0], spins[r, 1] + 1, spins[r, 2]
+            if balanced:
+                if slot & 1:
+                    _couple(rows, n + r, x, joint, cs, odd, slot >> 1)
+                else:
+                    _couple(rows, n + r, x, joint, cs, even, slot >> 1)
+            else:
+                ratio = rows[n + r, TURN]
+                sincos(x, joint, ratio, 0.0 * ratio, cs, n, size * ratio**2 > FAR * FAR)
+                if slot & 1:
+                    _spin(rows, n + r, x, joint, cs, odd, slot >> 1, result)
+                else:
+                    _spin(rows, n + r, x, joint, cs, even, slot >> 1, result)
         if len(tip):
             _load_tip(tip, first, count, even if n % 2 == 0 else odd, n >> 1)
         for i in range(n - 1, -1, -1):
@@ -222,14 +211,14 @@ def _recursion(
                 else:
                     screw_back(rows, i, x, i, cs, i, odd, (i + 1) >> 1, even, i >> 1, result)
             elif i == 0:
-                first_revolute_back(odd, result)
+                first_revolute_back(cs, odd, result)
             elif i & 1:
                 revolute_back(i, rows, x, cs, even, odd, result)
             else:
                 revolute_back(i, rows, x, cs, odd, even, result)
         write(result, first, count, n, torque)
         if len(gear) + len(axial) + len(wrench):
-            _collect(n, rows, x, even, odd, result, first, count, gear, axial, wrench)
+            _collect(n, rows, x, cs, even, odd, result, first, count, gear, axial, wrench)
     return bad
 
 

@@ -6,7 +6,7 @@ eight operations and needs no matrix.
 Bodies: their moments use ``W = [dw] + [w][w]``, the matrix that gives the acceleration of a point from its place, and
 the second moments of mass ``S = integral r r^T dm``: force ``m a + W h``, moment ``h x a + axial(W S)``.
 Records: of every link the motion (angular velocity w, its rate dw, acceleration a of the origin less gravity), the
-wrench through its joint (force, moment), dw of the link before along the joint axis, and the torque of its rotor.
+wrench through its joint (force, moment), and dw of the link before along the joint axis.
 
 Compiled into ``kernels.py``; a change here must be told there, see ``SOURCES``.
 """
@@ -16,7 +16,7 @@ from __future__ import annotations
 from drivetrain.arrays import Array
 from drivetrain.dynamics.blocks import BLOCK, fast
 
-CHANNELS = 17 * BLOCK  # of a record: w, dw, a, force, moment (3 each), axial dw, rotor torque
+CHANNELS = 16 * BLOCK  # of a record: w, dw, a, force, moment (3 each), axial dw
 
 # Columns of a row of constants: Rx(alpha), place, offset, body, spin and own inertia of the rotor, motion for a unit of
 # q, turn of the joint's own frame, whole rotation (R0 to the end). The row of a balanced rotor that does not lie along
@@ -80,7 +80,7 @@ def first_revolute(rows: Array, x: Array, cs: Array, base: Array, record: Array)
     Args:
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
-        cs: Cosines and sines of the joint angles, (n + 1, 2 BLOCK) [-].
+        cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
         base: Records, the first that of the base [SI].
         record: Records, the first that of link 0 [SI].
     """
@@ -109,7 +109,7 @@ def first_revolute(rows: Array, x: Array, cs: Array, base: Array, record: Array)
         o[13 * BLOCK + k] = hz * ax - hx * gz - vd * syz - vv * sxz
         o[14 * BLOCK + k] = vd * (sxx + syy) + hx * ay - hy * ax
         o[15 * BLOCK + k] = 0.0
-        o[16 * BLOCK + k] = own * vd
+        C[2 * BLOCK + k] = own * vd
 
 
 # long kernel: one pass keeps a sample's twist, acceleration and wrench in registers
@@ -121,7 +121,7 @@ def revolute(i: int, rows: Array, x: Array, cs: Array, before: Array, after: Arr
         i: Which link.
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
-        cs: Cosines and sines of the joint angles, (n + 1, 2 BLOCK) [-].
+        cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
         before: Records, among them that of the link before, (k, CHANNELS) [SI].
         after: Records, among them that of this body, (k, CHANNELS) [SI].
     """
@@ -158,20 +158,21 @@ def revolute(i: int, rows: Array, x: Array, cs: Array, before: Array, after: Arr
         # that is spin (gyro_x, gyro_y, vd). It joins here, but for vd, which must not reach this joint's own torque.
         _keep_wrench(o, k, S, ex, ey, ez, gx, gy, gz, bx, by, bz, spin * gyro_x, spin * gyro_y)
         o[15 * BLOCK + k] = axial
-        o[16 * BLOCK + k] = own * vd + spin * axial
+        C[2 * BLOCK + k] = own * vd + spin * axial
 
 
 @fast
-def first_revolute_back(record: Array, torque: Array) -> None:
+def first_revolute_back(cs: Array, record: Array, torque: Array) -> None:
     """Torque of joint 0; nobody asks for the wrench on the base.
 
     Args:
+        cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
         record: Records, the first that of link 0 [SI].
         torque: Takes the torques of the joints, (n + 1, BLOCK) [N m or N].
     """
-    o, tau = record[0], torque[0]
+    C, o, tau = cs[0], record[0], torque[0]
     for k in range(BLOCK):
-        tau[k] = o[14 * BLOCK + k] + o[16 * BLOCK + k]
+        tau[k] = o[14 * BLOCK + k] + C[2 * BLOCK + k]
 
 
 # long kernel: as above
@@ -183,7 +184,7 @@ def revolute_back(i: int, rows: Array, x: Array, cs: Array, after: Array, before
         i: Which link.
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
-        cs: Cosines and sines of the joint angles, (n + 1, 2 BLOCK) [-].
+        cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
         after: Records, among them that of this body, (k, CHANNELS) [SI].
         before: Records, among them that of the link before, (k, CHANNELS) [SI].
         torque: Takes the torques of the joints, (n + 1, BLOCK) [N m or N].
@@ -194,7 +195,7 @@ def revolute_back(i: int, rows: Array, x: Array, cs: Array, after: Array, before
         c, s, vd = C[k], C[BLOCK + k], X[2 * BLOCK + k]
         fx, fy, fz = o[9 * BLOCK + k], o[10 * BLOCK + k], o[11 * BLOCK + k]
         nx, ny, nz = o[12 * BLOCK + k], o[13 * BLOCK + k], o[14 * BLOCK + k]
-        tau[k] = nz + o[16 * BLOCK + k]
+        tau[k] = nz + C[2 * BLOCK + k]
         nz += spin * vd
         gx = c * fx - s * fy
         t = s * fx + c * fy
@@ -221,7 +222,7 @@ def screw(
         row: Of ``rows``.
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
         joint: The joint whose motion the body follows.
-        cs: Cosines and sines of the joint angles, (n + 1, 2 BLOCK) [-].
+        cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
         turned: Row of ``cs``, and of the torque.
         before: Records, among them that of the link before, (k, CHANNELS) [SI].
         slot: Of the carrier in ``before``.
@@ -262,7 +263,7 @@ def screw(
         _keep(o, k, ex, ey, ez, gx, gy, gz, bx, by, bz)
         _keep_wrench(o, k, S, ex, ey, ez, gx, gy, gz, bx, by, bz, 0.0, 0.0)
         o[15 * BLOCK + k] = axial
-        o[16 * BLOCK + k] = own * X[2 * BLOCK + k]
+        C[2 * BLOCK + k] = own * X[2 * BLOCK + k]
 
 
 @fast
@@ -286,7 +287,7 @@ def screw_back(
         row: Of ``rows``.
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
         joint: The joint whose motion the body follows.
-        cs: Cosines and sines of the joint angles, (n + 1, 2 BLOCK) [-].
+        cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
         turned: Row of ``cs``, and of the torque.
         after: Records, among them that of this body, (k, CHANNELS) [SI].
         to: Of this body in ``after``.
@@ -302,7 +303,7 @@ def screw_back(
         c, s, shift = C[k], C[BLOCK + k], slide * X[k]
         fx, fy, fz = o[9 * BLOCK + k], o[10 * BLOCK + k], o[11 * BLOCK + k]
         nx, ny, nz = o[12 * BLOCK + k], o[13 * BLOCK + k], o[14 * BLOCK + k]
-        tau[k] = turn * nz + slide * fz + o[16 * BLOCK + k]
+        tau[k] = turn * nz + slide * fz + C[2 * BLOCK + k]
         qx, qy, qz = px + rxz * shift, py + ryz * shift, pz + rzz * shift
         t = c * fx - s * fy
         r = s * fx + c * fy
