@@ -1,0 +1,1 @@
+"""Steppers for y' = f(t, y) behind one interface, and the loop that drives them."""

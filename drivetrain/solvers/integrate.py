@@ -1,0 +1,143 @@
+"""The loop around a solver: wanted instants, jumps that no step may cross, corrections after each step, failures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.solvers.solver import Rates, Solver, SolverStopped, Stepper, Work
+
+Correct = Callable[[float, Array], Array | None]
+MOST_STEPS = 100_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """States at the wanted instants, as far as the solver came.
+
+    Attributes:
+        times: Instants [s], (N,), those wanted, fewer if it stopped early.
+        states: One row an instant [their own units], (N, m).
+        work: What it cost.
+        stopped: Why it ended early, with what could help; empty when it did not.
+        stopped_at: When [s]; the end of the wanted instants when it did not.
+        culprit: Index of the state that was no number any more; None when that was not the reason.
+    """
+
+    times: Array
+    states: Array
+    work: Work
+    stopped: str = ""
+    stopped_at: float = math.inf
+    culprit: int | None = None
+
+
+def integrate(
+    solver: Solver,
+    rates: Rates,
+    start: Any,
+    times: Any,
+    *,
+    breakpoints: Sequence[float] = (),
+    correct: Correct | None = None,
+    most_steps: int = MOST_STEPS,
+) -> Solution:
+    """The states of y' = f(t, y) at wanted instants.
+
+    Steps never cross a breakpoint, and on each side the right-hand side is asked only for instants of that side: one
+    at the breakpoint itself is moved to just before it while coming from the left. So a right-hand side that jumps
+    there, and has its new value from there on, is never seen on the wrong side by any stage of any method.
+
+    Args:
+        solver: The method.
+        rates: f(t, y) [per s].
+        start: State at the first instant [its own units], (m,).
+        times: Wanted instants, rising [s], (N,), N >= 2.
+        breakpoints: Where f or its derivatives jump [s].
+        correct: Called with (t, y) after each step; gives the state to go on from, or None to leave it.
+        most_steps: Stop after so many [-].
+
+    Returns:
+        The states; ``stopped`` says if they end early, for a state that is no number, a solver at its limit, or too
+        many steps.
+
+    Raises:
+        InputError: Times that do not rise, a start that is no finite vector, breakpoints that are no numbers.
+    """
+    wanted, state = _checked(times, start)
+    inner = _inner_points(breakpoints, wanted[0], wanted[-1])
+    work, rows = Work(), [state]
+    ends = [*inner, float(wanted[-1])]
+    t = float(wanted[0])
+    for end in ends:
+        stepper = solver.start(_pinned(rates, end, last=end == ends[-1]), t, state, end, work)
+        try:
+            stopped = _run(stepper, wanted, rows, correct, most_steps)
+        except SolverStopped as stop:
+            stopped = str(stop)
+        if stopped:
+            bad = np.flatnonzero(~np.isfinite(stepper.y))
+            culprit = int(bad[0]) if len(bad) else None
+            return Solution(wanted[: len(rows)], np.array(rows), work, stopped, stepper.t, culprit)
+        t, state = end, stepper.y
+    return Solution(wanted, np.array(rows), work, stopped_at=t)
+
+
+def _run(stepper: Stepper, wanted: Array, rows: list[Array], correct: Correct | None, most_steps: int) -> str:
+    """Step to the end of a segment, and put the states at the wanted instants into the rows; why it stopped, if so."""
+    while stepper.t < stepper.end:
+        if stepper.work.steps >= most_steps:
+            return f"{most_steps} steps taken; allow a longer step or a looser tolerance"
+        stepper.step()
+        if not np.isfinite(stepper.y).all():
+            return "the state is no number any more: it diverges; try a shorter step"
+        slack = 1e-12 * max(1.0, abs(stepper.t))  # an instant may miss the end of a step by rounding
+        while len(rows) < len(wanted) and wanted[len(rows)] < stepper.t - slack:
+            rows.append(stepper.within(float(wanted[len(rows)])))
+        corrected = correct(stepper.t, stepper.y) if correct else None
+        if corrected is not None:
+            stepper.resume(corrected)
+        while len(rows) < len(wanted) and wanted[len(rows)] <= stepper.t + slack:
+            rows.append(stepper.y)
+    return ""
+
+
+def _checked(times: Any, start: Any) -> tuple[Array, Array]:
+    faults: list[Fault] = []
+    wanted = state = np.empty(0)
+    try:
+        wanted = checked_array(times, (None,), "times")
+        if len(wanted) < 2 or not (np.diff(wanted) > 0.0).all():
+            faults.append(Fault("times", "must be at least two instants that rise [s]", wanted[:5].tolist()))
+    except InputError as error:
+        faults.extend(error.faults)
+    try:
+        state = checked_array(start, (None,), "start").copy()
+    except InputError as error:
+        faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)
+    return wanted, state
+
+
+def _inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
+    points = checked_array(np.asarray(breakpoints, dtype=np.float64).reshape(-1), (None,), "breakpoints")
+    return [float(point) for point in np.unique(points) if first < point < last]
+
+
+def _pinned(rates: Rates, end: float, last: bool) -> Rates:
+    """The right-hand side as seen from the left of the end of a segment."""
+    if last:
+        return rates
+    before = math.nextafter(end, -math.inf)
+
+    def seen(t: float, y: Array) -> Array:
+        return rates(t if t < end else before, y)
+
+    return seen

@@ -1,0 +1,123 @@
+"""What every solver of y' = f(t, y) offers: a description that starts a stepper, and the stepper that does the work.
+
+A new member of the family is a frozen dataclass with the method's settings, checked when it is built, whose ``start``
+gives a ``Stepper``. The stepper must
+- call ``self.rates`` for every evaluation of f and nothing else, so that the count is exact;
+- end its last step exactly at ``end``, and never look beyond it: f may jump there;
+- keep ``t`` and ``y`` at the end of the last step, and never change an array that it has handed out;
+- give the state anywhere within the last step, to about the accuracy of the step;
+- raise ``SolverStopped`` when it cannot go on, with what the user can do about it.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from drivetrain.arrays import Array
+from drivetrain.errors import DrivetrainError, Fault, InputError
+
+Rates = Callable[[float, Array], Array]
+
+
+class SolverStopped(DrivetrainError):
+    """A solver that cannot go on; the message says why and what could help."""
+
+
+@dataclass
+class Work:
+    """What an integration has cost so far.
+
+    Attributes:
+        rates: Evaluations of the right-hand side [-], exactly.
+        steps: Steps that were kept [-].
+        restarts: Times the state was changed from outside, so that memory of earlier steps was dropped [-].
+    """
+
+    rates: int = 0
+    steps: int = 0
+    restarts: int = 0
+
+
+class Stepper(ABC):
+    """An integration under way; ``t`` [s] and ``y`` are the end of the last step."""
+
+    def __init__(self, rates: Rates, t: float, y: Array, end: float, work: Work):
+        self.t, self.y, self.end, self.work = t, y, end, work
+        self._rates = rates
+
+    def rates(self, t: float, y: Array) -> Array:
+        """The right-hand side, counted.
+
+        Args:
+            t: Instant [s].
+            y: State [its own units].
+
+        Returns:
+            Rates of the state [per s].
+        """
+        self.work.rates += 1
+        return self._rates(t, y)
+
+    @abstractmethod
+    def step(self) -> None:
+        """One step further, at most to ``end``.
+
+        Raises:
+            SolverStopped: The method cannot go on.
+        """
+
+    @abstractmethod
+    def within(self, t: float) -> Array:
+        """The state at an instant of the last step.
+
+        Args:
+            t: Instant [s], between the beginning and the end of the last step.
+
+        Returns:
+            The state [its own units].
+        """
+
+    @abstractmethod
+    def resume(self, y: Array) -> None:
+        """Go on from another state at the same instant.
+
+        Args:
+            y: The state [its own units].
+        """
+
+
+class Solver(ABC):
+    """A method and its settings."""
+
+    @abstractmethod
+    def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
+        """A stepper from (t, y) towards ``end``.
+
+        Args:
+            rates: The right-hand side f(t, y) [per s].
+            t: Where to start [s].
+            y: State to start from [its own units], (m,).
+            end: Where to stop [s], later than t.
+            work: Counters to add to.
+
+        Returns:
+            The stepper, no step taken yet.
+        """
+
+
+def check_positive(place: str, value: float, unit: str) -> None:
+    """Refuse a setting that is not a positive, finite number.
+
+    Args:
+        place: What to call it, such as ``Euler.step``.
+        value: What was given [unit].
+        unit: Of the value.
+
+    Raises:
+        InputError: It is none.
+    """
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not 0.0 < value < float("inf"):
+        raise InputError(Fault(place, f"must be a positive number [{unit}]", value))
