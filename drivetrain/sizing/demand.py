@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, resting
-from drivetrain.drive.friction import Friction, friction_torque
+from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.drive.gear import average_torque
 from drivetrain.motion.duty_cycle import Indices, sample_weights
 from drivetrain.sizing.checks import Peak, peak
@@ -76,8 +76,11 @@ class JointDemand:
 
     @cached_property
     def largest_load(self) -> Peak:
-        """Of ``load_torque`` [N m]."""
-        return peak(self.time, self.load_torque)
+        """Of ``load_torque`` [N m], at rest with what breaks the joint loose, if it ever moves."""
+        if not self.moves:
+            return peak(self.time, self.load_torque)
+        loose = np.where(self.at_rest, breakaway_torque(self.friction, self.load_torque), 0.0)
+        return peak(self.time, self.load_torque + loose)
 
     @cached_property
     def fastest(self) -> Peak:

@@ -62,7 +62,7 @@ def select(study: Study, *, node_limit: int = NODE_LIMIT, progress: Progress | T
     evaluation = evaluate(study, drives)
     fallen, alternatives = _beside(fields, tree, tell)
     return Selection(
-        study, drives, evaluation, evaluation.objective, _proof(tree), fallen, alternatives, (), tree.counters
+        study, drives, evaluation, evaluation.objective, _proof(tree), fallen, alternatives, (), dict(tree.counters)
     )
 
 
@@ -77,7 +77,7 @@ def _nothing_fits(study: Study, fields: tuple[Field, ...], tree: Tree, tell: Tel
     if not tree.exhausted:
         proof = f"not proven: the search stopped after {tree.counters['nodes']} nodes without a set that fits"
     return Selection(
-        study, {}, evaluation, math.nan, proof, fallen, {}, advice_on(evaluation, near), tree.counters
+        study, {}, evaluation, math.nan, proof, fallen, {}, advice_on(evaluation, near), dict(tree.counters)
     )
 
 

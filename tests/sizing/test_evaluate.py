@@ -255,6 +255,20 @@ def test_start_from_rest_counts_for_peaks_and_holding_for_heat(make):
     assert check_of(joint, "motor peak torque").required == pytest.approx(10.0 * (2 - 1 / eta) / ratio)
 
 
+def test_breaking_loose_counts_for_the_gear_only_if_the_joint_moves(make):
+    time = np.linspace(0.0, 1.0, 101)
+    speed = np.where(time < 0.5, 0.0, 0.1 * np.sin(2 * np.pi * (time - 0.5)) ** 2)
+    sticky = make.task(friction=Friction(coulomb=1.0, static=4.0))
+    required = [
+        check_of(evaluate(make.study(cycle, joints=(sticky,))).joints["j1"], "gear repeated peak torque").required
+        for cycle in (
+            make.table_cycle(time, np.full(101, -10.0), speed, 0 * time),
+            make.table_cycle(time, np.full(101, -10.0), 0 * time, 0 * time),
+        )
+    ]
+    assert required == [14.0, 10.0]
+
+
 def test_supply_sums_joints_instant_by_instant(make):
     time = np.linspace(0.0, 1.0, 201)
     speed = np.sin(2 * np.pi * time)

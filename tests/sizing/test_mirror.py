@@ -1,4 +1,4 @@
-"""Properties that hold for any motion: mirroring changes no verdict, losses only ever cost, stronger limits never hurt."""
+"""Properties of any motion: mirroring changes no verdict, losses only cost, stronger limits never hurt."""
 
 from __future__ import annotations
 
