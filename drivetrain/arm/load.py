@@ -56,7 +56,7 @@ def _with_stated_rotors(arm: Arm, drives: Mapping[str, UrdfDrive]) -> Arm:
         drive = drives[name]
         if drive.rotor_inertia and drive.ratio is None:
             half_stated.append(name)
-        stated = drive.rotor_inertia and drive.ratio
+        stated = drive.rotor_inertia is not None and drive.ratio is not None
         rotors.append(Rotor(drive.ratio, drive.rotor_inertia) if stated else None)  # type: ignore[arg-type]
     notes = []
     if half_stated:

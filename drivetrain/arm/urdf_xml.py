@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,6 +15,8 @@ import numpy as np
 from drivetrain.arm.checks import Faults
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
+
+UNLIMITED = sys.float_info.max  # how files say "no limit" where a number must stand: most readers know no "inf"
 
 
 def read_document(path: Path) -> ElementTree.Element:
@@ -129,7 +132,7 @@ class Reader:
         return float(self.numbers(element, attribute, place, [0.0])[0])
 
     def limit(self, element: ElementTree.Element, attribute: str, place: str, default: float) -> float:
-        """A limit, which may be infinite.
+        """A limit, which may be infinite, also when written as the largest number there is.
 
         Args:
             element: Where it may stand.
@@ -148,7 +151,7 @@ class Reader:
         if math.isnan(value):
             self.faults.add(place, f"<{element.tag} {attribute}=...> must be a number", written)
             return default
-        return value
+        return math.copysign(math.inf, value) if abs(value) >= UNLIMITED else value
 
     def count_ignored(self, element: ElementTree.Element, tags: Iterable[str], attributes: Iterable[str] = ()) -> None:
         """Count the children and attributes of an element that nobody reads.

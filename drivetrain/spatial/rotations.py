@@ -143,10 +143,11 @@ def rpy_from_rotation(rotation: Any) -> Array:
     """
     r = checked_array(rotation, (3, 3), "rotation")
     cos_pitch = hypot(r[0, 0], r[1, 0])
-    pitch = atan2(-r[2, 0], cos_pitch)
-    if cos_pitch < 1e-12:
-        return np.array([atan2(-r[1, 2], r[1, 1]), pitch, 0.0])
-    return np.array([atan2(r[2, 1], r[2, 2]), pitch, atan2(r[1, 0], r[0, 0])])
+    yaw = atan2(r[1, 0], r[0, 0]) if cos_pitch >= 1e-14 else 0.0
+    # With the yaw taken out, roll and pitch stand in well-conditioned entries, also where yaw alone is mere rounding.
+    cy, sy = cos(yaw), sin(yaw)
+    roll = atan2(sy * r[0, 2] - cy * r[1, 2], cy * r[1, 1] - sy * r[0, 1])
+    return np.array([roll, atan2(-r[2, 0], cy * r[0, 0] + sy * r[1, 0]), yaw])
 
 
 def frame_along(axis: Any) -> Array:

@@ -98,6 +98,15 @@ def test_roll_pitch_yaw_at_gimbal_lock_gives_the_same_rotation(pitch: float) -> 
     assert rotation_from_rpy(found) == pytest.approx(matrix, abs=2e-16)
 
 
+@pytest.mark.parametrize("gap", [1e-15, 1e-13, 1e-10, 1e-8, 1e-4])
+def test_roll_pitch_yaw_lose_nothing_near_gimbal_lock(gap: float) -> None:
+    """Turned in two steps, so that every entry carries rounding; roll and yaw apart are then any angles there."""
+    matrix = exp_rotation([0.4, 0.5, -0.2]).T @ (
+        exp_rotation([0.4, 0.5, -0.2]) @ rotation_from_rpy([0.3, np.pi / 2 - gap, -0.8])
+    )
+    assert rotation_from_rpy(rpy_from_rotation(matrix)) == pytest.approx(matrix, abs=2e-14)
+
+
 def test_skew_takes_the_cross_product() -> None:
     rng = np.random.default_rng(3)
     a, b = rng.normal(size=(2, 3))

@@ -1,0 +1,218 @@
+"""Arms as URDF files that read back as they were: what the format cannot hold is an error or a note, never lost.
+
+Frame of a link: origin where its joint sits, directions of its home frame; so home frames, tensors and axes survive as
+they are. Names: the arm's own for joints and moving links; the base and the tip get one each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.checks import Faults
+from drivetrain.arm.rotors import RotorLevel
+from drivetrain.arrays import Array, frozen_array
+from drivetrain.export.files import write_text
+from drivetrain.export.urdf_elements import (
+    Element,
+    add_axis,
+    add_dynamics,
+    add_joint,
+    add_limits,
+    add_link,
+    add_origin,
+    add_rotor,
+    add_transmission,
+    text,
+)
+from drivetrain.export.urdf_rotors import WrittenBodies, axis_direction, written_bodies
+from drivetrain.spatial.poses import axis_point, inverse_pose, pose
+from drivetrain.version import __version__
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfJointData:
+    """What a URDF says of the joints that an arm does not hold; None: nothing known, which URDF writes as no limit.
+
+    Attributes:
+        effort: Largest torque or force [N m or N], (n,).
+        damping: Viscous friction [N m s/rad or N s/m], (n,).
+        friction: Coulomb friction [N m or N], (n,).
+    """
+
+    effort: Any = None
+    damping: Any = None
+    friction: Any = None
+
+
+NO_DATA = UrdfJointData()
+
+
+def write_urdf(
+    arm: Arm, path: str | Path, *, data: UrdfJointData = NO_DATA, base: str | None = None, tip: str | None = None
+) -> tuple[str, ...]:
+    """Write an arm to a URDF file, whole or not at all.
+
+    ``load_arm(path)`` gives the arm back: dynamics equal to rounding, once gravity and the level of the rotors are set
+    where a note says so.
+
+    Args:
+        arm: With rotors or without.
+        path: Of the file; its folder must be there.
+        data: Limits of effort and friction, which an arm does not hold.
+        base, tip: Names of the links that stand for the base and the end effector. None: base_link and tool0, with an
+            underscore behind where a link has that name already.
+
+    Returns:
+        What the format could not hold, or holds in another way; the same sentences stand in a comment of the file.
+
+    Raises:
+        InputError: As of urdf_text; or the file cannot be written.
+    """
+    content, notes = _written(arm, data, base, tip)
+    write_text(path, content)
+    return notes
+
+
+def urdf_text(arm: Arm, *, data: UrdfJointData = NO_DATA, base: str | None = None, tip: str | None = None) -> str:
+    """The URDF of an arm.
+
+    Args:
+        arm: With rotors or without.
+        data: Limits of effort and friction, which an arm does not hold.
+        base, tip: Names of the links that stand for the base and the end effector, as of write_urdf.
+
+    Returns:
+        The file's text; a comment in it tells what the format could not hold.
+
+    Raises:
+        InputError: What would be another arm when read: helical joints, rotors counted in full that are unbalanced,
+            on another link than the one before their joint, or not parallel to its axis; names used twice; data of
+            other shapes. All of it at once.
+
+    Reference: URDF, http://wiki.ros.org/urdf/XML; the rotor tags are Drake's, the transmissions ros_control's.
+    """
+    return _written(arm, data, base, tip)[0]
+
+
+def _written(arm: Arm, data: UrdfJointData, base: str | None, tip: str | None) -> tuple[str, tuple[str, ...]]:
+    """The text, and the notes in it."""
+    faults = Faults()
+    for joint in np.flatnonzero(_pitch(arm)):
+        place = f"joint {arm.joint_names[joint]}"
+        faults.add(place, "is helical: URDF has no such joint", f"{_pitch(arm)[joint]:.6g} m/rad")
+    columns = {name: faults.attempt(_column, getattr(data, name), arm.n, name) for name in vars(data)}
+    ends = [_end_name(arm, base, "base_link", "base", faults), _end_name(arm, tip, "tool0", "tip", faults)]
+    if ends[0] == ends[1]:
+        faults.add("tip", "must have another name than the base", tip)
+    bodies = faults.attempt(written_bodies, arm)
+    faults.raise_any()
+    if bodies is None:  # its faults have been raised
+        return "", ()
+    notes = (*bodies.notes, *_notes(arm))
+    root = ElementTree.Element("robot", {"name": arm.name, "xmlns:drake": "http://drake.mit.edu"})
+    root.extend(_comments(arm, notes))
+    _chain(root, arm, bodies, columns, ends)
+    ElementTree.indent(root)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n", notes
+
+
+def _pitch(arm: Arm) -> Array:
+    """Of each joint [m/rad], what rounding leaves of none taken as none."""
+    pitch = np.sum(arm.screws[:, :3] * arm.screws[:, 3:], axis=1)
+    return np.where(np.abs(pitch) <= 1e-12 * np.maximum(1.0, np.linalg.norm(arm.screws[:, 3:], axis=1)), 0.0, pitch)
+
+
+def _column(values: Any, n: int, name: str) -> Array | None:
+    return None if values is None else frozen_array(values, (n,), name)
+
+
+def _end_name(arm: Arm, wanted: str | None, usual: str, end: str, faults: Faults) -> str:
+    """The name of the base or tip link, which no moving link may have."""
+    if wanted in arm.link_names:
+        faults.add(end, "must not be the name of a moving link", wanted)
+    return wanted or _free(usual, arm.link_names)
+
+
+def _free(name: str, taken: Iterable[str]) -> str:
+    used = set(taken)
+    while name in used:
+        name += "_"
+    return name
+
+
+def _notes(arm: Arm) -> list[str]:
+    """What of an arm without rotors a URDF does not hold."""
+    notes = []
+    if tuple(arm.gravity) != STANDARD_GRAVITY:
+        notes.append(f"gravity {text(arm.gravity)} m/s^2, which URDF cannot say: give it when reading")
+    away = [
+        arm.joint_names[i]
+        for i in range(arm.n)
+        if np.linalg.norm(_points(arm)[i] - arm.joint_points[i]) > 1e-9  # m: rounding of a large frame
+    ]
+    if away:
+        notes.append("joint points moved onto the axes they were off: joint " + ", ".join(away))
+    stuck = [name for name, low, high in zip(arm.joint_names, arm.lower, arm.upper, strict=True) if low == high]
+    if stuck:
+        notes.append("lower and upper limit agree, which readers take as no limit: joint " + ", ".join(stuck))
+    return notes
+
+
+def _comments(arm: Arm, notes: Iterable[str]) -> list[Any]:
+    """Where the file is from, and what it does not hold."""
+    lines = [f"arm {arm.name}, written by drivetrain {__version__}", *(f"not as in URDF: {note}" for note in notes)]
+    if any(rotor is not None for rotor in arm.rotors) and arm.level is not RotorLevel.NONE:
+        lines.append("the inertia of a rotor about its axis stands in its own tag and not in a link")
+    lines += [f"note: {note}" for note in arm.notes]
+    return [ElementTree.Comment(f" {line.replace('--', '- -').rstrip('-')} ") for line in lines]
+
+
+def _points(arm: Arm) -> Array:
+    """Where the joints sit, on their axes."""
+    points = arm.joint_points.copy()
+    for i, screw in enumerate(arm.screws):
+        if screw[:3].any():
+            nearest = axis_point(screw, points[i])
+            # A point that is on the axis but for rounding stays what it is.
+            points[i] = nearest if np.linalg.norm(nearest - points[i]) > 1e-14 else points[i]
+    return points
+
+
+def _chain(root: Element, arm: Arm, bodies: WrittenBodies, columns: dict[str, Array | None], ends: list[str]) -> None:
+    """Links and joints from the base to the tip, then the transmissions."""
+    frames = [pose(home[:3, :3], point) for home, point in zip(arm.home, _points(arm), strict=True)]
+    ElementTree.SubElement(root, "link", name=ends[0])
+    parents, before = (ends[0], *arm.link_names[:-1]), np.eye(4)
+    for i, frame in enumerate(frames):
+        joint = add_joint(root, arm.joint_names[i], _kind(arm, i), (parents[i], arm.link_names[i]))
+        add_origin(joint, inverse_pose(before) @ frame)
+        add_axis(joint, frame[:3, :3].T @ axis_direction(arm, i))
+        known = {name: float(column[i]) for name, column in columns.items() if column is not None}
+        effort = known.pop("effort", np.inf)
+        limits = {"lower": arm.lower[i], "upper": arm.upper[i], "effort": effort, "velocity": arm.speed_limits[i]}
+        add_limits(joint, limits)
+        add_dynamics(joint, known)
+        if (tags := bodies.tags[i]) is not None:
+            add_rotor(joint, tags)
+        add_link(root, arm.link_names[i], bodies.links[i], inverse_pose(frame) @ arm.home[i])
+        before = frame
+    flange = add_joint(root, _free(f"{ends[1]}_fixed", arm.joint_names), "fixed", (arm.link_names[-1], ends[1]))
+    add_origin(flange, inverse_pose(before) @ arm.tip)
+    ElementTree.SubElement(root, "link", name=ends[1])
+    for name, tags in zip(arm.joint_names, bodies.tags, strict=True):
+        if tags is not None:
+            add_transmission(root, name, tags.ratio)
+
+
+def _kind(arm: Arm, joint: int) -> str:
+    if not arm.screws[joint, :3].any():
+        return "prismatic"
+    free = np.isinf(arm.lower[joint]) and np.isinf(arm.upper[joint])
+    return "continuous" if free else "revolute"

@@ -1,0 +1,159 @@
+"""The elements of a URDF file: links, joints, drives, each from numbers that are settled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from drivetrain.arm.urdf_drives import GEAR_RATIO, REDUCTIONS, ROTOR_INERTIA, SIMPLE
+from drivetrain.arm.urdf_xml import UNLIMITED
+from drivetrain.arrays import Array
+from drivetrain.export.urdf_rotors import RotorTags
+from drivetrain.spatial.inertia import RigidBody
+from drivetrain.spatial.poses import pose
+from drivetrain.spatial.rotations import rpy_from_rotation
+
+Element = ElementTree.Element
+NOTHING = 1e-15  # of a length, an angle or a direction: what products of frames leave of zero
+INTERFACE = "hardware_interface/EffortJointInterface"
+
+
+def add_link(root: Element, name: str, body: RigidBody, pose_link_home: Array) -> None:
+    """Add a link; one without mass and inertia has nothing to say of itself.
+
+    Args:
+        root: The ``robot`` element.
+        name: Of the link.
+        body: Given in its home frame [kg, m, kg m^2].
+        pose_link_home: That frame in the link's, (4, 4).
+    """
+    link = ElementTree.SubElement(root, "link", name=name)
+    if not body.mass and not body.inertia.any():
+        return
+    inertial = ElementTree.SubElement(link, "inertial")
+    add_origin(inertial, pose_link_home @ pose(point=body.com))
+    ElementTree.SubElement(inertial, "mass", value=text(body.mass))
+    entries = {f"i{'xyz'[i]}{'xyz'[j]}": text(body.inertia[i, j]) for i in range(3) for j in range(i, 3)}
+    ElementTree.SubElement(inertial, "inertia", entries)
+
+
+def add_joint(root: Element, name: str, kind: str, ends: tuple[str, str]) -> Element:
+    """Add a joint.
+
+    Args:
+        root: The ``robot`` element.
+        name: Of the joint.
+        kind: revolute, continuous, prismatic or fixed.
+        ends: Names of the links before and after it.
+
+    Returns:
+        The joint, for what else is to be said of it.
+    """
+    joint = ElementTree.SubElement(root, "joint", name=name, type=kind)
+    ElementTree.SubElement(joint, "parent", link=ends[0])
+    ElementTree.SubElement(joint, "child", link=ends[1])
+    return joint
+
+
+def add_origin(parent: Element, place: Array) -> None:
+    """Say where a frame stands.
+
+    Args:
+        parent: A ``joint`` or ``inertial`` element.
+        place: The frame, (4, 4); translation [m].
+    """
+    rpy = cleaned(rpy_from_rotation(place[:3, :3]))
+    ElementTree.SubElement(parent, "origin", xyz=text(cleaned(place[:3, 3])), rpy=text(rpy))
+
+
+def add_axis(joint: Element, direction: Array) -> None:
+    """Say along which way a joint turns or slides.
+
+    Args:
+        joint: The ``joint`` element.
+        direction: Unit vector in the joint's frame [-], (3,).
+    """
+    ElementTree.SubElement(joint, "axis", xyz=text(cleaned(direction)))
+
+
+def add_limits(joint: Element, limits: Mapping[str, float]) -> None:
+    """Say how far a joint goes; the largest number there is stands for no limit, where URDF wants a number.
+
+    Args:
+        joint: The ``joint`` element.
+        limits: ``lower`` and ``upper`` [rad or m], ``effort`` [N m or N], ``velocity`` [rad/s or m/s]; infinite where
+            there is none. A continuous joint has no place for the first two.
+    """
+    continuous = joint.get("type") == "continuous"
+    known = {name: value for name, value in limits.items() if not (continuous and name in ("lower", "upper"))}
+    if continuous and np.isinf([*known.values()]).all():
+        return
+    written = {name: text(np.clip(value, -UNLIMITED, UNLIMITED)) for name, value in known.items()}
+    ElementTree.SubElement(joint, "limit", written)
+
+
+def add_dynamics(joint: Element, dynamics: Mapping[str, float]) -> None:
+    """Say what friction a joint has, if that is known.
+
+    Args:
+        joint: The ``joint`` element.
+        dynamics: ``damping`` [N m s/rad or N s/m] and ``friction`` [N m or N], as far as known.
+    """
+    if dynamics:
+        ElementTree.SubElement(joint, "dynamics", {name: text(value) for name, value in dynamics.items()})
+
+
+def add_rotor(joint: Element, tags: RotorTags) -> None:
+    """Add Drake's tags, which say what a transmission cannot: the rotor's inertia.
+
+    Args:
+        joint: The ``joint`` element.
+        tags: Ratio [- or rad/m] and inertia [kg m^2]; without the latter, nothing is added.
+    """
+    if tags.inertia is not None:
+        ElementTree.SubElement(joint, ROTOR_INERTIA, value=text(tags.inertia))
+        ElementTree.SubElement(joint, GEAR_RATIO, value=text(tags.ratio))
+
+
+def add_transmission(root: Element, joint: str, ratio: float) -> None:
+    """Add a gear as ros_control wants it, the sign of its ratio kept.
+
+    Args:
+        root: The ``robot`` element.
+        joint: Name of the joint that it drives.
+        ratio: Rotor turns a turn of the joint [-], or rotor angle over travel [rad/m].
+    """
+    transmission = ElementTree.SubElement(root, "transmission", name=f"{joint}_transmission")
+    ElementTree.SubElement(transmission, "type").text = f"transmission_interface/{SIMPLE}"
+    driven = ElementTree.SubElement(transmission, "joint", name=joint)
+    ElementTree.SubElement(driven, "hardwareInterface").text = INTERFACE
+    actuator = ElementTree.SubElement(transmission, "actuator", name=f"{joint}_motor")
+    ElementTree.SubElement(actuator, "hardwareInterface").text = INTERFACE
+    ElementTree.SubElement(actuator, REDUCTIONS[0]).text = text(ratio)
+
+
+def cleaned(values: Array) -> Array:
+    """Numbers with what rounding leaves of zero made zero.
+
+    Args:
+        values: Any shape [m, rad or -].
+
+    Returns:
+        The same, in the same unit.
+    """
+    return np.where(np.abs(values) < NOTHING, 0.0, values)
+
+
+def text(values: Any) -> str:
+    """Numbers with every digit that they have, and no more.
+
+    Args:
+        values: One or several, in the unit that the tag wants.
+
+    Returns:
+        The numbers with blanks between.
+    """
+    return " ".join(repr(float(value) + 0.0).removesuffix(".0") for value in np.ravel(values))

@@ -1,0 +1,173 @@
+"""What a URDF can hold of an arm's rotors: ratio and axial inertia of each, the rest of them as part of the links.
+
+A reader that knows the rotor tags puts a rotor on its joint's axis, carried by the link before. A balanced rotor that
+is parallel to that axis and on that link moves the arm as such a one does, once its mass and its inertia across the
+axis are counted with the link; so it is written without loss. Of any other rotor URDF holds the reflected inertia
+alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.checks import Faults, called
+from drivetrain.arm.rotors import MountedRotor, RotorLevel
+from drivetrain.arrays import Array
+from drivetrain.spatial.inertia import RigidBody, combined
+from drivetrain.spatial.poses import inverse_pose
+
+PARALLEL = 1e-9  # on directions; what a workshop calls parallel is a million times coarser
+ROUNDING = 1e-13  # of a rotor's inertia: what is left of it when its axial part is taken away
+WHOLE = "drivetrain.at_level(arm, RotorLevel.REFLECTED) leaves of them what URDF holds"
+
+
+@dataclass(frozen=True, eq=False)
+class RotorTags:
+    """What the file says of one joint's rotor.
+
+    Attributes:
+        ratio: Rotor turns a turn of the joint, about the joint's own axis [-], or rotor angle over travel [rad/m].
+        inertia: About the spin axis [kg m^2]; None: the file does not say.
+    """
+
+    ratio: float
+    inertia: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenBodies:
+    """The links as written, and the rotors beside them.
+
+    Attributes:
+        links: Of each link, in its home frame [kg, m, kg m^2], (n,).
+        tags: Of each joint; None: direct drive, (n,).
+        notes: What URDF does not hold, and what moved into the links.
+    """
+
+    links: tuple[RigidBody, ...]
+    tags: tuple[RotorTags | None, ...]
+    notes: tuple[str, ...]
+
+
+def written_bodies(arm: Arm) -> WrittenBodies:
+    """The links and rotors of an arm as a URDF can hold them.
+
+    Args:
+        arm: With rotors or without, at any level.
+
+    Returns:
+        Bodies [kg, m, kg m^2] and tags that give, read back and set to the arm's level, the same dynamics.
+
+    Raises:
+        InputError: A rotor counted in full that URDF has no words for, or a link without inertia to spare.
+    """
+    faults = Faults()
+    added: list[list[RigidBody]] = [[] for _ in range(arm.n)]
+    moved, tags = [], []
+    for joint, rotor in enumerate(arm.rotors):
+        if rotor is not None and arm.level is RotorLevel.FULL:
+            _check_full(arm, joint, rotor, faults)
+        tags.append(None if rotor is None else _tags(arm, joint, rotor))
+        if rotor is not None and _move_into_links(arm, joint, rotor, added):
+            moved.append(arm.joint_names[joint])
+    faults.raise_any()
+    links = tuple(_with_added(arm, i, parts, faults) for i, parts in enumerate(added))
+    faults.raise_any()
+    notes = [] if not any(tags) else [_level_note(arm.level)] * (arm.level is not RotorLevel.FULL)
+    if moved:
+        notes.append("mass and cross inertia of rotors, written as part of the links that carry them: joint "
+                     + ", ".join(moved))  # fmt: skip
+    return WrittenBodies(links, tuple(tags), tuple(notes))
+
+
+def _level_note(level: RotorLevel) -> str:
+    lost = "" if level is RotorLevel.REFLECTED else "; rotor inertias left out, ratios kept"
+    return f"rotors are counted at level {level.value}, which URDF cannot say: set it after reading{lost}"
+
+
+def axis_direction(arm: Arm, joint: int) -> Array:
+    """The direction of a joint's axis.
+
+    Args:
+        arm: The arm.
+        joint: Index.
+
+    Returns:
+        Unit vector in the base frame, all joints zero [-], (3,).
+    """
+    screw = arm.screws[joint]
+    return np.asarray(screw[:3] if screw[:3].any() else screw[3:])
+
+
+def _turn(arm: Arm, joint: int, rotor: MountedRotor) -> int:
+    """1 or -1 where the rotor's axis is parallel to the joint's, with or against it; 0 where it is not."""
+    along = float(rotor.screw[:3] @ axis_direction(arm, joint))
+    across = float(np.linalg.norm(np.cross(rotor.screw[:3], axis_direction(arm, joint))))
+    return int(np.sign(along)) if across <= PARALLEL else 0
+
+
+def _check_full(arm: Arm, joint: int, rotor: MountedRotor, faults: Faults) -> None:
+    """A rotor counted in full must move the arm as one on the joint's axis and on the link before does."""
+    place = f"rotor of joint {arm.joint_names[joint]}"
+    spin = rotor.home[:3, :3].T @ rotor.screw[:3]
+    offset = rotor.home[:3, 3] - np.cross(rotor.screw[:3], rotor.screw[3:])
+    off_axis = float(np.linalg.norm(np.cross(rotor.screw[:3], offset)))
+    axial = float(spin @ rotor.inertia @ spin)
+    cross = 0.5 * (float(np.trace(rotor.inertia)) - axial)
+    shape = axial * np.outer(spin, spin) + cross * (np.eye(3) - np.outer(spin, spin))
+    uneven = float(np.abs(rotor.inertia - shape).max()) > PARALLEL * float(np.abs(rotor.inertia).max())
+    if uneven or (rotor.mass > 0.0 and off_axis > PARALLEL):
+        faults.add(place, "is not balanced: URDF has no word for that", None, WHOLE)
+    if rotor.carrier != joint - 1:
+        carrier = "the base" if rotor.carrier < 0 else called(arm.link_names[rotor.carrier])
+        faults.add(place, f"is carried by {carrier}: in URDF the link before the joint carries it", None, WHOLE)
+    elif joint > 0 and not _turn(arm, joint, rotor):
+        faults.add(place, "is not parallel to the joint's axis, as URDF takes it to be", None, WHOLE)
+
+
+def _tags(arm: Arm, joint: int, rotor: MountedRotor) -> RotorTags:
+    ratio = rotor.ratio * (_turn(arm, joint, rotor) or 1)
+    return RotorTags(ratio, None if arm.level is RotorLevel.NONE else rotor.axial_inertia)
+
+
+def _move_into_links(arm: Arm, joint: int, rotor: MountedRotor, added: list[list[RigidBody]]) -> bool:
+    """Count a rotor with the links, but for the axial inertia that a reader will count with the link before."""
+    turn = rotor.home[:3, :3]
+    body = RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T)
+    moved = bool(rotor.carrier >= 0 and rotor.mass)
+    parts = [(rotor.carrier, body)]
+    if arm.level is not RotorLevel.NONE:
+        z = axis_direction(arm, joint)
+        parts.append((joint - 1, RigidBody(0.0, body.com, -rotor.axial_inertia * np.outer(z, z))))
+        if rotor.carrier == joint - 1:
+            parts = [(rotor.carrier, _rest(body, parts[1][1]))]
+    for link, part in parts:
+        if link >= 0 and (part.mass or part.inertia.any()):
+            added[link].append(part)
+            moved = True
+    return moved
+
+
+def _rest(body: RigidBody, axial: RigidBody) -> RigidBody:
+    """A rotor without its axial inertia; nothing across the axis stays exactly nothing."""
+    rest = body.inertia + axial.inertia
+    if np.abs(rest).max() <= ROUNDING * np.abs(body.inertia).max():
+        rest = np.zeros((3, 3))
+    return RigidBody(body.mass, body.com, rest)
+
+
+def _with_added(arm: Arm, link: int, parts: list[RigidBody], faults: Faults) -> RigidBody:
+    """A link with what is counted with it, in its home frame."""
+    own = RigidBody(arm.masses[link], np.zeros(3), arm.inertias[link])
+    if not parts:
+        return own
+    back = inverse_pose(arm.home[link])
+    whole = combined([own, *(part.seen_from(back) for part in parts)])
+    least = float(np.linalg.eigvalsh(whole.inertia)[0])
+    if least < -ROUNDING * float(np.abs(whole.inertia).max()):
+        problem = "has too little inertia to give the next joint's rotor its own, as URDF's reader will"
+        faults.add(called(arm.link_names[link]), problem, least)
+    return RigidBody(whole.mass, whole.com, 0.5 * (whole.inertia + whole.inertia.T))

@@ -1,0 +1,255 @@
+"""Arms written as URDF and read back: every field, every level, and what the format cannot hold."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.builtin import builtin_names
+from drivetrain.arm.load import load_arm
+from drivetrain.arm.rotors import Rotor, RotorLevel
+from drivetrain.arm.urdf import read_urdf_drives
+from drivetrain.arm.with_rotors import at_level, with_rotors
+from drivetrain.dynamics.kinematics import tip_pose
+from drivetrain.dynamics.newton_euler import drive_torques, inverse_dynamics
+from drivetrain.errors import InputError, PhysicsWarning
+from drivetrain.export.urdf import UrdfJointData, urdf_text, write_urdf
+from drivetrain.spatial.poses import exp_pose, pose
+
+
+def unit(rng: np.random.Generator) -> np.ndarray:
+    vector = rng.normal(size=3)
+    return vector / np.linalg.norm(vector)
+
+
+def random_arm(seed: int, kinds: str = "RPRRRP") -> Arm:
+    """Oblique axes, turned home frames, limits on some joints, a tip that is turned too."""
+    rng = np.random.default_rng(seed)
+    n = len(kinds)
+    points, axes = rng.uniform(-0.5, 0.5, (n, 3)), [unit(rng) for _ in kinds]
+    screws = [
+        np.concatenate([a, np.cross(p, a)]) if k == "R" else np.concatenate([np.zeros(3), a])
+        for k, p, a in zip(kinds, points, axes, strict=True)
+    ]
+    spread = [0.01 * a @ a.T for a in rng.normal(size=(n, 3, 3))]
+    lower = np.where(np.arange(n) % 3 == 0, -np.inf, rng.uniform(-2, -1, n))
+    return Arm.from_screws(
+        [exp_pose(rng.normal(size=6)) for _ in kinds],
+        screws,
+        rng.uniform(0.5, 5.0, n),
+        [np.trace(s) * np.eye(3) - s for s in spread],
+        exp_pose(rng.normal(size=6)),
+        joint_points=points,
+        lower=lower,
+        upper=np.where(np.arange(n) % 2 == 0, np.inf, rng.uniform(1, 2, n)),
+        speed_limits=np.where(np.arange(n) % 2 == 1, np.inf, rng.uniform(1, 2, n)),
+        joint_names=[f'joint "{i}" & <more> -- é' for i in range(n)],
+        name="made up -->",
+    )
+
+
+def parallel_rotor(arm: Arm, joint: int, rng: np.random.Generator, turn: int) -> Rotor:
+    """Balanced, beside the joint's axis, with or against it, on the link before."""
+    screw = arm.screws[joint]
+    axis = turn * (screw[:3] if screw[:3].any() else screw[3:])
+    point = arm.joint_points[joint] + rng.uniform(-0.2, 0.2, 3)
+    across = np.cross(axis, unit(rng))
+    across /= np.linalg.norm(across)
+    home = pose(np.column_stack([across, np.cross(axis, across), axis]), point + 0.05 * axis)
+    line = np.concatenate([axis, np.cross(point, axis)])
+    return Rotor(rng.uniform(30, 120), np.diag([2e-4, 2e-4, 3e-4]), 0.7, home, line)
+
+
+def again(arm: Arm, folder: Path) -> Arm:
+    """Written and read back, with what a URDF has no words for set by hand."""
+    path = folder / "arm.urdf"
+    write_urdf(arm, path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # the arm itself has been doubted when it was made
+        found = load_arm(path, gravity=arm.gravity)
+    return at_level(found, arm.level)
+
+
+def motion(arm: Arm) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(7)
+    return rng.uniform(-3, 3, (6, arm.n)), rng.uniform(-2, 2, (6, arm.n)), rng.uniform(-5, 5, (6, arm.n))
+
+
+def assert_same_dynamics(found: Arm, arm: Arm, *, motors: float | np.ndarray = 1.0) -> None:
+    """Torques to 1e-12 of the largest; ``motors`` tells the sign in which each motor is counted."""
+    q, qd, qdd = motion(arm)
+    load = np.random.default_rng(8).normal(size=6) * 10.0
+    wanted = inverse_dynamics(arm, q, qd, qdd, tip_wrench=load)
+    assert inverse_dynamics(found, q, qd, qdd, tip_wrench=load) == pytest.approx(
+        wanted, abs=1e-12 * np.abs(wanted).max()
+    )
+    drives, others = drive_torques(arm, q, qd, qdd), drive_torques(found, q, qd, qdd)
+    assert others.gear == pytest.approx(drives.gear, abs=1e-12 * np.abs(drives.gear).max())
+    assert motors * others.motor == pytest.approx(drives.motor, abs=1e-12 * np.abs(drives.motor).max())
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_built_in_arms_read_back_as_they_were(name: str, tmp_path: Path) -> None:
+    arm = load_arm(name)
+    found = again(arm, tmp_path)
+    assert found.joint_names == arm.joint_names and found.link_names == arm.link_names and found.name == arm.name
+    for field in ("home", "screws", "inertias", "tip", "joint_points"):
+        assert getattr(found, field) == pytest.approx(getattr(arm, field), abs=4e-15), field  # products of n frames
+    assert np.array_equal(found.masses, arm.masses)
+    for field in ("lower", "upper", "speed_limits"):
+        assert np.array_equal(getattr(found, field), getattr(arm, field)), field
+    assert [r and r.ratio for r in found.rotors] == [r and r.ratio for r in arm.rotors]
+    assert_same_dynamics(found, arm)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_made_up_arms_read_back_as_they_were(seed: int, tmp_path: Path) -> None:
+    arm = random_arm(seed)
+    found = again(arm, tmp_path)
+    q = motion(arm)[0]
+    assert tip_pose(found, q) == pytest.approx(tip_pose(arm, q), abs=1e-13)
+    assert found.joint_points == pytest.approx(arm.joint_points, abs=1e-14)
+    assert found.joint_names == arm.joint_names
+    for field in ("lower", "upper", "speed_limits"):
+        assert np.array_equal(getattr(found, field), getattr(arm, field)), field
+    assert_same_dynamics(found, arm)
+
+
+@pytest.mark.parametrize("level", RotorLevel)
+@pytest.mark.parametrize("seed", range(3))
+def test_parallel_rotors_beside_their_joints_are_kept_whole(seed: int, level: RotorLevel, tmp_path: Path) -> None:
+    rng = np.random.default_rng(100 + seed)
+    bare = random_arm(seed)
+    turns = rng.choice([-1, 1], bare.n)
+    arm = with_rotors(bare, [parallel_rotor(bare, i, rng, t) for i, t in enumerate(turns)], level=level)
+    found = again(arm, tmp_path)
+    if level is RotorLevel.NONE:
+        q, qd, qdd = motion(arm)
+        wanted = inverse_dynamics(arm, q, qd, qdd)
+        assert inverse_dynamics(found, q, qd, qdd) == pytest.approx(wanted, abs=1e-12 * np.abs(wanted).max())
+        ratios = [drive.ratio for drive in read_urdf_drives(tmp_path / "arm.urdf").values()]
+        assert ratios == [t * r.ratio for t, r in zip(turns, arm.rotors, strict=True)]
+        return
+    # A rotor that turns against the joint's axis is told by a negative ratio about that axis.
+    assert_same_dynamics(found, arm, motors=turns)
+
+
+def test_first_rotor_may_lie_as_it_likes_on_the_base(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    bare, axis = random_arm(1, "RRR"), unit(rng)
+    oblique = Rotor(80.0, np.eye(3) * 2e-4, 1.0, None, np.concatenate([axis, np.cross([0.1, 0.2, 0.3], axis)]))
+    arm = with_rotors(bare, [oblique, None, None])
+    assert_same_dynamics(again(arm, tmp_path), arm)
+
+
+def test_ratio_without_inertia_is_kept(tmp_path: Path) -> None:
+    arm = with_rotors(random_arm(2), [Rotor(-50.0, 0.0)] * 6)
+    assert_same_dynamics(again(arm, tmp_path), arm)
+
+
+def awkward_rotors(arm: Arm) -> list[Rotor | None]:
+    axis = unit(np.random.default_rng(6))
+    return [
+        None,
+        Rotor(80.0, 2e-4, 0.5, None, np.concatenate([axis, np.zeros(3)])),  # oblique
+        Rotor(80.0, np.diag([1e-4, 2e-4, 2.5e-4]), 0.5),  # uneven
+        Rotor(80.0, 2e-4, 0.5, pose(point=arm.joint_points[3] + 0.1)),  # off its axis
+        Rotor(80.0, 2e-4, 0.5, carrier=-1),
+        Rotor(80.0, 2e-4, 0.5, carrier=5),
+    ]
+
+
+def test_rotors_that_urdf_cannot_hold_are_refused_all_at_once() -> None:
+    bare = random_arm(3)
+    with pytest.raises(InputError) as error:
+        urdf_text(with_rotors(bare, awkward_rotors(bare)))
+    told = str(error.value)
+    assert len(error.value.faults) == 5
+    for word in ("not parallel", "not balanced", "by the base", "by link_6", "at_level"):
+        assert word in told
+
+
+@pytest.mark.parametrize("level", [RotorLevel.REFLECTED, RotorLevel.NONE])
+def test_awkward_rotors_are_written_reflected_or_locked(level: RotorLevel, tmp_path: Path) -> None:
+    bare = random_arm(3)
+    arm = with_rotors(bare, awkward_rotors(bare), level=level)
+    found = again(arm, tmp_path)
+    q, qd, qdd = motion(arm)
+    wanted = inverse_dynamics(arm, q, qd, qdd)
+    assert inverse_dynamics(found, q, qd, qdd) == pytest.approx(wanted, abs=1e-12 * np.abs(wanted).max())
+    assert any(f"level {level.value}" in note for note in write_urdf(arm, tmp_path / "noted.urdf"))
+
+
+def test_link_without_inertia_cannot_spare_a_rotors(tmp_path: Path) -> None:
+    bare = replace(random_arm(0, "RRR"), inertias=np.zeros((3, 3, 3)))
+    arm = with_rotors(bare, [None, Rotor(80.0, 2e-4, carrier=-1), None], level=RotorLevel.REFLECTED)
+    with pytest.raises(InputError, match="too little inertia"):
+        urdf_text(arm)
+
+
+def test_helical_joints_are_refused() -> None:
+    arm = random_arm(0)
+    screws = arm.screws.copy()
+    screws[2, 3:] += 0.02 * screws[2, :3]
+    with pytest.raises(InputError, match=r"helical.*0\.02 m/rad"):
+        urdf_text(replace(arm, screws=screws))
+
+
+def test_what_is_not_in_the_format_stands_in_notes_and_comments(tmp_path: Path) -> None:
+    arm = replace(random_arm(0), gravity=np.array([0.0, 0.0, -1.62]), joint_points=np.ones((6, 3)))
+    arm = replace(arm, lower=np.full(6, 0.5), upper=np.full(6, 0.5), notes=("seen -- here",))
+    notes = write_urdf(arm, tmp_path / "arm.urdf")
+    text = (tmp_path / "arm.urdf").read_text(encoding="utf-8")
+    for word in ("-1.62 m/s^2", "joint points moved", "limit agree"):
+        assert sum(word in note for note in notes) == 1
+    assert "-1.62 m/s^2" in text and "limit agree" in text
+    assert "note: seen - - here" in text
+    assert write_urdf(load_arm("ur5"), tmp_path / "plain.urdf") == ()
+
+
+def test_writing_again_gives_the_same_names_and_frames(tmp_path: Path) -> None:
+    first = again(random_arm(1), tmp_path)
+    second = again(first, tmp_path)
+    assert second.link_names == first.link_names and second.joint_names == first.joint_names
+    assert second.home == pytest.approx(first.home, abs=1e-14)
+
+
+def test_names_of_the_ends() -> None:
+    arm = replace(random_arm(0, "RRR"), link_names=("base_link", "tool0", "c"))
+    text = urdf_text(arm)
+    assert '<link name="base_link_" />' in text and '<link name="tool0_" />' in text
+    assert '<link name="world" />' in urdf_text(arm, base="world", tip="hand")
+    with pytest.raises(InputError, match="moving link"):
+        urdf_text(arm, tip="c")
+    with pytest.raises(InputError, match="another name"):
+        urdf_text(arm, tip="x", base="x")
+
+
+def test_data_that_an_arm_does_not_hold(tmp_path: Path) -> None:
+    arm = random_arm(0, "RRR")
+    data = UrdfJointData(effort=[1.0, 2.0, 3.0], damping=[0.1, 0.2, 0.3], friction=[4.0, 5.0, 6.0])
+    write_urdf(arm, tmp_path / "arm.urdf", data=data)
+    drives = read_urdf_drives(tmp_path / "arm.urdf")
+    assert [(d.damping, d.friction) for d in drives.values()] == [(0.1, 4.0), (0.2, 5.0), (0.3, 6.0)]
+    assert 'effort="2"' in (tmp_path / "arm.urdf").read_text(encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        urdf_text(arm, data=UrdfJointData(effort=[1.0], damping=[np.nan] * 3))
+    assert len(error.value.faults) == 2
+
+
+def test_a_failure_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text("old", encoding="utf-8")
+    with pytest.raises(InputError):
+        write_urdf(random_arm(0), path, tip="link_1")
+    assert path.read_text(encoding="utf-8") == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["arm.urdf"]
+    with pytest.raises(InputError, match="cannot be written"):
+        write_urdf(random_arm(0), tmp_path / "missing" / "arm.urdf")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_urdf(random_arm(0), tmp_path)
