@@ -207,9 +207,15 @@ def _friction(study: Study) -> Group:
 
 def _friction_text(friction: Friction) -> str:
     """Coulomb, viscous and breakaway parts; those that are zero left out."""
-    parts = [f"Coulomb {with_unit(friction.coulomb, 'N m')}"] if friction.coulomb else []
-    if friction.viscous:
+    parts = []
+    if friction.coulomb or friction.coulomb_negative:
+        parts.append(f"Coulomb {with_unit(friction.coulomb, 'N m')}")
+        if friction.coulomb_negative is not None:
+            parts[-1] += f" forwards, {with_unit(friction.coulomb_negative, 'N m')} backwards"
+    if friction.viscous or friction.viscous_negative:
         parts.append(f"viscous {number(friction.viscous)} N m s/rad".replace(" ", "\u00a0"))
+        if friction.viscous_negative is not None:
+            parts[-1] += f" forwards, {number(friction.viscous_negative)} backwards"
     if friction.static is not None:
         parts.append(f"breakaway {with_unit(friction.static, 'N m')}")
-    return ", ".join(parts) or "stated by direction only"
+    return ", ".join(parts)
