@@ -76,15 +76,16 @@ def _displacement(axes: Axes, deflection: TipDeflection, unit: str) -> None:
 
 def _contributions(axes: Axes, deflection: TipDeflection, unit: str) -> None:
     """Joints in full lines, links dashed, what is small left out."""
-    sizes = [(f"{n}", np.linalg.norm(deflection.joints[:, i], axis=1), i, "-")
-             for i, n in enumerate(deflection.joint_names)]  # fmt: skip
-    sizes += [(f"{n}, bending", np.linalg.norm(deflection.links[:, i], axis=1), i, (0, (4, 2)))
-              for i, n in enumerate(deflection.link_names)]  # fmt: skip
-    largest = max(float(values.max()) for _, values, _, _ in sizes)
-    for label, values, index, style in sizes:
-        if float(values.max()) > SMALL * largest:
-            _draw(axes, deflection.time, values, unit, JOINT_COLOURS[index % len(JOINT_COLOURS)], label)
-            axes.lines[-1].set_linestyle(style)
+    kinds = ((deflection.joints, deflection.joint_names, ""), (deflection.links, deflection.link_names, ", bending"))
+    largest = max(float(np.linalg.norm(parts, axis=2).max()) for parts, _, _ in kinds)
+    for parts, names, what in kinds:
+        for i, label in enumerate(names):
+            values = np.linalg.norm(parts[:, i], axis=1)
+            if float(values.max()) > SMALL * largest:
+                colour = JOINT_COLOURS[i % len(JOINT_COLOURS)]
+                _draw(axes, deflection.time, values, unit, colour, label + what)
+                if what:
+                    axes.lines[-1].set_linestyle("--")
     _draw(axes, deflection.time, deflection.worst_case, unit, MUTED, "all one way", 1.0)
     axes.set_title("what each joint's spring and each link's bending does to the tip")
     axes.set_ylabel(f"size [{printed_unit(unit)}]")
