@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.candidates import Candidate, Field, Judgement
+from drivetrain.sizing.candidates import Candidate, Field
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.judge import ESSENTIAL
 from drivetrain.sizing.results import Check, Evaluation, Verdict
@@ -117,19 +117,21 @@ def lightened(study: Study, share: float) -> Study:
 def _first_or_nearest(field: Field, mounted: dict[int, Drive]) -> Candidate:
     """The first candidate that holds, else the one nearest to holding."""
     work = field.work.at(field.joint, mounted)
-    quick = [field.judge(one, work) for one in field.candidates]
-    held = next((one.candidate for one in quick if one.holds), None)
-    if held is not None:
-        return held
-    best: Judgement | None = None
-    for one in sorted(quick, key=lambda judgement: judgement.distance):
+    quick: list[tuple[float, Candidate]] = []
+    for one in field.candidates:
+        judgement = field.judge(one, work)
+        if judgement.holds:
+            return one
+        quick.append((judgement.distance, one))
+    nearest, least = field.candidates[0], math.inf
+    for distance, one in sorted(quick, key=lambda entry: entry[0]):
         # The stages made so far bound the rest from below.
-        if best is not None and one.distance >= best.distance:
+        if distance >= least:
             break
-        full = field.judge(one.candidate, work, full=True)
-        if best is None or full.distance < best.distance:
-            best = full
-    return field.candidates[0] if best is None else best.candidate
+        full = field.judge(one, work, full=True).distance
+        if full < least:
+            nearest, least = one, full
+    return nearest
 
 
 def _place(near: Nearest) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from drivetrain.sizing.advice import advice_on, nearest_set
-from drivetrain.sizing.candidates import Field, Judgement, joint_fields, unknown_share
+from drivetrain.sizing.candidates import Field, joint_fields, unknown_share
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.results import Fallen, Selection
 from drivetrain.sizing.tree import Blocked, Tree
@@ -92,11 +92,16 @@ def _beside(
         tell(done, len(fields), f"judging all candidates of {field.name}")
         mounted = {j: path[j].drive for j in range(field.joint + 1, len(fields))}
         work = field.work.at(field.joint, mounted)
-        judgements: list[Judgement] = [field.judge(one, work) for one in field.candidates]
-        tree.counters["candidates judged"] += len(judgements)
-        fallen += [one.fallen(field.name) for one in judgements if not one.holds] + unknown_share(field)
-        others = [one.candidate for one in judgements if one.holds and one.candidate is not path[field.joint]]
-        alternatives[field.name] = tuple((one.motor, one.gear, one.share) for one in others[:ALTERNATIVES])
+        others: list[tuple[str, str, float]] = []
+        for one in field.candidates:
+            judgement = field.judge(one, work)
+            if not judgement.holds:
+                fallen.append(judgement.fallen(field.name))
+            elif one is not path[field.joint]:
+                others.append((one.motor, one.gear, one.share))
+        tree.counters["candidates judged"] += len(field.candidates)
+        fallen += unknown_share(field)
+        alternatives[field.name] = tuple(others[:ALTERNATIVES])
     tell(len(fields), len(fields), "all candidates judged")
     return tuple(fallen), alternatives
 
