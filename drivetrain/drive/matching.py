@@ -1,0 +1,340 @@
+"""Which gear ratio suits a motor to a motion: inertia matching, and what it becomes under gravity, friction and loss.
+
+Everything here counts with the magnitude of the ratio, G > 0, and with motor torque in the sense in which the motor
+drives the joint forwards; neither changes an RMS or a peak.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive, drive_inertia, resting, shaft_friction
+from drivetrain.drive.friction import friction_torque
+from drivetrain.drive.gear import Gear, mesh_input_torque
+from drivetrain.drive.ranges import EFFICIENCY, POSITIVE
+from drivetrain.errors import Fault, InputError
+
+_REAL = 1e-7  # imaginary part over magnitude below which a root is a real one with rounding
+
+
+def inertia_matching_ratio(load_inertia: float, rotor_inertia: float) -> float:
+    """The ratio at which a motor torque accelerates a pure inertia most.
+
+    Args:
+        load_inertia: About the joint's axis [kg m^2].
+        rotor_inertia: At the motor shaft [kg m^2].
+
+    Returns:
+        sqrt(I_load / I_rotor): the reflected rotor inertia then equals the load's.
+
+    Raises:
+        InputError: An inertia that is not positive.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), exercise 8.9: the zero of the derivative of G tau / (I + G^2 J).
+    """
+    _check_positive({"load_inertia": load_inertia, "rotor_inertia": rotor_inertia})
+    return math.sqrt(load_inertia / rotor_inertia)
+
+
+def scaled_gear(gear: Gear, ratio: float) -> Gear:
+    """The gear as it would be with another ratio, everything else on its sheet kept.
+
+    Limits of output torque and of input speed, efficiency, input inertia, mass and stiffness stay. The no-load running
+    torque at the input keeps its share of the rated torque, so it falls as the ratio grows, and so the split of the
+    printed loss into running torque and mesh stays the same at every ratio.
+
+    Args:
+        gear: The template.
+        ratio: Magnitude of the new ratio; the template's sign is kept.
+
+    Returns:
+        The scaled gear, its key unchanged.
+    """
+    running = gear.no_load_torque
+    return replace(
+        gear,
+        ratio=math.copysign(ratio, gear.ratio),
+        no_load_torque=None if running is None else running * abs(gear.ratio) / ratio,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueTerms:
+    """Motor torque of a motion as it depends on the ratio G: ``inverse / G + constant + linear * G``, each (N,).
+
+    Attributes:
+        inverse: Load, joint friction, mesh loss by direction of power, and the gear's running torque [N m].
+        constant: What the ratio does not change: carrier's acceleration and the motor's Coulomb friction [N m].
+        linear: Rotor's acceleration and the motor's viscous friction [N m].
+        weights: Time each sample stands for [s].
+    """
+
+    inverse: Array
+    constant: Array
+    linear: Array
+    weights: Array
+
+
+class RatioRange(NamedTuple):
+    """A range of ratios.
+
+    Attributes:
+        low, high: Its ends.
+    """
+
+    low: float
+    high: float
+
+
+class LoadMatch(NamedTuple):
+    """How a motor's rated torque stands to a load, by the method of accelerating and load factor.
+
+    Attributes:
+        accelerating_factor: alpha, what the motor has [W/s].
+        load_factor: beta, what the load takes at the best ratio, efficiency counted [W/s].
+        range: Of the ratios whose RMS torque is within the rated torque; None when no ratio's is.
+        best: The ratio of least RMS torque.
+    """
+
+    accelerating_factor: float
+    load_factor: float
+    range: RatioRange | None
+    best: float
+
+
+def torque_terms(
+    drive: Drive, gear_torque: Array, speed: Array, acceleration: Array, carrier_acceleration: Array, weights: Array
+) -> TorqueTerms:
+    """How a motion's motor torque depends on the ratio, with the drive's losses.
+
+    The direction of power at the gear's output does not depend on the ratio, and so neither does the factor of the
+    mesh. What does not fit the form is left out: the fall of the motor's friction with speed (Stribeck), and what it
+    takes to start from rest.
+
+    Args:
+        drive: Its gear is the template (see ``scaled_gear``), its sign is kept.
+        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,).
+        speed: Of the gear's output [rad/s], (N,).
+        acceleration: Of the gear's output [rad/s^2], (N,).
+        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
+        weights: Time each sample stands for [s], (N,).
+
+    Returns:
+        The terms; exact wherever the motor's friction is Coulomb and viscous.
+
+    Raises:
+        InputError: The gear's efficiency is unknown and the gear is not ``ideal``.
+
+    Reference:
+        Lynch and Park, Modern Robotics (2017), equation 8.111, ordered by powers of G.
+    """
+    at_rest = resting(speed)
+    moving = np.where(at_rest, 0.0, speed)
+    sign = math.copysign(1.0, drive.gear.ratio)
+    unit = replace(scaled_gear(drive.gear, 1.0), ratio=1.0)
+    load = gear_torque + friction_torque(drive.joint_friction, moving)
+    inverse = mesh_input_torque(unit, load, moving, standstill=at_rest)
+    inertia, motor = drive_inertia(drive), shaft_friction(drive)
+    backwards = sign * moving < 0.0
+    coulomb = np.where(backwards, _other(motor.coulomb, motor.coulomb_negative), motor.coulomb)
+    viscous = np.where(backwards, _other(motor.viscous, motor.viscous_negative), motor.viscous)
+    return TorqueTerms(
+        inverse=inverse + (unit.no_load_torque or 0.0) * np.sign(moving),
+        constant=sign * inertia * carrier_acceleration + coulomb * np.sign(moving),
+        linear=inertia * acceleration + viscous * moving,
+        weights=weights,
+    )
+
+
+def torque_at(terms: TorqueTerms, ratio: float) -> Array:
+    """The motor torque at a ratio.
+
+    Args:
+        terms: Of the motion.
+        ratio: G, positive.
+
+    Returns:
+        [N m], (N,), positive where it drives the joint forwards.
+    """
+    return np.asarray(terms.inverse / ratio + terms.constant + terms.linear * ratio)
+
+
+def rms_torque(terms: TorqueTerms, ratio: float) -> float:
+    """RMS of the motor torque at a ratio.
+
+    Args:
+        terms: Of the motion.
+        ratio: G, positive.
+
+    Returns:
+        [N m].
+    """
+    return math.sqrt(_mean(torque_at(terms, ratio) ** 2, terms.weights))
+
+
+def ratio_of_least_rms(terms: TorqueTerms) -> float:
+    """The ratio that heats the motor least.
+
+    For load and rotor alone RMS^2 = mean(T^2)/G^2 + 2 J mean(T a) + J^2 G^2 mean(a^2): the term that couples them
+    does not depend on the ratio, so G^4 = mean(T^2) / (J^2 mean(a^2)) exactly, whether T is inertia, weight or
+    friction; for an inertia alone that is the matching ratio sqrt(I/J). With what does not depend on the ratio in the
+    sum (Coulomb friction, an accelerated carrier) it is a root of a quartic.
+
+    Args:
+        terms: Of the motion.
+
+    Returns:
+        The ratio; infinite where nothing grows with it (a load that is only held), 0 where nothing falls.
+    """
+    x, y, xz, yz, _, _ = _moments(terms)
+    if y == 0.0 or x == 0.0:
+        return math.inf if y == 0.0 else 0.0
+    scale = (x / y) ** 0.25
+    # Y G^4 + YZ G^3 - XZ G - X = 0, counted in multiples of the ratio without the constant part.
+    roots = _positive_roots([1.0, yz / (y * scale), 0.0, -xz / (y * scale**3), -1.0])
+    return min((scale * root for root in roots), key=lambda ratio: rms_torque(terms, ratio))
+
+
+def ratio_of_least_peak(terms: TorqueTerms) -> float:
+    """The ratio of the smallest peak of motor torque.
+
+    Args:
+        terms: Of the motion.
+
+    Returns:
+        The ratio; infinite where nothing grows with it, 0 where nothing falls.
+    """
+    if not terms.linear.any() or not terms.inverse.any():
+        return math.inf if not terms.linear.any() else 0.0
+
+    def peak(logarithm: float) -> float:
+        return float(np.abs(torque_at(terms, math.exp(logarithm))).max())
+
+    centre = 0.5 * math.log(np.abs(terms.inverse).max() / np.abs(terms.linear).max())
+    grid = centre + np.linspace(-math.log(1e3), math.log(1e3), 400)
+    best = int(np.argmin([peak(x) for x in grid]))
+    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    return math.exp(_golden(peak, float(low), float(high)))
+
+
+def rated_ranges(terms: TorqueTerms, rated_torque: float) -> tuple[RatioRange, ...]:
+    """The ratios at which the RMS torque is within a rated one.
+
+    Args:
+        terms: Of the motion.
+        rated_torque: [N m].
+
+    Returns:
+        The ranges, lowest first; none when no ratio's is. One as a rule; what does not depend on the ratio can part it.
+        A range that has no upper end ends at infinity, one without a lower end at 0.
+
+    Reference:
+        As ``load_match``, with the direction of power, Coulomb friction and the carrier in it.
+    """
+    x, y, xz, yz, zz, xy = _moments(terms)
+    rest = zz + 2.0 * xy - rated_torque**2
+    if x == 0.0 and y == 0.0:
+        return (RatioRange(0.0, math.inf),) if rest <= 0.0 else ()
+    scale = (x / y) ** 0.25 if x > 0.0 and y > 0.0 else (math.sqrt(x) or 1.0) / rated_torque
+    quartic = [y * scale**4, 2.0 * yz * scale**3, rest * scale**2, 2.0 * xz * scale, x]
+    edges = [0.0, *(scale * root for root in _positive_roots(quartic)), math.inf]
+    ranges: list[RatioRange] = []
+    for low, high in pairwise(edges):
+        inside = math.sqrt(low * high) if 0.0 < low and high < math.inf else (2.0 * low or 0.5 * min(high, 1e9))
+        if rms_torque(terms, inside) <= rated_torque:
+            ranges.append(RatioRange(low, high))
+    return tuple(ranges)
+
+
+def load_match(
+    rated_torque: float, rotor_inertia: float, load_torque: Array, acceleration: Array, weights: Array,
+    *, efficiency: float = 1.0,
+) -> LoadMatch:  # fmt: skip
+    """The range of ratios by accelerating and load factor, with one efficiency for all of the motion.
+
+    The efficiency divides the load torque whichever way the power flows, which asks too much of a motion that brakes;
+    ``rated_ranges`` goes by the direction of power.
+
+    Args:
+        rated_torque: Of the motor, continuous [N m].
+        rotor_inertia: At the motor shaft [kg m^2].
+        load_torque: At the gear's output, (N,) [N m].
+        acceleration: Of the gear's output, (N,) [rad/s^2].
+        weights: Time each sample stands for [s], (N,).
+        efficiency: Of the gear.
+
+    Returns:
+        Both factors, the range and the best ratio; at either end of the range the RMS torque is the rated torque. The
+        ratio is motor speed over output speed; the source counts its inverse.
+
+    Raises:
+        InputError: A torque or inertia that is not positive, or an efficiency outside 0 to 1.
+
+    Reference:
+        Giberti, Cinquemani and Legnani: alpha = T_N^2/J, beta = 2 [a_rms T_rms + mean(a T)], and the condition
+        alpha >= beta/eta + [T_rms tau/(eta sqrt J) - sqrt J a_rms/tau]^2.
+    """
+    _check_positive({"rated_torque": rated_torque, "rotor_inertia": rotor_inertia})
+    if not EFFICIENCY.holds(efficiency):
+        raise InputError(Fault("efficiency", EFFICIENCY.words, efficiency))
+    torque = math.sqrt(_mean(load_torque**2, weights)) / efficiency
+    accelerated = math.sqrt(_mean(acceleration**2, weights))
+    alpha = rated_torque**2 / rotor_inertia
+    beta = 2.0 * (accelerated * torque + _mean(load_torque * acceleration, weights) / efficiency)
+    best = math.sqrt(torque / (rotor_inertia * accelerated)) if accelerated > 0.0 else math.inf
+    room = alpha - beta
+    if room < 0.0:
+        return LoadMatch(alpha, beta, None, best)
+    root, wide = math.sqrt(room), math.sqrt(room + 4.0 * accelerated * torque)
+    # tau_max and tau_min of the source, inverted; the second with its difference of roots turned into a sum.
+    low = 2.0 * torque / (math.sqrt(rotor_inertia) * (wide + root))
+    high = (wide + root) / (2.0 * math.sqrt(rotor_inertia) * accelerated) if accelerated > 0.0 else math.inf
+    return LoadMatch(alpha, beta, RatioRange(low, high), best)
+
+
+def _other(positive: float, negative: float | None) -> float:
+    return positive if negative is None else negative
+
+
+def _mean(values: Array, weights: Array) -> float:
+    return float(values @ weights / weights.sum())
+
+
+def _moments(terms: TorqueTerms) -> tuple[float, ...]:
+    """Means of x^2, y^2, x z, y z, z^2 and x y for torque x/G + z + y G."""
+    x, y, z = terms.inverse, terms.linear, terms.constant
+    return tuple(_mean(product, terms.weights) for product in (x * x, y * y, x * z, y * z, z * z, x * y))
+
+
+def _positive_roots(coefficients: list[float]) -> list[float]:
+    """Real positive roots of a polynomial, smallest first."""
+    roots = np.roots(coefficients)
+    real = roots[np.abs(roots.imag) <= _REAL * np.abs(roots)].real
+    return sorted(float(root) for root in real if root > 0.0)
+
+
+def _golden(function: Callable[[float], float], low: float, high: float) -> float:
+    """The minimum between two points, by golden section."""
+    share = 0.5 * (math.sqrt(5.0) - 1.0)
+    for _ in range(60):
+        left, right = high - share * (high - low), low + share * (high - low)
+        if function(left) <= function(right):
+            high = right
+        else:
+            low = left
+    return 0.5 * (low + high)
+
+
+def _check_positive(values: dict[str, float]) -> None:
+    """Every number positive, or one error for all that are not."""
+    faults = [Fault(name, POSITIVE.words, value) for name, value in values.items() if not POSITIVE.holds(value)]
+    if faults:
+        raise InputError(faults)
