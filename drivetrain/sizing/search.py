@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from drivetrain.sizing.advice import advice_on, nearest_set
-from drivetrain.sizing.candidates import Field, joint_fields, unknown_share
+from drivetrain.sizing.candidates import Candidate, Field, joint_fields, unknown_share
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.results import Fallen, Selection
 from drivetrain.sizing.tree import Blocked, Tree
@@ -60,7 +60,7 @@ def select(study: Study, *, node_limit: int = NODE_LIMIT, progress: Progress | T
         return _nothing_fits(study, fields, tree, tell)
     drives = {field.name: one.keys for field, one in zip(fields, tree.best, strict=True)}
     evaluation = evaluate(study, drives)
-    fallen, alternatives = _beside(fields, tree, tell)
+    fallen, alternatives = _beside(fields, tree.best, tell)
     return Selection(
         study, drives, evaluation, evaluation.objective, _proof(tree), fallen, alternatives, (), dict(tree.counters)
     )
@@ -71,8 +71,7 @@ def _nothing_fits(study: Study, fields: tuple[Field, ...], tree: Tree, tell: Tel
     near = nearest_set(study, fields, tree.blocked or Blocked(len(fields) - 1, {}))
     tell(1, 1, "what would mend it")
     evaluation = evaluate(study, near.keys)
-    tree.path = near.path
-    fallen, _ = _beside(fields, tree, tell)
+    fallen, _ = _beside(fields, near.path, tell)
     proof = "no set fits: every combination was ruled out"
     if not tree.exhausted:
         proof = f"not proven: the search stopped after {tree.counters['nodes']} nodes without a set that fits"
@@ -82,10 +81,9 @@ def _nothing_fits(study: Study, fields: tuple[Field, ...], tree: Tree, tell: Tel
 
 
 def _beside(
-    fields: tuple[Field, ...], tree: Tree, tell: Tell
+    fields: tuple[Field, ...], path: tuple[Candidate, ...], tell: Tell
 ) -> tuple[tuple[Fallen, ...], dict[str, tuple[tuple[str, str, float], ...]]]:
-    """Every candidate at every joint judged beside the chosen ones: those that fell, and the next best that hold."""
-    path = tree.path if tree.best is None else tree.best
+    """Every candidate at every joint judged beside a set: those that fell, and the next best that hold."""
     fallen: list[Fallen] = []
     alternatives: dict[str, tuple[tuple[str, str, float], ...]] = {}
     for done, field in enumerate(reversed(fields)):
@@ -99,7 +97,6 @@ def _beside(
                 fallen.append(judgement.fallen(field.name))
             elif one is not path[field.joint]:
                 others.append((one.motor, one.gear, one.share))
-        tree.counters["candidates judged"] += len(field.candidates)
         fallen += unknown_share(field)
         alternatives[field.name] = tuple(others[:ALTERNATIVES])
     tell(len(fields), len(fields), "all candidates judged")

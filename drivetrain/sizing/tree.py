@@ -41,7 +41,6 @@ class Tree:
         bound: No set that is not ruled out has a smaller objective.
         exhausted: Whether every choice was made or ruled out.
         blocked: The deepest place where nothing held; None where there was none.
-        path: The candidates beside which others are judged when nothing was found.
         counters: Work done.
     """
 
@@ -55,7 +54,6 @@ class Tree:
         self.bound = math.inf
         self.exhausted = True
         self.blocked: Blocked | None = None
-        self.path: Sequence[Candidate] = ()
         self.counters = Counter({"nodes": 0, "candidates judged": 0, "sets that fit": 0})
         self._node_limit = node_limit
         self._tell = tell
