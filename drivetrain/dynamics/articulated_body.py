@@ -9,6 +9,7 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotor
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.articulated_kernel import compiled
-from drivetrain.dynamics.doors import finite_samples, tip_samples
+from drivetrain.dynamics.doors import NO_TIP, finite_samples, tip_samples
 from drivetrain.dynamics.packed import packed
 from drivetrain.errors import Fault, InputError
 
@@ -49,6 +50,32 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
         many = np.ndim(q) == 2
         raise _too_large(arm, result) if joint < 0 else _inertialess(arm, sample, joint, many)
     return result if np.ndim(q) == 2 else result[0]
+
+
+def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
+    """``articulated_body`` for one sample after another, for solvers: a third of the time, nothing checked.
+
+    Args:
+        arm: With rotors or without, at any level.
+
+    Returns:
+        A function of q, qd and tau [rad or m, per s, N m or N], contiguous float64, (n,), that gives accelerations
+        [rad/s^2 or m/s^2], (n,); not finite ones where the input is not finite.
+
+    Raises:
+        InputError: The function, where a joint moves no inertia.
+    """
+    model, n, kernel = packed(arm), arm.n, compiled()
+
+    def accelerations(q: Array, qd: Array, tau: Array) -> Array:
+        result = np.full((1, n), np.nan)
+        rows = (q.reshape(1, n), qd.reshape(1, n), tau.reshape(1, n))
+        _, joint = kernel(model.rows, model.spins, model.gravity, *rows, NO_TIP, result)
+        if joint >= 0 and all(np.isfinite(row).all() for row in rows):
+            raise _inertialess(arm, 0, joint, many=False)
+        return result[0]
+
+    return accelerations
 
 
 def _inertialess(arm: Arm, sample: int, joint: int, many: bool) -> InputError:

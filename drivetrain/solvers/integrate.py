@@ -78,7 +78,9 @@ def integrate(
     for end in ends:
         stepper = solver.start(_pinned(rates, end, last=end == ends[-1]), t, state, end, work)
         try:
-            stopped = _run(stepper, wanted, rows, correct, most_steps)
+            # A state that runs away is found after the step, and told.
+            with np.errstate(over="ignore", invalid="ignore"):
+                stopped = _run(stepper, wanted, rows, correct, most_steps)
         except SolverStopped as stop:
             stopped = str(stop)
         if stopped:

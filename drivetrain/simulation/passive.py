@@ -1,0 +1,259 @@
+"""An arm without drives: what it does under gravity, its rotors, and torques that are given over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array, checked_array
+from drivetrain.dynamics.articulated_body import articulated_body, unchecked_accelerations
+from drivetrain.dynamics.lagrange import kinetic_energy, potential_energy
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.recording import Event, Recording, Series
+from drivetrain.solvers.adaptive import DormandPrince853
+from drivetrain.solvers.integrate import Solution, integrate
+from drivetrain.solvers.solver import Rates, Solver, check_positive
+
+TorqueLaw = Callable[[float, Array, Array], Any]
+DEFAULT_SOLVER = DormandPrince853()
+DEFAULT_INTERVAL = 0.01  # s
+BEYOND = 1e60  # no state of an arm; its squares and products are still numbers
+
+
+def simulate_passive(
+    arm: Arm,
+    q0: Any,
+    qd0: Any,
+    duration: float,
+    *,
+    solver: Solver = DEFAULT_SOLVER,
+    torque: TorqueLaw | None = None,
+    breakpoints: Sequence[float] = (),
+    interval: float = DEFAULT_INTERVAL,
+) -> Recording:
+    """The motion of an arm from a given state, under gravity and given joint torques; no friction, no losses.
+
+    Accelerations come from the articulated-body method, so the time it takes grows as the number of joints.
+
+    Args:
+        arm: With rotors or without, at any level.
+        q0, qd0: Positions and speeds at the start [rad or m, and per s], (n,).
+        duration: [s].
+        solver: The method.
+        torque: Called with (t [s], q [rad or m], qd [rad/s or m/s]), gives the generalised joint torques [N m; N at a
+            prismatic joint], (n,). None: none.
+        breakpoints: Where the torque law jumps [s]; no step crosses one.
+        interval: Between two recorded instants [s]; the last instant is the end.
+
+    Returns:
+        ``<joint>.position``, ``.speed``, ``.acceleration`` and ``.torque``; ``kinetic_energy``, ``potential_energy``,
+        ``work`` (what the torques have put in) and ``energy_error`` (what is there and should not be: the error of the
+        solver, by which it can be judged) [J]. Events: a joint passes a limit of its position.
+
+    Raises:
+        InputError: Wrong shapes, NaN, a duration that is not positive, a joint that moves no inertia.
+
+    Reference: Modern Robotics, section 8.5 and exercise 8.15.
+    """
+    start = checked_start(arm, q0, qd0)
+    times = recorded_times(duration, interval)
+    rates = _rates(arm, torque)
+    state = np.concatenate([start, [0.0]])
+    law = _checked_law(arm, torque, start)
+    solution = up_to_divergence(integrate(solver, rates, state, times, breakpoints=breakpoints))
+    about = {"arm": arm.name, "rotors": str(arm.level), "solver": repr(solver), "duration": f"{duration:g} s"}
+    return record(arm, solution, law, about)
+
+
+def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
+    """Positions and speeds in one vector, checked.
+
+    Args:
+        arm: The arm.
+        q0, qd0: Positions and speeds [rad or m, and per s], (n,).
+
+    Returns:
+        (2 n,).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity: all faults at once.
+    """
+    faults: list[Fault] = []
+    parts: list[Array] = []
+    for name, value in (("q0", q0), ("qd0", qd0)):
+        try:
+            parts.append(checked_array(value, (arm.n,), name))
+        except InputError as error:
+            faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)
+    return np.concatenate(parts)
+
+
+def recorded_times(duration: float, interval: float) -> Array:
+    """The instants of a recording, evenly spaced, the end among them.
+
+    Args:
+        duration: [s].
+        interval: [s].
+
+    Returns:
+        [s], (N,).
+
+    Raises:
+        InputError: One of them is not positive.
+    """
+    check_positive("duration", duration, "s")
+    check_positive("interval", interval, "s")
+    whole = int(np.floor(duration / interval * (1.0 + 1e-12)))
+    times: Array = interval * np.arange(whole + 1.0)
+    return times if duration - times[-1] <= 1e-9 * duration else np.append(times, duration)
+
+
+def up_to_divergence(solution: Solution) -> Solution:
+    """The solution, cut before the first state that is too large for any arm.
+
+    Args:
+        solution: States [their own units].
+
+    Returns:
+        The same, or the part before, with the reason.
+    """
+    far = np.flatnonzero((np.abs(solution.states) > BEYOND).any(axis=1))
+    if not len(far):
+        return solution
+    keep = max(1, int(far[0]))
+    culprit = int(np.argmax(np.abs(solution.states[far[0]])))
+    stopped = solution.stopped or "the state grows beyond all bounds: it diverges; try a shorter step"
+    at = float(solution.times[far[0]])
+    return Solution(solution.times[:keep], solution.states[:keep], solution.work, stopped, at, culprit)
+
+
+def record(arm: Arm, solution: Solution, torque: TorqueLaw | None, about: dict[str, str]) -> Recording:
+    """The recording of an arm's motion, with its energies.
+
+    Args:
+        arm: The arm.
+        solution: States (q, qd, work of the torques) [rad or m, per s, J], (N, 2 n + 1).
+        torque: The law that acted, as in ``simulate_passive``; None: none.
+        about: What was run, in words.
+
+    Returns:
+        As ``simulate_passive`` tells.
+    """
+    n, times = arm.n, solution.times
+    q, qd, work = solution.states[:, :n], solution.states[:, n : 2 * n], solution.states[:, 2 * n]
+    given = np.zeros(q.shape)
+    if torque is not None:
+        given = np.array([torque(t, x, v) for t, x, v in zip(times, q, qd, strict=True)], dtype=np.float64)
+    series = joint_series(arm, q, qd, articulated_body(arm, q, qd, given), given)
+    kinetic, potential = kinetic_energy(arm, q, qd), potential_energy(arm, q)
+    energy = kinetic + potential - work
+    for name, values in {
+        "kinetic_energy": kinetic,
+        "potential_energy": potential,
+        "work": work,
+        "energy_error": energy - energy[0],
+    }.items():
+        series[name] = Series("J", values)
+    counters = {"rates": solution.work.rates, "steps": solution.work.steps, "restarts": solution.work.restarts}
+    return Recording(times, series, counters, limit_events(arm, times, q), stopped_by(arm, solution), about)
+
+
+def joint_series(arm: Arm, q: Array, qd: Array, qdd: Array, tau: Array) -> dict[str, Series]:
+    """Position, speed, acceleration and torque of every joint, by name.
+
+    Args:
+        arm: The arm.
+        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (N, n).
+        tau: Torques [N m or N], (N, n).
+
+    Returns:
+        ``<joint>.position`` and so on, each with its unit.
+    """
+    result = {}
+    for i, name in enumerate(arm.joint_names):
+        turning = bool(arm.screws[i, :3].any())
+        length, force = ("rad", "N m") if turning else ("m", "N")
+        result[f"{name}.position"] = Series(length, q[:, i])
+        result[f"{name}.speed"] = Series(f"{length}/s", qd[:, i])
+        result[f"{name}.acceleration"] = Series(f"{length}/s^2", qdd[:, i])
+        result[f"{name}.torque"] = Series(force, tau[:, i])
+    return result
+
+
+def limit_events(arm: Arm, times: Array, q: Array) -> tuple[Event, ...]:
+    """When joints pass the limits of their positions, to the recording's interval.
+
+    Args:
+        arm: The arm.
+        times: [s], (N,).
+        q: Positions [rad or m], (N, n).
+
+    Returns:
+        One event each time a joint leaves its range, in the order of time.
+    """
+    events = []
+    for i, name in enumerate(arm.joint_names):
+        unit = "rad" if arm.screws[i, :3].any() else "m"
+        for side, beyond, limit in (
+            ("lower", q[:, i] < arm.lower[i], arm.lower[i]),
+            ("upper", q[:, i] > arm.upper[i], arm.upper[i]),
+        ):
+            leaving = np.flatnonzero(beyond & ~np.concatenate([[False], beyond[:-1]]))
+            events += [
+                Event(float(times[k]), "limit", f"{name} passes its {side} limit, {limit:.6g} {unit}") for k in leaving
+            ]
+    return tuple(sorted(events, key=lambda event: event.time))
+
+
+def stopped_by(arm: Arm, solution: Solution) -> Event | None:
+    """What ended a run before its time.
+
+    Args:
+        arm: The arm.
+        solution: States (q, qd, ...) [rad or m, per s].
+
+    Returns:
+        The instant, and the signal if one diverged; None when it ran to its end.
+    """
+    if not solution.stopped:
+        return None
+    if solution.culprit is None:
+        return Event(solution.stopped_at, "solver", solution.stopped)
+    culprit = solution.culprit
+    if culprit >= 2 * arm.n:  # the work of the torques: it is a joint that runs away
+        culprit = int(np.argmax(np.abs(solution.states[-1, : 2 * arm.n])))
+    signal = f"{arm.joint_names[culprit % arm.n]}.{('position', 'speed')[culprit // arm.n]}"
+    return Event(solution.stopped_at, "diverged", f"{signal}: {solution.stopped}")
+
+
+def _rates(arm: Arm, torque: TorqueLaw | None) -> Rates:
+    """Of positions, speeds, and the work of the torques."""
+    n, accelerations = arm.n, unchecked_accelerations(arm)
+    nothing = np.zeros(n)
+
+    def rates(t: float, y: Array) -> Array:
+        state = np.ascontiguousarray(y)
+        q, qd = state[:n], state[n : 2 * n]
+        tau = nothing if torque is None else np.ascontiguousarray(torque(t, q, qd), dtype=np.float64)
+        result = np.empty(2 * n + 1)
+        result[:n] = qd
+        result[n : 2 * n] = accelerations(q, qd, tau)
+        result[2 * n] = tau @ qd
+        return result
+
+    return rates
+
+
+def _checked_law(arm: Arm, torque: TorqueLaw | None, start: Array) -> TorqueLaw | None:
+    """The law, once it has given n numbers at the start."""
+    if torque is None:
+        return None
+    if not callable(torque):
+        raise InputError(Fault("torque", "must be a function of (t, q, qd) or None", torque))
+    checked_array(torque(0.0, start[: arm.n], start[arm.n :]), (arm.n,), "torque(0, q0, qd0)")
+    return torque

@@ -1,0 +1,203 @@
+"""What a simulation leaves behind: named series with units over one clock, counters, events; kept in one file."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from drivetrain.arrays import Array, frozen_array
+from drivetrain.errors import Fault, InputError, nearest
+
+FORMAT = 1
+
+
+class Series(NamedTuple):
+    """One quantity over the recording's clock.
+
+    Attributes:
+        unit: SI, such as ``rad/s``; ``-`` for a pure number.
+        values: (N,).
+    """
+
+    unit: str
+    values: Array
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at an instant.
+
+    Attributes:
+        time: [s].
+        name: Its kind, such as ``limit``.
+        detail: What happened, in words, with units.
+    """
+
+    time: float
+    name: str
+    detail: str
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Named series with units over one clock, what they cost, and what happened.
+
+    Attributes:
+        time: [s], rising, (N,).
+        series: By name, such as ``elbow_joint.position`` or ``kinetic_energy``.
+        counters: What it cost: evaluations of the right-hand side, steps, by name [-].
+        events: In the order of time.
+        stopped_by: What ended the run before its time; None when nothing did.
+        about: What was run: arm, solver and the like, by name, in words.
+    """
+
+    time: Array
+    series: Mapping[str, Series]
+    counters: Mapping[str, int] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    stopped_by: Event | None = None
+    about: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        time = frozen_array(self.time, (None,), "time")
+        object.__setattr__(self, "time", time)
+        kept = {n: Series(s.unit, frozen_array(s.values, (len(time),), n)) for n, s in self.series.items()}
+        object.__setattr__(self, "series", kept)
+
+    def __getitem__(self, name: str) -> Array:
+        """The values of a series.
+
+        Args:
+            name: Of the series.
+
+        Returns:
+            Values in the series' unit, (N,).
+
+        Raises:
+            InputError: No such series.
+        """
+        return self._find(name).values
+
+    def unit(self, name: str) -> str:
+        """The unit of a series.
+
+        Args:
+            name: Of the series.
+
+        Returns:
+            SI unit, such as ``rad/s``.
+
+        Raises:
+            InputError: No such series.
+        """
+        return self._find(name).unit
+
+    def ending(self, part: str) -> dict[str, Array]:
+        """All series whose name ends with a part, such as ``position``, by what stands before it.
+
+        Args:
+            part: After the last dot.
+
+        Returns:
+            Values by joint or body, in the order of the arm, (N,) each, in the series' unit.
+        """
+        suffix = "." + part
+        return {n.removesuffix(suffix): s.values for n, s in self.series.items() if n.endswith(suffix)}
+
+    def to_frame(self) -> pd.DataFrame:
+        """The series as a table for pandas.
+
+        Returns:
+            One row an instant, index ``time [s]``; columns ``name [unit]``.
+        """
+        columns = {f"{name} [{series.unit}]": series.values for name, series in self.series.items()}
+        return pd.DataFrame(columns, index=pd.Index(self.time, name="time [s]"))
+
+    def save(self, path: Path | str) -> Path:
+        """Write the recording to a file, all of it or nothing: a reader never meets half a file.
+
+        Args:
+            path: Where to; numpy's npz, whatever the suffix.
+
+        Returns:
+            The path.
+
+        Raises:
+            InputError: The folder does not exist.
+        """
+        target = Path(path)
+        if not target.parent.is_dir():
+            raise InputError(Fault("path", "must lie in a folder that exists", str(target)))
+        arrays: dict[str, Any] = {f"series {i}": series.values for i, series in enumerate(self.series.values())}
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                np.savez_compressed(file, time=self.time, told=np.array(self._told()), **arrays)
+                file.flush()
+                os.fsync(file.fileno())
+            Path(name).chmod(0o644)  # as other files are, not as temporary ones
+            Path(name).replace(target)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+        return target
+
+    def _find(self, name: str) -> Series:
+        if name not in self.series:
+            raise InputError(Fault("series", "no series of that name", name, nearest(name, self.series)))
+        return self.series[name]
+
+    def _told(self) -> str:
+        """All but the numbers, as JSON."""
+        told: dict[str, Any] = {
+            "format": FORMAT,
+            "series": [[name, series.unit] for name, series in self.series.items()],
+            "counters": dict(self.counters),
+            "events": [[event.time, event.name, event.detail] for event in self.events],
+            "stopped_by": None if self.stopped_by is None else list(vars(self.stopped_by).values()),
+            "about": dict(self.about),
+        }
+        return json.dumps(told)
+
+
+def load_recording(path: Path | str) -> Recording:
+    """A recording from a file that ``Recording.save`` has written.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The recording, the same to the bit.
+
+    Raises:
+        InputError: No such file, or not a recording.
+    """
+    source = Path(path)
+    if not source.is_file():
+        raise InputError(Fault("recording", "no such file", str(source)))
+    try:
+        with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            told = json.loads(str(stored["told"]))
+            arrays = {name: stored[name] for name in stored.files}
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(Fault("recording", f"is no recording of this package: {error}", str(source))) from None
+    if told.get("format") != FORMAT:
+        raise InputError(Fault("recording", f"must be of format {FORMAT}", told.get("format"), file=str(source)))
+    named = enumerate(told["series"])
+    return Recording(
+        arrays["time"],
+        {name: Series(unit, arrays[f"series {i}"]) for i, (name, unit) in named},
+        told["counters"],
+        tuple(Event(*event) for event in told["events"]),
+        None if told["stopped_by"] is None else Event(*told["stopped_by"]),
+        told["about"],
+    )
