@@ -36,7 +36,7 @@ from drivetrain.dynamics.passes import (
 
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
-SOURCES = {"blocks.py": 2804632199, "passes.py": 3987517986}
+SOURCES = {"blocks.py": 2804632199, "passes.py": 2124356983}
 _GIVEN = ((nb.bool_, 1), (nb.float64, 2), (nb.int64, 2), (nb.float64, 1), *[(nb.float64, 2)] * 4)
 
 
@@ -59,8 +59,9 @@ def _spin(rows: Array, row: int, x: Array, joint: int, cs: Array, carrier: Array
     """A rotor that is a body of its own: its wrench on the carrier, its torque on its joint."""
     n = len(x)  # the last row of cs and torque is a rotor's
     rotor = np.empty((1, CHANNELS))
-    screw(rows, row, x, joint, cs, n, carrier, slot, rotor, n - n)
-    screw_back(rows, row, x, joint, cs, n, rotor, n - n, carrier, slot, torque)
+    where = (row, joint, n, slot, n - n)
+    screw(rows, where, x, cs, carrier, rotor)
+    screw_back(rows, where, x, cs, carrier, rotor, torque)
     C, tau = cs[joint], torque[n]
     for k in range(BLOCK):
         C[2 * BLOCK + k] += tau[k]
@@ -179,9 +180,9 @@ def _recursion(
             sincos(x, i, rows[i, TURN], rows[i, OFFSET], cs, i, size > FAR * FAR)
             if not simple[i]:
                 if i & 1:
-                    screw(rows, i, x, i, cs, i, odd, i >> 1, even, (i + 1) >> 1)
+                    screw(rows, (i, i, i, i >> 1, (i + 1) >> 1), x, cs, odd, even)
                 else:
-                    screw(rows, i, x, i, cs, i, even, i >> 1, odd, (i + 1) >> 1)
+                    screw(rows, (i, i, i, i >> 1, (i + 1) >> 1), x, cs, even, odd)
             elif i == 0:
                 first_revolute(rows, x, cs, even, odd)
             elif i & 1:
@@ -207,15 +208,15 @@ def _recursion(
         for i in range(n - 1, -1, -1):
             if not simple[i]:
                 if i & 1:
-                    screw_back(rows, i, x, i, cs, i, even, (i + 1) >> 1, odd, i >> 1, result)
+                    screw_back(rows, (i, i, i, i >> 1, (i + 1) >> 1), x, cs, odd, even, result)
                 else:
-                    screw_back(rows, i, x, i, cs, i, odd, (i + 1) >> 1, even, i >> 1, result)
+                    screw_back(rows, (i, i, i, i >> 1, (i + 1) >> 1), x, cs, even, odd, result)
             elif i == 0:
                 first_revolute_back(cs, odd, result)
             elif i & 1:
-                revolute_back(i, rows, x, cs, even, odd, result)
-            else:
                 revolute_back(i, rows, x, cs, odd, even, result)
+            else:
+                revolute_back(i, rows, x, cs, even, odd, result)
         write(result, first, count, n, torque)
         if len(gear) + len(axial) + len(wrench):
             _collect(n, rows, x, cs, even, odd, result, first, count, gear, axial, wrench)

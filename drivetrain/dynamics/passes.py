@@ -177,7 +177,7 @@ def first_revolute_back(cs: Array, record: Array, torque: Array) -> None:
 
 # long kernel: as above
 @fast
-def revolute_back(i: int, rows: Array, x: Array, cs: Array, after: Array, before: Array, torque: Array) -> None:
+def revolute_back(i: int, rows: Array, x: Array, cs: Array, before: Array, after: Array, torque: Array) -> None:
     """Torque of joint i, and the wrench through it joins that of the link before.
 
     Args:
@@ -212,23 +212,19 @@ def revolute_back(i: int, rows: Array, x: Array, cs: Array, after: Array, before
 
 # long kernel: any screw joint, and any rotor, in one pass
 @fast
-def screw(
-    rows: Array, row: int, x: Array, joint: int, cs: Array, turned: int, before: Array, slot: int, after: Array, to: int
-) -> None:
+def screw(rows: Array, where: tuple[int, ...], x: Array, cs: Array, before: Array, after: Array) -> None:
     """As ``revolute``, for a body that turns by ``TURN * q`` about and slides by ``SLIDE * q`` along its z axis.
 
     Args:
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
-        row: Of ``rows``.
+        where: Row of ``rows``; the joint whose motion the body follows; row of ``cs``, and of the torque; of the
+            carrier in ``before``; of the body in ``after``.
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
-        joint: The joint whose motion the body follows.
         cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
-        turned: Row of ``cs``, and of the torque.
-        before: Records, among them that of the link before, (k, CHANNELS) [SI].
-        slot: Of the carrier in ``before``.
+        before: Records, among them that of the carrier, (k, CHANNELS) [SI].
         after: Records, among them that of this body, (k, CHANNELS) [SI].
-        to: Of this body in ``after``.
     """
+    row, joint, turned, slot, to = where
     K, X, C, u, o = rows[row], x[joint], cs[turned], before[slot], after[to]
     px, py, pz, turn, slide, own = K[PX], K[PY], K[PZ], K[TURN], K[SLIDE], K[OWN]
     S = (K[MASS], K[HX], K[HY], K[HZ], K[SXX], K[SYY], K[SZZ], K[SXY], K[SXZ], K[SYZ])
@@ -268,33 +264,21 @@ def screw(
 
 @fast
 def screw_back(
-    rows: Array,
-    row: int,
-    x: Array,
-    joint: int,
-    cs: Array,
-    turned: int,
-    after: Array,
-    to: int,
-    before: Array,
-    slot: int,
-    torque: Array,
+    rows: Array, where: tuple[int, ...], x: Array, cs: Array, before: Array, after: Array, torque: Array
 ) -> None:
     """Generalised torque of what ``screw`` moved, and its wrench joins that of its carrier.
 
     Args:
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
-        row: Of ``rows``.
+        where: Row of ``rows``; the joint whose motion the body follows; row of ``cs``, and of the torque; of the
+            carrier in ``before``; of the body in ``after``.
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
-        joint: The joint whose motion the body follows.
         cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
-        turned: Row of ``cs``, and of the torque.
+        before: Records, among them that of the carrier, (k, CHANNELS) [SI].
         after: Records, among them that of this body, (k, CHANNELS) [SI].
-        to: Of this body in ``after``.
-        before: Records, among them that of the link before, (k, CHANNELS) [SI].
-        slot: Of the carrier in ``before``.
-        torque: Takes the torques of the joints, (n + 1, BLOCK) [N m or N].
+        torque: Takes the torques, (n + 1, BLOCK) [N m or N].
     """
+    row, joint, turned, slot, to = where
     K, X, C, u, o, tau = rows[row], x[joint], cs[turned], before[slot], after[to], torque[turned]
     px, py, pz, turn, slide = K[PX], K[PY], K[PZ], K[TURN], K[SLIDE]
     rxx, rxy, rxz, ryx, ryy, ryz = K[R0], K[R0 + 1], K[R0 + 2], K[R0 + 3], K[R0 + 4], K[R0 + 5]
