@@ -9,7 +9,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.doors import finite_samples
-from drivetrain.dynamics.kinematics import space_jacobian, tip_pose
+from drivetrain.dynamics.kinematics import link_poses, space_jacobian, tip_pose
 
 
 def tip_jacobian(arm: Arm, q: Any) -> Array:
@@ -64,3 +64,25 @@ def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:
     slopes = turned * earlier + np.swapaxes(turned * later, 1, 2)
     terms = slopes * (speeds[:, :, None] * speeds[:, None, :])[..., None]
     return np.asarray(terms if np.ndim(q) == 2 else terms[0])
+
+
+def skeleton(arm: Arm, q: Any) -> Array:
+    """Where the joints and the tip are: the corners of the arm as a stick figure.
+
+    Args:
+        arm: The arm.
+        q: Positions [rad or m], (n,) or (N, n).
+
+    Returns:
+        Joints by their ``joint_points``, then the tip, base frame [m], (n + 1, 3) or (N, n + 1, 3).
+
+    Raises:
+        InputError: Wrong shape, or a NaN or infinity.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    poses = link_poses(arm, positions)
+    turn, centre = arm.home[:, :3, :3], arm.home[:, :3, 3]
+    local = np.einsum("iba,ib->ia", turn, arm.joint_points - centre)
+    joints = np.einsum("niab,ib->nia", poses[..., :3, :3], local) + poses[..., :3, 3]
+    corners = np.concatenate([joints, tip_pose(arm, positions)[:, None, :3, 3]], axis=1)
+    return np.asarray(corners if np.ndim(q) == 2 else corners[0])
