@@ -103,14 +103,15 @@ def link_frames(arm: Arm) -> Array:
     frames = np.zeros((arm.n + 1, 4, 4))
     frames[1:, :3, 3] = np.where(turning, on_axis + axes * along, arm.joint_points)
     frames[:, 3, 3] = 1.0
-    for i, z in enumerate(axes):
-        across = np.cross(z, axes[i + 1]) if i + 1 < arm.n else np.zeros(3)
-        x = across if across.any() else frame_along(z)[:, 0]
-        # A short cross product is inexact; what it must be is exactly at right angles to z.
-        x = x / np.linalg.norm(x)
-        x = x - z * (z @ x)
-        x = x / np.linalg.norm(x)
-        frames[i + 1, :3, :3] = np.column_stack([x, np.cross(z, x), z])
+    x = np.zeros((arm.n, 3))
+    x[:-1] = np.cross(axes[:-1], axes[1:])
+    for i in np.flatnonzero(~x.any(axis=1)):
+        x[i] = frame_along(axes[i])[:, 0]
+    x /= np.sqrt(np.sum(x * x, axis=1, keepdims=True))
+    # A short cross product is inexact; what it must be is exactly at right angles to z.
+    x -= axes * np.sum(axes * x, axis=1, keepdims=True)
+    x /= np.sqrt(np.sum(x * x, axis=1, keepdims=True))
+    frames[1:, :3, 0], frames[1:, :3, 1], frames[1:, :3, 2] = x, np.cross(axes, x), axes
     frames[0] = frames[1]
     return frames
 
@@ -228,7 +229,8 @@ def _coupled(rows: Array, joint: int, carrier: int, spin: Array) -> tuple[Array,
 def _spin_frame(rotor: MountedRotor) -> Array:
     """Frame on the spin axis, z along it, abreast of the centre of mass; base frame, all joints zero, (4, 4)."""
     direction = rotor.screw[:3]
-    on_axis = np.cross(direction, rotor.screw[3:])
+    (x, y, z), (u, v, w) = direction, rotor.screw[3:]
+    on_axis = np.array([y * w - z * v, z * u - x * w, x * v - y * u])  # np.cross takes longer than all the rest
     frame = np.eye(4)
     frame[:3, :3] = frame_along(direction)
     frame[:3, 3] = on_axis + direction * float(direction @ (rotor.home[:3, 3] - on_axis))
