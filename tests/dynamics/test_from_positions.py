@@ -1,0 +1,121 @@
+"""Torques from readings of positions: against the torques of the motion that was read."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drivetrain.arm.load import load_arm
+from drivetrain.dynamics.from_positions import torque_from_positions
+from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.errors import InputError
+
+ARM = load_arm("ur5")
+TIME = 1e-3 * np.arange(2000)
+
+
+def wave() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two frequencies a joint, other ones for each."""
+    w = np.pi * (1.0 + 0.3 * np.arange(6))
+    a = np.array([1.2, 0.5, 0.7, 1.0, 0.8, 1.5])
+    x, y = w * TIME[:, None] + 0.7 * np.arange(6), 3.0 * w * TIME[:, None]
+    q = a * np.sin(x) + 0.15 * np.sin(y)
+    return q, w * (a * np.cos(x) + 0.45 * np.cos(y)), -w * w * (a * np.sin(x) + 1.35 * np.sin(y))
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    return np.sqrt((values**2).mean(axis=0))
+
+
+def step(bits: int) -> float:
+    return 2.0 * np.pi / 2**bits
+
+
+def readings(q: np.ndarray, bits: int) -> np.ndarray:
+    return np.round(q / step(bits)) * step(bits)
+
+
+@pytest.mark.parametrize("bits", [12, 14, 16, 20])
+@pytest.mark.parametrize("known", [True, False])
+def test_encoder(bits: int, known: bool) -> None:
+    """Peaks and RMS within 5 and 3 per cent where differencing is off by hundreds or thousands."""
+    q, qd, qdd = wave()
+    wanted = inverse_dynamics(ARM, q, qd, qdd)
+    read = readings(q, bits)
+    found = torque_from_positions(ARM, TIME, read, resolution=step(bits) if known else None)
+    assert rms(found.torque) / rms(wanted) == pytest.approx(np.ones(6), abs=0.03)
+    assert np.abs(found.torque).max(axis=0) / np.abs(wanted).max(axis=0) == pytest.approx(np.ones(6), abs=0.05)
+    assert all("spline" in words for words in found.smoothing)
+    rates = np.gradient(read, TIME, axis=0)
+    second = np.diff(read, 2, axis=0, prepend=read[:1], append=read[-1:]) / 1e-6
+    naive = inverse_dynamics(ARM, read, rates, second)
+    if bits == 12:
+        assert (rms(naive) / rms(wanted)).min() > 20.0
+    if bits == 16:
+        assert (rms(naive) / rms(wanted)).max() > 4.0
+
+
+@pytest.mark.parametrize("bits", [12, 14, 16])
+def test_deviation_is_that_of_the_errors(bits: int) -> None:
+    q, qd, qdd = wave()
+    read = readings(q, bits)
+    found = torque_from_positions(ARM, TIME, read, resolution=step(bits))
+    inner = slice(200, 1800)
+    actual = rms((found.torque - inverse_dynamics(ARM, q, qd, qdd))[inner])
+    told = rms(found.deviation[inner])
+    # A residual that is the encoder's to the last bit, a spline that is not: within a factor of two.
+    assert ((actual / told > 0.5) & (actual / told < 2.0)).all()
+    again = torque_from_positions(ARM, TIME, read, resolution=step(bits))
+    np.testing.assert_array_equal(found.deviation, again.deviation)
+
+
+def test_exact_positions_are_not_smoothed() -> None:
+    q, qd, qdd = wave()
+    found = torque_from_positions(ARM, TIME, q, resolution=0.0)
+    assert not found.deviation.any()
+    inner = slice(1, -1)
+    # Central differences: (w dt)^2 / 12 = 5e-5 of the fastest joint's third harmonic.
+    assert rms((found.torque - inverse_dynamics(ARM, q, qd, qdd))[inner]).max() < 1e-3 * rms(found.torque).max()
+    assert found.qd == pytest.approx(qd, abs=2e-2)
+    assert all("no smoothing" in words for words in found.smoothing)
+
+
+def test_gaussian_noise_by_its_deviation() -> None:
+    q, qd, qdd = wave()
+    noisy = q + 2e-4 * np.random.default_rng(0).normal(size=q.shape)
+    found = torque_from_positions(ARM, TIME, noisy, resolution=2e-4 * np.sqrt(12.0))
+    assert rms(found.torque) / rms(inverse_dynamics(ARM, q, qd, qdd)) == pytest.approx(np.ones(6), abs=0.03)
+
+
+def test_a_joint_at_rest_and_one_resolution_each() -> None:
+    q, qd, qdd = wave()
+    for values in (q, qd, qdd):
+        values[:, 3] = 0.0
+    steps = [step(12), step(14), step(14), step(14), step(16), 0.0]
+    read = np.column_stack([x if h == 0.0 else np.round(x / h) * h for x, h in zip(q.T, steps, strict=True)])
+    found = torque_from_positions(ARM, TIME, read, resolution=steps)
+    assert not found.qdd[:, 3].any()
+    assert found.qdd[1:-1, 5] == pytest.approx(qdd[1:-1, 5], abs=0.05)
+    others = [0, 1, 2, 4]
+    assert (rms((found.qdd - qdd)[:, others]) < 0.3 * rms(qdd[:, others])).all()
+
+
+def test_tip_wrench_and_gravity_are_counted() -> None:
+    still = np.tile([0.1, -1.0, 0.7, 0.2, 0.3, 0.4], (50, 1))
+    found = torque_from_positions(ARM, TIME[:50], still, tip_wrench=np.arange(6.0))
+    wanted = inverse_dynamics(ARM, still, 0 * still, 0 * still, tip_wrench=np.arange(6.0))
+    assert found.torque == pytest.approx(wanted)
+
+
+def test_bad_input_is_refused() -> None:
+    q = np.zeros((10, 6))
+    with pytest.raises(InputError, match="increase"):
+        torque_from_positions(ARM, np.zeros(10), q)
+    with pytest.raises(InputError, match="q"):
+        torque_from_positions(ARM, TIME[:10], q[:, :5])
+    with pytest.raises(InputError, match="negative"):
+        torque_from_positions(ARM, TIME[:10], q, resolution=-1.0)
+    with pytest.raises(InputError, match="resolution"):
+        torque_from_positions(ARM, TIME[:10], q, resolution=[1.0, 2.0])
+    with pytest.raises(InputError, match="at least 3"):
+        torque_from_positions(ARM, TIME[:2], q[:2], resolution=0.0)
