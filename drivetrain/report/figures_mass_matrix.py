@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, batch, checked_array
@@ -201,7 +202,7 @@ class _Words(NamedTuple):
 def _ellipse_rows(arm: Arm, postures: Array, view: Array, pair: tuple[Ellipsoid, Ellipsoid], words: _Words) -> Figure:
     """The arm, the plane of accelerations, the plane of torques or forces; a row a posture."""
     with house_style("ellipsoids"):
-        figure = Figure(figsize=(9.2, 3.1 * len(postures) + 0.3))
+        figure = Figure(figsize=(9.2, 3.2 * len(postures) + 0.3), layout=ConstrainedLayoutEngine(h_pad=0.08))
         panels = figure.subplots(len(postures), 3, squeeze=False)
         for row, posture in zip(panels, postures, strict=True):
             _stick(row[0], skeleton(arm, posture) @ view.T, view)

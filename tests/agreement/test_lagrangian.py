@@ -1,14 +1,15 @@
-"""Agreement with Lagrange's equations derived by sympy, for small arms with every kind of rotor."""
+"""Agreement with Lagrange's equations in letters, for small arms with every kind of rotor, at every level."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from lagrangian import lagrange_torques
 from random_arms import balanced_rotor, coaxial_rotor, error, motion, random_arm, unbalanced_rotor
 
-from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.arm.rotors import RotorLevel
+from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.symbolic import symbolic_dynamics
 
 # Sympy keeps 15 digits of each constant, and rotors turn 100 times faster than the joints.
 TOLERANCE = 1e-10
@@ -37,6 +38,13 @@ def test_with_unbalanced_rotors_on_any_link(joints: str, carriers: tuple[int, ..
     check(with_rotors(random_arm(14, joints), [unbalanced_rotor(rng, c) for c in carriers]))
 
 
+@pytest.mark.parametrize("level", [RotorLevel.NONE, RotorLevel.REFLECTED])
+def test_lesser_levels(level: RotorLevel) -> None:
+    rng = np.random.default_rng(17)
+    rotors = [unbalanced_rotor(rng, 1), balanced_rotor(rng, -1)]
+    check(at_level(with_rotors(random_arm(17, "RP"), rotors), level))
+
+
 def test_three_joints() -> None:
     rng = np.random.default_rng(15)
     arm = with_rotors(random_arm(15, "RRR"), [coaxial_rotor(rng), unbalanced_rotor(rng, 1), None])
@@ -44,7 +52,7 @@ def test_three_joints() -> None:
 
 
 def check(arm: object, count: int = 4) -> None:
-    wanted = lagrange_torques(arm)
+    wanted = symbolic_dynamics(arm, simplify=False).torque_function()
     q, qd, qdd = motion(16, arm.n, count)
     for sample in zip(q, qd, qdd, strict=True):
         assert error(inverse_dynamics(arm, *sample), wanted(*sample)) < TOLERANCE
