@@ -45,7 +45,8 @@ class MotorTorque:
     """The electromagnetic torque a motion asks of the motor and its parts, each (N,) [N m].
 
     Attributes:
-        total: Mesh, rotor and friction together; at rest the smaller torque that still holds.
+        total: Mesh, rotor and friction together; at rest the smaller torque that still holds, but where the joint is
+            setting off or stopping, the torque of that motion.
         mesh: Through the mesh to load and joint friction, mesh loss included.
         rotor: That accelerates rotor and gear input; it does not cross the mesh.
         friction: That overcomes motor friction and the gear's no-load running torque; 0 at rest, where they help.
@@ -144,13 +145,14 @@ def motor_torque(
         Lynch and Park, Modern Robotics (2017), equation 8.111, with losses on the power that crosses the mesh only.
     """
     at_rest = resting(speed) if standstill is None else standstill
-    speed = np.where(at_rest, 0.0, speed)
+    speed = loss_speed(speed, acceleration, at_rest)
     load = np.asarray(gear_torque + friction_torque(drive.joint_friction, speed))
-    mesh = mesh_input_torque(drive.gear, load, speed, standstill=at_rest)
+    mesh = mesh_input_torque(drive.gear, load, speed, standstill=speed == 0.0)
     rotor = np.asarray(drive_inertia(drive) * (drive.gear.ratio * acceleration + carrier_acceleration))
     friction = _shaft_torque(drive, drive.gear.ratio * speed)
     total = mesh + rotor + friction
-    return MotorTorque(total, mesh, rotor, friction, _starting(drive, load, speed, rotor, total, at_rest))
+    still = np.where(at_rest, gear_torque, load)
+    return MotorTorque(total, mesh, rotor, friction, _starting(drive, still, speed, rotor, total, at_rest))
 
 
 def resting(speed: Array) -> Array:
@@ -164,6 +166,27 @@ def resting(speed: Array) -> Array:
     """
     magnitude = np.abs(speed)
     return np.asarray(magnitude <= STANDSTILL * np.max(magnitude, initial=0.0))
+
+
+def loss_speed(speed: Array, acceleration: Array, at_rest: Array) -> Array:
+    """The speed whose direction decides the losses.
+
+    At the instant at which a motion begins or ends it is that motion's way, too slow to matter: a joint that
+    accelerates from rest already drives its mesh and its friction, and a command without them would not move it.
+
+    Args:
+        speed: Of the gear's output over a cycle that repeats [rad/s], (N,), in order of time.
+        acceleration: [rad/s^2], (N,).
+        at_rest: Where the joint is at rest, (N,).
+
+    Returns:
+        [rad/s], (N,); zero where the joint holds still.
+    """
+    tiny = STANDSTILL * float(np.max(np.abs(speed), initial=0.0))
+    way = np.where(at_rest, 0.0, np.sign(speed))
+    after, before, push = np.roll(way, -1), np.roll(way, 1), np.sign(acceleration)
+    sets_off, stops = (push != 0.0) & (after == push), (push != 0.0) & (before == -push)
+    return np.where(at_rest, tiny * np.where(sets_off, after, np.where(stops, before, 0.0)), speed)
 
 
 def _shaft_torque(drive: Drive, motor_speed: Array) -> Array:

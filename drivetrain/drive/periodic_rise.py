@@ -15,6 +15,8 @@ from drivetrain.errors import Fault, InputError
 
 _STEADY = 1e4  # cycles that a housing of unknown capacity outlasts: it rests at its mean
 
+GROWN_BEYOND = 1e100  # a map of a cycle whose losses run away at once; squares of less are still numbers
+
 
 class CycleLosses(NamedTuple):
     """A cycle's losses, one value an interval, each (M,).
@@ -138,7 +140,7 @@ def periodic_rise(network: ThermalNetwork, losses: CycleLosses) -> PeriodicRise:
         return _RUNAWAY
     cycle = cycle_map(*kernel_input(network, losses))
     transfer = cycle[:, :2]
-    if not np.isfinite(cycle).all():
+    if not np.abs(cycle).max() < GROWN_BEYOND:  # NaN too
         return _RUNAWAY
     # Both rises only ever warm each other, so the larger eigenvalue is real and the radius.
     mean = 0.5 * (transfer[0, 0] + transfer[1, 1])

@@ -186,3 +186,16 @@ def test_mesh_loss_counted_at_the_teeth() -> None:
     asked = motor_torque(BARE, torque, speed, np.zeros(100), np.zeros(100))
     balance = power_balance(BARE, torque, speed, asked, 25.0, 25.0)
     np.testing.assert_allclose(balance.mesh, asked.mesh * 100.0 * speed - torque * speed, rtol=1e-10, atol=1e-12)
+
+
+def test_setting_off_asks_the_torque_of_the_motion_not_the_smaller_hold() -> None:
+    """At the first instant of a motion the speed is zero, but the mesh already drives; in a dwell it holds."""
+    motor = Motor("m", resistance=1.0, torque_constant=0.05, rotor_inertia=1e-5)
+    lossy = Drive(motor, Gear("g", ratio=50.0, kind="planetary", efficiency=0.8, inertia=1e-6))
+    load = np.full(7, 20.0)
+    speed = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0])
+    acceleration = np.array([0.0, 0.0, 5.0, 0.0, -5.0, 0.0, 0.0])
+    mesh = motor_torque(lossy, load, speed, acceleration, np.zeros(7)).mesh
+    drives, holds = 20.0 / (0.8 * 50.0), (2.0 - 1.0 / 0.8) * 20.0 / 50.0
+    # lifts off and stops while lifting: driven by the motor at both ends; the rest of the time held by the smaller
+    np.testing.assert_allclose(mesh, [holds, holds, drives, drives, drives, holds, holds], rtol=1e-12)
