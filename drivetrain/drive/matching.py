@@ -15,9 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import Drive, drive_inertia, resting, shaft_friction
-from drivetrain.drive.friction import friction_torque
-from drivetrain.drive.gear import Gear, mesh_input_torque
+from drivetrain.drive.drive import Drive, motor_torque, shaft_friction
+from drivetrain.drive.gear import Gear
 from drivetrain.drive.ranges import EFFICIENCY, POSITIVE
 from drivetrain.errors import Fault, InputError
 
@@ -116,12 +115,12 @@ def torque_terms(
     """How a motion's motor torque depends on the ratio, with the drive's losses.
 
     The direction of power at the gear's output does not depend on the ratio, and so neither does the factor of the
-    mesh. What does not fit the form is left out: the fall of the motor's friction with speed (Stribeck), and what it
-    takes to start from rest.
+    mesh; three ratios therefore tell all of them. What does not fit the form is left out: the fall of the motor's
+    friction with speed (Stribeck), and what it takes to start from rest.
 
     Args:
         drive: Its gear is the template (see ``scaled_gear``), its sign is kept.
-        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,).
+        gear_torque: At the gear's output on the link, joint friction not in it [N m], (N,), in order of time.
         speed: Of the gear's output [rad/s], (N,).
         acceleration: Of the gear's output [rad/s^2], (N,).
         carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
@@ -136,22 +135,19 @@ def torque_terms(
     Reference:
         Lynch and Park, Modern Robotics (2017), equation 8.111, ordered by powers of G.
     """
-    at_rest = resting(speed)
-    moving = np.where(at_rest, 0.0, speed)
+    plain = replace(shaft_friction(drive), static=None, stribeck_speed=None)
+    middle = abs(drive.gear.ratio)
+
+    def torque(share: float) -> Array:
+        turned = replace(drive, gear=scaled_gear(drive.gear, share * middle), motor_friction=plain)
+        return motor_torque(turned, gear_torque, speed, acceleration, carrier_acceleration).total
+
+    # t(u) = a/u + b + c u at u = 1/2, 1 and 2.
+    at_one = torque(1.0)
+    below, above = torque(0.5) - at_one, torque(2.0) - at_one
+    a, c = (below + 0.5 * above) / 0.75, (above + 0.5 * below) / 0.75
     sign = math.copysign(1.0, drive.gear.ratio)
-    unit = replace(scaled_gear(drive.gear, 1.0), ratio=1.0)
-    load = gear_torque + friction_torque(drive.joint_friction, moving)
-    inverse = mesh_input_torque(unit, load, moving, standstill=at_rest)
-    inertia, motor = drive_inertia(drive), shaft_friction(drive)
-    backwards = sign * moving < 0.0
-    coulomb = np.where(backwards, _other(motor.coulomb, motor.coulomb_negative), motor.coulomb)
-    viscous = np.where(backwards, _other(motor.viscous, motor.viscous_negative), motor.viscous)
-    return TorqueTerms(
-        inverse=inverse + (unit.no_load_torque or 0.0) * np.sign(moving),
-        constant=sign * inertia * carrier_acceleration + coulomb * np.sign(moving),
-        linear=inertia * acceleration + viscous * moving,
-        weights=weights,
-    )
+    return TorqueTerms(sign * middle * a, sign * (at_one - a - c), sign * c / middle, weights)
 
 
 def torque_at(terms: TorqueTerms, ratio: float) -> Array:
@@ -298,10 +294,6 @@ def load_match(
     low = 2.0 * torque / (math.sqrt(rotor_inertia) * (wide + root))
     high = (wide + root) / (2.0 * math.sqrt(rotor_inertia) * accelerated) if accelerated > 0.0 else math.inf
     return LoadMatch(alpha, beta, RatioRange(low, high), best)
-
-
-def _other(positive: float, negative: float | None) -> float:
-    return positive if negative is None else negative
 
 
 def _mean(values: Array, weights: Array) -> float:
