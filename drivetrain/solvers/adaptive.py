@@ -125,13 +125,7 @@ class Adaptive(Solver):
 
 @dataclass(frozen=True)
 class DormandPrince54(Adaptive):
-    """Dormand and Prince's explicit method of order 5 with a fourth-order check (scipy's RK45).
-
-    Attributes:
-        rtol: Error allowed in a step, as a share of each state [-].
-        atol: Error allowed in a step where a state is near zero [the state's own unit].
-        largest_step: [s]; None: as long as the tolerance allows.
-    """
+    """Dormand and Prince's explicit method of order 5 with a fourth-order check (scipy's RK45)."""
 
     def _method(self) -> Any:
         return RK45
@@ -139,13 +133,7 @@ class DormandPrince54(Adaptive):
 
 @dataclass(frozen=True)
 class DormandPrince853(Adaptive):
-    """Dormand and Prince's explicit method of order 8, for smooth motions and tight tolerances (scipy's DOP853).
-
-    Attributes:
-        rtol: Error allowed in a step, as a share of each state [-].
-        atol: Error allowed in a step where a state is near zero [the state's own unit].
-        largest_step: [s]; None: as long as the tolerance allows.
-    """
+    """Dormand and Prince's explicit method of order 8, for smooth motions and tight tolerances (scipy's DOP853)."""
 
     def _method(self) -> Any:
         return DOP853
@@ -153,13 +141,7 @@ class DormandPrince853(Adaptive):
 
 @dataclass(frozen=True)
 class Lsoda(Adaptive):
-    """Multistep method that turns implicit where the equations are stiff (scipy's LSODA).
-
-    Attributes:
-        rtol: Error allowed in a step, as a share of each state [-].
-        atol: Error allowed in a step where a state is near zero [the state's own unit].
-        largest_step: [s]; None: as long as the tolerance allows.
-    """
+    """Multistep method that turns implicit where the equations are stiff (scipy's LSODA)."""
 
     def _method(self) -> Any:
         return LSODA
@@ -167,13 +149,7 @@ class Lsoda(Adaptive):
 
 @dataclass(frozen=True)
 class RadauIIA(Adaptive):
-    """Implicit Runge-Kutta method of order 5 for stiff equations (scipy's Radau), its Jacobian by differences.
-
-    Attributes:
-        rtol: Error allowed in a step, as a share of each state [-].
-        atol: Error allowed in a step where a state is near zero [the state's own unit].
-        largest_step: [s]; None: as long as the tolerance allows.
-    """
+    """Implicit Runge-Kutta method of order 5 for stiff equations (scipy's Radau), its Jacobian by differences."""
 
     def _method(self) -> Any:
         return Radau

@@ -1,0 +1,293 @@
+"""Dynamics in coordinates of the tip: the inertia that the tip shows, and the wrench that holds it on its way.
+
+For a task with Jacobian J, the torques are ``tau = J^T F`` plus what does not reach the task, and
+
+    F = inertia Vd + bias + gravity,   inertia = (J M^-1 J^T)^-1,
+
+which for six joints and six rows are Lambda = J^-T M J^-1 and eta = bias + gravity of the book. Redundant arms (more
+joints than rows) get the dynamically consistent inverse. Everything is computed from the singular values s of
+``L^-1 J^T``, ``M = L L^T``: the inertia along a direction is ``1/s^2``, and where s goes to zero the arm is singular.
+There an answer is either damped or reduced, and always says so: ``condition``, ``rank``, ``damping``.
+
+Reference: Modern Robotics, section 8.6; Khatib, A unified approach for motion and force control of robot manipulators,
+    IEEE J. Robotics and Automation 3 (1987) 43-53, for redundant arms.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array, batch
+from drivetrain.dynamics.bias import velocity_torque
+from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.factors import mass_factor, solve_lower
+from drivetrain.dynamics.newton_euler import gravity_torque
+from drivetrain.dynamics.tasks import BodyTwist, Task
+from drivetrain.errors import Fault, InputError
+
+BODY = BodyTwist()
+
+
+@dataclass(frozen=True)
+class NearSingular(ABC):
+    """What to do where the arm loses a direction of the task.
+
+    Attributes:
+        threshold: Smallest singular value that counts as regular, as a share of the largest [-].
+    """
+
+    threshold: float = 1e-6
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.threshold < 1.0:
+            raise InputError(Fault(f"{type(self).__name__}.threshold", "must be between 0 and 1", self.threshold))
+
+    @abstractmethod
+    def inverse_squares(self, values: Array) -> tuple[Array, Array]:
+        """What stands in for ``1/s^2``, and the damping.
+
+        Args:
+            values: Singular values, largest first [SI], (N, k).
+
+        Returns:
+            (N, k), finite; and what was added to ``s^2`` [SI], (N,), zero where nothing was.
+        """
+
+
+@dataclass(frozen=True)
+class Damped(NearSingular):
+    """``1/(s^2 + d)``, d growing smoothly from zero as the smallest s falls below the threshold.
+
+    Reference: Chiaverini, Siciliano, Egeland, IEEE Trans. Control Systems Technology 2 (1994) 123-134.
+    """
+
+    def inverse_squares(self, values: Array) -> tuple[Array, Array]:
+        """See ``NearSingular``.
+
+        Args:
+            values: Singular values, largest first [SI], (N, k).
+
+        Returns:
+            (N, k) and (N,).
+        """
+        limit = self.threshold * values[:, 0]
+        damping = np.maximum(limit**2 - values[:, -1] ** 2, 0.0)
+        return 1.0 / (values**2 + damping[:, None]), damping
+
+
+@dataclass(frozen=True)
+class Reduced(NearSingular):
+    """``1/s^2`` along regular directions and nothing along the others: the task without what the arm cannot do."""
+
+    def inverse_squares(self, values: Array) -> tuple[Array, Array]:
+        """See ``NearSingular``.
+
+        Args:
+            values: Singular values, largest first [SI], (N, k).
+
+        Returns:
+            (N, k) and (N,).
+        """
+        regular = values > self.threshold * values[:, :1]
+        return regular / np.where(regular, values, 1.0) ** 2, np.zeros(len(values))
+
+
+DAMPED = Damped()
+
+
+@dataclass(frozen=True, eq=False)
+class TaskSpaceDynamics:
+    """``F = inertia Vd + bias + gravity`` for a task of k rows; one sample has no leading axis.
+
+    Attributes:
+        inertia: Lambda, (N, k, k), [kg m^2; kg m and kg in linear rows].
+        bias: What speeds ask, eta without gravity, (N, k), [N m; N in linear rows].
+        gravity: What gravity asks, (N, k), [N m; N in linear rows].
+        condition: Largest over smallest singular value of the task's own square-rooted mobility [-], (N,); infinite
+            where a direction is lost. Depends on the units of the rows, SI.
+        rank: Directions that are regular [-], (N,); less than k near a singularity.
+        damping: What was added to the mobility there [1/(kg m^2) or 1/kg], (N,); zero where the answer is exact.
+    """
+
+    inertia: Array
+    bias: Array
+    gravity: Array
+    condition: Array
+    rank: Array
+    damping: Array
+
+
+def task_space_dynamics(
+    arm: Arm, q: Any, qd: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED
+) -> TaskSpaceDynamics:
+    """The equation of motion in coordinates of a task.
+
+    Args:
+        arm: With rotors or without.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+        task: Which twist or coordinates of the tip.
+        near_singular: What to do where the arm loses a direction.
+
+    Returns:
+        The terms, with what was done near a singularity.
+
+    Raises:
+        InputError: Wrong shapes, NaN, more rows than joints and ``near_singular`` not Reduced, a singular mass matrix.
+
+    Reference: Modern Robotics, equations 8.89 to 8.91.
+    """
+    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
+    mobility = _Mobility(arm, positions, task, near_singular)
+    drift = (task.jacobian_rate(arm, positions, speeds) @ speeds[:, :, None])[..., 0]
+    bias = mobility.wrench(velocity_torque(arm, positions, speeds)) - mobility.times_inertia(drift)
+    parts = (
+        mobility.inertia(),
+        bias,
+        mobility.wrench(gravity_torque(arm, positions)),
+        mobility.condition,
+        mobility.rank,
+        mobility.damping,
+    )
+    return TaskSpaceDynamics(*(parts if np.ndim(q) == 2 else (part[0] for part in parts)))
+
+
+def task_wrench(arm: Arm, q: Any, tau: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED) -> Array:
+    """The wrench that joint torques put into a task: ``J^-T tau``, for redundant arms the consistent part of it.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+        tau: Generalised torques [N m; N at a prismatic joint], as q.
+        task: Which twist or coordinates of the tip.
+        near_singular: What to do where the arm loses a direction.
+
+    Returns:
+        (k,) or (N, k), [N m; N in linear rows].
+
+    Raises:
+        InputError: As ``task_space_dynamics``.
+
+    Reference: Modern Robotics, equation 8.89, ``F = J^-T tau``.
+    """
+    positions, torques = finite_samples(arm.n, {"q": q, "tau": tau})
+    result = _Mobility(arm, positions, task, near_singular).wrench(torques)
+    return result if np.ndim(q) == 2 else result[0]
+
+
+def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
+    """The joint torques that put a wrench into a task: ``J^T F``.
+
+    Args:
+        arm: The arm.
+        q: Positions [rad or m], (n,) or (N, n).
+        wrench: On the tip, in the rows of the task [N m; N in linear rows], (k,) or (N, k).
+        task: Which twist or coordinates of the tip.
+
+    Returns:
+        Torques [N m; N at a prismatic joint], (n,) or (N, n).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equation 5.26.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    rows = batch(wrench, len(task.rows), "wrench")
+    if len(rows) not in (1, len(positions)):
+        raise InputError(Fault("wrench", f"must be one, or one a sample: {len(positions)}", len(rows)))
+    torque = (np.swapaxes(task.jacobian(arm, positions), 1, 2) @ rows[:, :, None])[..., 0]
+    return np.asarray(torque if np.ndim(q) == 2 else torque[0])
+
+
+def task_acceleration(arm: Arm, q: Any, qd: Any, qdd: Any, *, task: Task = BODY) -> Array:
+    """How a task accelerates: ``J qdd + dJ/dt qd``.
+
+    Args:
+        arm: The arm.
+        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
+        task: Which twist or coordinates of the tip.
+
+    Returns:
+        (k,) or (N, k), [rad/s^2; m/s^2 in linear rows].
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, equation 8.84.
+    """
+    positions, speeds, accelerations = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
+    driven = task.jacobian(arm, positions) @ accelerations[:, :, None]
+    drift = task.jacobian_rate(arm, positions, speeds) @ speeds[:, :, None]
+    result = (driven + drift)[..., 0]
+    return result if np.ndim(q) == 2 else result[0]
+
+
+def null_space_projector(arm: Arm, q: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED) -> Array:
+    """The matrix that leaves of joint torques what does not accelerate the task: ``1 - J^T (J^+)^T``.
+
+    Args:
+        arm: With rotors or without.
+        q: Positions [rad or m], (n,) or (N, n).
+        task: Which twist or coordinates of the tip.
+        near_singular: What to do where the arm loses a direction.
+
+    Returns:
+        Acts on torques [-], (n, n) or (N, n, n), of rank n - k; ``J^+`` is the dynamically consistent inverse.
+
+    Raises:
+        InputError: As ``task_space_dynamics``.
+
+    Reference: Khatib (1987), equation 51.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    mobility = _Mobility(arm, positions, task, near_singular)
+    units = np.tile(np.eye(arm.n), (len(positions), 1, 1))
+    reaching = np.swapaxes(mobility.jacobian, 1, 2) @ mobility.wrenches(units)
+    result = units - reaching
+    return result if np.ndim(q) == 2 else result[0]
+
+
+class _Mobility:
+    """The singular values of ``W = L^-1 J^T = U s V^T``; ``J M^-1 J^T = V s^2 V^T``."""
+
+    def __init__(self, arm: Arm, q: Array, task: Task, near_singular: NearSingular):
+        rows = len(task.rows)
+        if rows > arm.n and not isinstance(near_singular, Reduced):
+            hint = "name the rows that it can do, or pass near_singular=Reduced()"
+            raise InputError(
+                Fault("task", f"must have at most as many rows as the arm has joints, {arm.n}", rows, hint)
+            )
+        self.jacobian = task.jacobian(arm, q)
+        self._factor = mass_factor(arm, q)
+        left, values, right = np.linalg.svd(solve_lower(self._factor, np.swapaxes(self.jacobian, 1, 2)), False)
+        self._left, self._values, self._right = left, values, np.swapaxes(right, 1, 2)
+        self._inverse, self.damping = near_singular.inverse_squares(values)
+        regular = values > near_singular.threshold * values[:, :1]
+        self.rank = regular.sum(axis=1)
+        smallest = values[:, -1] if rows <= arm.n else np.zeros(len(values))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.condition = np.where(smallest > 0.0, values[:, 0] / smallest, np.inf)
+
+    def inertia(self) -> Array:
+        """``(J M^-1 J^T)^-1``."""
+        result = self._right * self._inverse[:, None] @ np.swapaxes(self._right, 1, 2)
+        return np.asarray(0.5 * (result + np.swapaxes(result, 1, 2)))
+
+    def times_inertia(self, rows: Array) -> Array:
+        """That, times vectors, (N, k)."""
+        along = (np.swapaxes(self._right, 1, 2) @ rows[:, :, None])[..., 0]
+        return np.asarray((self._right @ (self._inverse * along)[:, :, None])[..., 0])
+
+    def wrenches(self, torques: Array) -> Array:
+        """``inertia J M^-1`` times columns of torques, one division by s, (N, k, m)."""
+        along = np.swapaxes(self._left, 1, 2) @ solve_lower(self._factor, torques)
+        return np.asarray(self._right @ ((self._inverse * self._values)[:, :, None] * along))
+
+    def wrench(self, torques: Array) -> Array:
+        """The same for one vector of torques a sample."""
+        return self.wrenches(torques[:, :, None])[..., 0]
