@@ -1,0 +1,116 @@
+"""Pictures of simulations: a recording over time, and solvers against each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from drivetrain.report.quantities import printed_unit
+from drivetrain.report.svg import INK, JOINT_COLOURS, MUTED, VERMILLION, house_style
+from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.step_study import StepResult
+
+JOINT_PARTS = ("position", "speed", "torque")
+MOST_EVENTS = 12  # more lines than these hide the curves
+
+
+def figure_recording(recording: Recording, *, name: str = "recording") -> Figure:
+    """A recording over time: one picture for each kind of quantity, joints by colour, energies together.
+
+    Args:
+        recording: Of a simulation.
+        name: Of the figure.
+
+    Returns:
+        The figure; quantities that stay zero are left out. Events are thin lines, the end of a stopped run a thick one.
+    """
+    groups = _groups(recording)
+    with house_style(name):
+        figure = Figure(figsize=(7.4, 0.5 + 1.55 * len(groups)))
+        column = figure.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0]
+        told: list[str] = []  # the legend that stands already, of the same colours
+        for axes, (title, (unit, curves)) in zip(column, groups.items(), strict=True):
+            for i, (label, values) in enumerate(curves.items()):
+                axes.plot(recording.time, values, color=JOINT_COLOURS[i % len(JOINT_COLOURS)], label=label)
+            axes.set_ylabel(f"{title} [{printed_unit(unit)}]")
+            if len(curves) > 1 and list(curves) != told:
+                told = list(curves)
+                axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.2)
+            _events(axes, recording)
+        column[-1].set_xlabel("time [s]")
+        figure.align_ylabels(list(column))
+        if recording.stopped_by is not None:
+            column[0].set_title(f"stopped after {recording.stopped_by.time:.6g} s: {recording.stopped_by.name}")
+    return figure
+
+
+def figure_step_study(studies: Mapping[str, Sequence[StepResult]], *, unit: str = "rad", name: str = "steps") -> Figure:
+    """What methods cost and what they err: position and energy over work, and the energy error over time.
+
+    Args:
+        studies: Results of one method at several steps or tolerances, by the method's name.
+        unit: Of the positions.
+        name: Of the figure.
+
+    Returns:
+        The figure.
+    """
+    with house_style(name):
+        figure = Figure(figsize=(9.6, 3.2))
+        left, middle, right = figure.subplots(1, 3)
+        for i, (title, results) in enumerate(studies.items()):
+            colour = JOINT_COLOURS[i % len(JOINT_COLOURS)]
+            work = [result.recording.counters["rates"] for result in results]
+            left.loglog(work, [result.error[-1] for result in results], "o-", color=colour, markersize=3.5, label=title)
+            energy = [result.energy_error[-1] for result in results]
+            middle.loglog(work, energy, "o-", color=colour, markersize=3.5)
+            for result in results[:1]:
+                time, values = result.recording.time[1:], result.energy_error[1:]
+                right.semilogy(time, np.where(values > 0.0, values, np.nan), color=colour)
+        left.set_ylabel(f"largest error of a position [{unit}]")
+        middle.set_ylabel("largest energy gained or lost [J]")
+        right.set_ylabel("the same over time, coarsest setting [J]")
+        right.set_xlabel("time [s]")
+        for axes in (left, middle):
+            axes.set_xlabel("evaluations of the right-hand side")
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=len(studies))
+    return figure
+
+
+def _groups(recording: Recording) -> dict[str, tuple[str, dict[str, np.ndarray]]]:
+    """Curves that share a picture, by its title; unit and curves by label."""
+    groups: dict[str, tuple[str, dict[str, np.ndarray]]] = {}
+    for title, label, unit, values in _named(recording):
+        if title in groups and groups[title][0] != unit:
+            title = f"{title}, linear" if unit.startswith(("m", "N")) else f"{title}, other"
+        if np.any(values):
+            groups.setdefault(title, (unit, {}))[1][label] = values
+    return groups or {"time": ("s", {"": recording.time})}
+
+
+def _named(recording: Recording) -> list[tuple[str, str, str, np.ndarray]]:
+    """Title, label, unit and values of what is drawn."""
+    found = []
+    for part in JOINT_PARTS:
+        for joint, values in recording.ending(part).items():
+            found.append((part, joint.replace("_", " "), recording.unit(f"{joint}.{part}"), values))
+    for series, (unit, values) in recording.series.items():
+        if "." not in series:
+            label = series.replace("_", " ")
+            found.append(("energy" if series in ENERGIES else label, label, unit, values))
+    return found
+
+
+ENERGIES = ("kinetic_energy", "potential_energy", "work")
+
+
+def _events(axes: Axes, recording: Recording) -> None:
+    for event in recording.events[:MOST_EVENTS]:
+        axes.axvline(event.time, color=MUTED, linewidth=0.6, linestyle=":")
+    if recording.stopped_by is not None:
+        axes.axvline(recording.stopped_by.time, color=VERMILLION, linewidth=1.4)
+    axes.axhline(0.0, color=INK, linewidth=0.4)
+    axes.set_xlim(recording.time[0], recording.time[-1])
