@@ -11,6 +11,7 @@ from drivetrain.motion.limits import limit_notes
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.read import read_load_table, read_motion
 from drivetrain.motion.smoothing import Parabolas, SavitzkyGolay, Smoothing
+from drivetrain.motion.straight_lines import sampled
 from drivetrain.study.document import Place
 from drivetrain.study.ledger import Ledger
 from drivetrain.study.resolve_waypoints import JointAxes, resolve_waypoints
@@ -152,7 +153,7 @@ def _belongs(form: StudyForm, kind: str, ledger: Ledger, place: Place) -> bool:
 
 def _load_table(name: str, own: MotionForm, ledger: Ledger) -> LoadTable | None:
     with ledger.gather(("motions", name, "table")):
-        return read_load_table(ledger.document.folder / (own.table or ""), name=name)
+        return sampled(read_load_table(ledger.document.folder / (own.table or ""), name=name))
     return None
 
 
