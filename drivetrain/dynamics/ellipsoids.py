@@ -60,7 +60,7 @@ def torque_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid:
     Raises:
         InputError: Wrong shapes, a NaN or infinity, no such joint.
 
-    Reference: Modern Robotics, section 8.1.3 and figure 8.3.
+    Reference: Modern Robotics, section 8.1.3 and figure 8.3, which prints 1.27 for 3 - sqrt(3), 0.13 for 1 - sqrt(3)/2.
     """
     return _largest_first(*np.linalg.eigh(_chosen(arm, q, joints)))
 
@@ -126,8 +126,7 @@ def tip_force_ellipsoid(arm: Arm, q: Any, *, axes: Any = BASE_AXES) -> Ellipsoid
     Raises:
         InputError: As of ``tip_acceleration_ellipsoid``.
 
-    Reference: Modern Robotics, equation 8.21 and figure 8.4. For theta = (0, 150 deg) the figure prints -1.73 and 1.27
-        for what are -sqrt(3) and 3 - sqrt(3).
+    Reference: Modern Robotics, equation 8.21 and figure 8.4, which prints -1.73 for -sqrt(3) and 0.35 for sqrt(3)/5.
     """
     roots, directions = _tip_mobility(arm, q, _checked_axes(axes))
     with np.errstate(divide="ignore"):

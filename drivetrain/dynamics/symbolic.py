@@ -2,7 +2,8 @@
 
 The kinetic energy comes from the poses of all bodies alone: with the pose T of a body and its second moments P about
 the frame's origin it is ``trace(dT/dt P dT/dt^T) / 2``. No twist, no wrench and no recursion is used, so that this
-holds the recursions, and only their sizes set a limit: beyond three or four joints the equations fill pages.
+holds the recursions. Beyond three joints the equations fill pages, but they are still found: those of the PUMA 560
+within a second, of the UR5 in some three, of the seven-axis Panda in ten unsimplified and in minutes otherwise.
 """
 
 from __future__ import annotations
@@ -114,7 +115,7 @@ class SymbolicDynamics:
         return lines
 
 
-def symbolic_dynamics(arm: Arm, *, simplify: bool = True, most_joints: int = 4) -> SymbolicDynamics:
+def symbolic_dynamics(arm: Arm, *, simplify: bool = True, most_joints: int = 6) -> SymbolicDynamics:
     """The equations of motion of an arm as sympy expressions, rotors included at the arm's level.
 
     Args:

@@ -110,12 +110,12 @@ def test_torque_function_takes_one_sample_or_a_batch() -> None:
         torque(q, qd[:2], qdd)
 
 
-def test_four_joints_of_a_real_arm() -> None:
-    whole = load_arm("ur5")
-    arm = Arm.from_screws(whole.home[:4], whole.screws[:4], whole.masses[:4], whole.inertias[:4])
-    q, qd, qdd = np.random.default_rng(4).uniform(-3, 3, (3, 5, 4))
-    found = symbolic_dynamics(arm, simplify=False).torque_function()(q, qd, qdd)
-    np.testing.assert_allclose(found, inverse_dynamics(arm, q, qd, qdd), atol=1e-11)
+def test_all_of_a_real_arm_with_its_rotors() -> None:
+    arm = load_arm("puma560")
+    q, qd, qdd = np.random.default_rng(4).uniform(-3, 3, (3, 5, 6))
+    found = symbolic_dynamics(arm)
+    assert found.exact
+    np.testing.assert_allclose(found.torque_function()(q, qd, qdd), inverse_dynamics(arm, q, qd, qdd), atol=1e-12)
 
 
 def test_text_and_latex() -> None:
@@ -129,9 +129,11 @@ def test_text_and_latex() -> None:
 
 
 def test_too_many_joints() -> None:
-    with pytest.raises(InputError, match=r"at most 4 joints.*most_joints"):
-        symbolic_dynamics(load_arm("ur5"))
+    with pytest.raises(InputError, match=r"at most 6 joints.*most_joints"):
+        symbolic_dynamics(load_arm("panda"))
     assert isinstance(symbolic_dynamics(elbow_arm(), most_joints=3), SymbolicDynamics)
+    with pytest.raises(InputError, match="at most 2 joints"):
+        symbolic_dynamics(elbow_arm(), most_joints=2)
 
 
 def test_without_sympy_the_mend_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
