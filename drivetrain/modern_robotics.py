@@ -2,7 +2,8 @@
 
 A reader of the book changes ``import modern_robotics as mr`` to ``import drivetrain.modern_robotics as mr``. All of it
 is this package's dynamics in the book's clothes; an arm is built once for each content of ``Mlist``, ``Glist`` and
-``Slist`` and remembered. For rotors, URDF files and the rest, use the ``Arm``.
+``Slist`` and remembered. For rotors, URDF files and the rest, use the ``Arm``; ``drivetrain.arm.book_lists`` turns
+one into such lists.
 
 Conventions, the book's: ``Mlist`` holds n + 1 poses, of link frame i in link frame i-1 at zero, the first in the base
 frame and the last of the end effector in link n [m]; ``Glist`` n spatial inertias in the link frames [kg m^2, kg m,
@@ -17,13 +18,12 @@ shapes, rotations and inertias are checked, and what is wrong raises ``InputErro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
+from drivetrain.arm.book_lists import BookArm, arm_from_lists
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.articulated_body import articulated_body
 from drivetrain.dynamics.bias import tip_torque, velocity_torque
@@ -32,17 +32,6 @@ from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.newton_euler import gravity_torque, inverse_dynamics
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.wrenches import bracket
-
-RIGID = 1e-9  # on what makes a 6 x 6 matrix the inertia of a body, over its largest entry
-UNIT = 1e-12  # a screw is taken as unit within this
-
-
-@dataclass(frozen=True, eq=False)
-class _Chain:
-    """The arm with unit screws, and how far its joints go for a unit of theta, (n,)."""
-
-    arm: Arm
-    scale: Array
 
 
 def ad(V: Any) -> Array:
@@ -329,7 +318,7 @@ def _values(value: Any) -> Array:
     return np.asarray(value, dtype=np.float64)
 
 
-def _scaled(chain: _Chain, named: dict[str, Any]) -> list[Array]:
+def _scaled(chain: BookArm, named: dict[str, Any]) -> list[Array]:
     """Joint values for unit screws, (n,) or (N, n) each."""
     arrays = {name: _values(value) for name, value in named.items()}
     n = chain.arm.n
@@ -348,47 +337,13 @@ def _tip(wrench: Any) -> Any:
     return None if wrench is None or (np.ndim(wrench) == 0 and wrench == 0) else wrench
 
 
-def _chain(poses: Any, inertias: Any, screws: Any, gravity: Any) -> _Chain:
+def _chain(poses: Any, inertias: Any, screws: Any, gravity: Any) -> BookArm:
     given = (poses, inertias, screws, gravity)
     arrays = [np.ascontiguousarray(value, dtype=np.float64) for value in given]
     return _remembered(*((array.tobytes(), array.shape) for array in arrays))
 
 
 @lru_cache(maxsize=32)
-def _remembered(*contents: tuple[bytes, tuple[int, ...]]) -> _Chain:
-    """The chain of these Mlist, Glist, Slist and g."""
-    poses, inertias, screws, gravity = (np.frombuffer(data).reshape(shape) for data, shape in contents)
-    n = len(inertias) if inertias.ndim else 0
-    poses = checked_array(poses, (n + 1, 4, 4), "Mlist")
-    axes = checked_array(screws, (6, n), "Slist").T
-    bodies = [_body(matrix, f"Glist[{i}]") for i, matrix in enumerate(checked_array(inertias, (None, 6, 6), "Glist"))]
-    turning, sliding = np.linalg.norm(axes[:, :3], axis=1), np.linalg.norm(axes[:, 3:], axis=1)
-    scale = np.where(turning > 0.0, turning, sliding)
-    faults = [Fault(f"Slist[:, {i}]", "must not be zero") for i in np.flatnonzero(scale == 0.0)]
-    if faults:
-        raise InputError(faults)
-    scale[np.abs(scale - 1.0) < UNIT] = 1.0
-    frames = [poses[0]]
-    for pose in poses[1:]:
-        frames.append(frames[-1] @ pose)
-    home = np.array(frames[:-1])
-    home[:, :3, 3] += np.array([frame[:3, :3] @ body[1] for frame, body in zip(frames, bodies, strict=False)])
-    masses, _, tensors = zip(*bodies, strict=True)
-    arm = Arm.from_screws(home, axes / scale[:, None], masses, tensors, frames[-1], gravity)
-    return _Chain(arm, scale)
-
-
-def _body(matrix: Array, name: str) -> tuple[float, Array, Array]:
-    """Mass, centre of mass and inertia about it, of a spatial inertia."""
-    mass, lever = float(matrix[5, 5]), matrix[:3, 3:]
-    first = np.array([lever[2, 1], lever[0, 2], lever[1, 0]])
-    com = first / mass if mass else np.zeros(3)
-    rest = matrix.copy()
-    rest[:3, :3] -= rest[:3, :3].T
-    rest[:3, 3:] += lever.T
-    rest[3:, :3] -= lever.T
-    rest[3:, 3:] -= mass * np.eye(3)
-    if np.abs(rest).max() > RIGID * np.abs(matrix).max() or (mass == 0.0 and first.any()):
-        problem = "must be the spatial inertia of a rigid body: [[I, m [c]], [-m [c], m 1]], symmetric"
-        raise InputError(Fault(name, problem, matrix.tolist()))
-    return mass, com, matrix[:3, :3] - mass * (com @ com * np.eye(3) - np.outer(com, com))
+def _remembered(*contents: tuple[bytes, tuple[int, ...]]) -> BookArm:
+    """The arm of these Mlist, Glist, Slist and g."""
+    return arm_from_lists(*(np.frombuffer(data).reshape(shape) for data, shape in contents))

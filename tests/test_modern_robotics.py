@@ -5,18 +5,18 @@ from __future__ import annotations
 import inspect
 import time
 from collections.abc import Callable
-from itertools import pairwise
 
 import modern_robotics as book
 import numpy as np
 import pytest
 
 import drivetrain.modern_robotics as ours
+from drivetrain.arm.book_lists import book_lists
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.errors import InputError, PhysicsWarning
 from drivetrain.spatial.inertia import RigidBody
-from drivetrain.spatial.poses import inverse_pose, pose
+from drivetrain.spatial.poses import pose
 from drivetrain.spatial.rotations import exp_rotation
 
 NAMES = [
@@ -151,14 +151,11 @@ def test_lists_in_place_of_arrays_and_changed_content() -> None:
 
 def test_an_arm_of_this_package_in_the_books_lists() -> None:
     arm = load_arm("ur5")
-    frames = [np.eye(4), *arm.home, arm.tip]
-    poses = [inverse_pose(a) @ b for a, b in pairwise(frames)]
-    inertias = [
-        RigidBody(m, np.zeros(3), tensor).spatial_inertia() for m, tensor in zip(arm.masses, arm.inertias, strict=True)
-    ]
+    lists = book_lists(arm)
     q, qd, qdd = np.random.default_rng(0).uniform(-2, 2, (3, 6))
-    found = ours.InverseDynamics(q, qd, qdd, arm.gravity, 0, poses, inertias, arm.screws.T)
-    near(found, inverse_dynamics(arm, q, qd, qdd))
+    wanted = inverse_dynamics(arm, q, qd, qdd)
+    near(ours.InverseDynamics(q, qd, qdd, arm.gravity, 0, *lists), wanted)
+    near(book.InverseDynamics(q, qd, qdd, arm.gravity, np.zeros(6), *lists), wanted)
 
 
 def test_inertias_that_no_body_has_are_told_and_used() -> None:

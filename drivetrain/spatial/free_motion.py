@@ -18,7 +18,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import exp_pose
-from drivetrain.spatial.rigid_body import body_acceleration
+from drivetrain.spatial.rigid_body import body_acceleration, momentum
 from drivetrain.spatial.rotations import is_rotation
 from drivetrain.spatial.wrenches import bracket
 
@@ -74,6 +74,27 @@ def free_motion(inertia: Any, pose_s_b: Any, twist: Any, time: Any, *, wrench: W
     for k, step in enumerate(np.diff(times)):
         poses[k + 1], twists[k + 1] = _step(rate, float(times[k]), float(step), poses[k], twists[k])
     return FreeMotion(times, poses, twists)
+
+
+def space_momentum(inertia: Any, motion: FreeMotion) -> Array:
+    """The momentum of a moving body as seen from space, which a free flight keeps.
+
+    Args:
+        inertia: Spatial inertia in the body's frame [kg m^2, kg m, kg], (6, 6).
+        motion: Of that frame.
+
+    Returns:
+        (angular about the origin of space [kg m^2/s], linear [kg m/s]), (N, 6).
+
+    Raises:
+        InputError: A wrong shape, or an inertia that is not symmetric.
+
+    Reference: Modern Robotics, equations 8.34 and 3.98.
+    """
+    own = momentum(inertia, motion.twists)
+    rotation, place = motion.poses[:, :3, :3], motion.poses[:, :3, 3]
+    angular, linear = ((rotation @ part[:, :, None])[:, :, 0] for part in (own[:, :3], own[:, 3:]))
+    return np.hstack([angular + np.cross(place, linear), linear])
 
 
 def _rate_law(inertia: Any, wrench: Wrench | None) -> Wrench:
