@@ -13,8 +13,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from drivetrain.cli import _basis, _default_out, app
+from drivetrain.cli import app
+from drivetrain.commands.catalog import _basis
+from drivetrain.commands.sizing import _default_out
 from drivetrain.errors import InputError
+from drivetrain.simulation.recording import load_recording
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = """time [s],torque_door [N m],speed_door [rpm]
@@ -298,3 +301,20 @@ def test_piped_output_has_no_colour_and_the_module_runs(write: Write, tmp_path: 
         [sys.executable, "-m", "drivetrain", "--version"], cwd=tmp_path, env=environment, capture_output=True, text=True
     )
     assert version.returncode == 0 and version.stdout.startswith("drivetrain ")
+
+
+def test_simulate_lets_an_arm_fall(tmp_path: Path) -> None:
+    ran = CliRunner().invoke(app, ["simulate", "planar-2r", "--duration", "0.2 s", "--out", str(tmp_path / "fall")])
+    assert ran.exit_code == 0, ran.output
+    assert "energy error" in ran.output
+    recording = load_recording(tmp_path / "fall" / "recording.npz")
+    assert recording.time[-1] == pytest.approx(0.2)
+    assert abs(recording["energy_error"][-1]) < 1e-6  # J; the default solver's tolerance on a joule of motion
+    assert (tmp_path / "fall" / "recording.svg").read_text(encoding="utf-8").startswith("<svg")
+
+
+def test_simulate_lists_faults(tmp_path: Path) -> None:
+    for wrong in (["urr5"], ["ur5", "--duration", "3"], ["ur5", "--from", "[1, 2] deg"], ["ur5", "--from", "1 kg"]):
+        ran = CliRunner().invoke(app, ["simulate", *wrong, "--out", str(tmp_path / "no")])
+        assert ran.exit_code == 2, ran.output
+        assert not (tmp_path / "no").exists()

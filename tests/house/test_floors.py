@@ -17,7 +17,7 @@ FLOORS = {
     "study": 5, "dynamics": 5,
     "sizing": 6, "simulation": 6,
     "report": 7, "accuracy": 7, "export": 7,
-    "cli": 8, "modern_robotics": 8, "__main__": 9,
+    "commands": 8, "modern_robotics": 8, "cli": 9, "__main__": 10,
 }  # fmt: skip
 
 

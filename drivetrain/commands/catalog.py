@@ -1,0 +1,79 @@
+"""The commands around catalogues: lint, import."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drivetrain.commands.session import DOES_NOT_FIT, FITS, lines, listed, say, told
+
+app = typer.Typer(help="Look after catalogues of motors and gears.", no_args_is_help=True, rich_markup_mode="rich")
+
+
+class Source(StrEnum):
+    """Column formats that can be imported."""
+
+    MGDB = "mgdb"
+    TABLE = "table"
+
+
+@app.command("lint")
+def _lint(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder with motors.csv, gears.csv, compatibility.csv.")
+    ],
+) -> None:
+    """List everything wrong with a catalogue at once; exit code 1 when a row cannot be right."""
+    with told():
+        from drivetrain.catalog.findings import Severity
+        from drivetrain.catalog.lint import lint
+        from drivetrain.report.terminal import console, lint_table
+
+        found = lint(folder)
+        errors = sum(one.severity is Severity.ERROR for one in found)
+        screen = console()
+        if found and screen.is_terminal:
+            screen.print(lint_table(found))
+        else:
+            lines(str(one) for one in found)  # one line each, to be searched and counted
+        say(f"{folder}: {errors} errors, {len(found) - errors} warnings")
+        raise typer.Exit(DOES_NOT_FIT if errors else FITS)
+
+
+@app.command("import")
+def _import(
+    source: Annotated[Path, typer.Argument(metavar="SOURCE", help="Folder with the files to read.")],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="Catalogue folder to write.")],
+    form: Annotated[Source, typer.Option("--format", help="Column format of the source.")] = Source.MGDB,
+    basis: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="What the source's amperes are: dc, rms/phase, peak/line_line ...; for one maker or key: NAME=BASIS. "
+            "May be given several times."
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace tables that are already there.")] = False,
+    drop_faulty: Annotated[
+        bool, typer.Option("--drop-faulty", help="Leave out rows that the lint calls an error.")
+    ] = False,
+) -> None:
+    """Bring a catalogue in another column format into a folder of this one."""
+    with told():
+        from drivetrain.catalog.importers import import_mgdb, import_table
+
+        bring = import_mgdb if form is Source.MGDB else import_table
+        done = bring(source, out, basis=_basis(basis or []), keep_faulty=not drop_faulty, overwrite=force)
+        listed("left out", [str(fault) for fault in done.refused], most=25)
+        say(f"{out}: {done.motors} motors, {done.gears} gears, {done.pairs} pairs")
+        say(f"next: `drivetrain catalog lint {out}`")
+
+
+def _basis(given: list[str]) -> str | dict[str, str]:
+    """``dc`` for all, or by maker or key as NAME=BASIS."""
+    if not given:
+        return ""
+    named = dict(text.rpartition("=")[::2] for text in given)
+    return named.get("", "") if set(named) == {""} else named

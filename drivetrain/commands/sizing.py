@@ -1,0 +1,178 @@
+"""The commands around a study: demo, init, check, size, select, currents."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drivetrain.commands.session import DOES_NOT_FIT, FITS, listed, say, told, working
+
+if TYPE_CHECKING:
+    from drivetrain.sizing.results import Evaluation, Selection
+    from drivetrain.study.study import Study
+
+app = typer.Typer(rich_markup_mode="rich")
+
+MOST_NOTES = 8  # doubts listed on the terminal; the report holds them all
+
+StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file (see `drivetrain init`).")]
+OutFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        metavar="DIR",
+        help="Folder for report.html, result.json and currents.csv.  [default: <study name>_report]",
+        show_default=False,
+    ),
+]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print result.json to standard output, the table to standard error.")
+]
+
+
+@app.command("demo")
+def _demo(out: OutFolder = None) -> None:
+    """Pick drives for a UR5-class arm from the shipped catalogues, and write the report to ./reports/demo."""
+    with told():
+        from drivetrain.shipped import shipped
+        from drivetrain.study.load import load_study
+
+        study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
+        code = _deliver(_selected(study), out or Path("reports") / "demo", as_json=False)
+        say("next: `drivetrain init my_arm.yaml` writes a study of your own to start from")
+        raise typer.Exit(code)
+
+
+@app.command("init")
+def _init(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The study to write.")] = Path("study.yaml"),
+    arm: Annotated[str, typer.Option(help="A built-in arm, or a URDF file.")] = "ur5-corrected",
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
+) -> None:
+    """Write a commented study to start from."""
+    with told():
+        from drivetrain.errors import Fault, InputError
+        from drivetrain.report.outputs import write_files
+        from drivetrain.study.template import study_template
+
+        if file.exists() and not force:
+            raise InputError(Fault(str(file), "is already there", hint="choose another name, or give --force"))
+        write_files(file.parent, {file.name: study_template(arm)})
+        say(f"wrote {file}")
+        say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")
+
+
+@app.command("check")
+def _check(
+    study: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The study, a YAML file.")] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of studies, for editors.")] = False,
+) -> None:
+    """Read a study and everything it names, and list every fault; nothing is calculated."""
+    if study is None and not schema:
+        raise typer.BadParameter("name a study, or ask for --schema", param_hint="STUDY")
+    with told():
+        if schema:
+            import json
+
+            from drivetrain.study.schema import json_schema
+
+            typer.echo(json.dumps(json_schema(), indent=2))
+        if study is not None:
+            from drivetrain.study.load import load_study
+
+            _summarise(load_study(study), errors=schema)
+
+
+@app.command("size")
+def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
+    """Judge the drives that the study gives: margins, verdicts, report, currents."""
+    with told():
+        from drivetrain.sizing.evaluate import evaluate
+        from drivetrain.study.load import load_study
+
+        loaded = load_study(study)
+        with working("judging the given drives"):
+            result = evaluate(loaded)
+        raise typer.Exit(_deliver(result, out or _default_out(loaded), as_json=as_json))
+
+
+@app.command("select")
+def _select(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
+    """Choose drives for every joint from the catalogues that the study allows."""
+    with told():
+        from drivetrain.study.load import load_study
+
+        loaded = load_study(study)
+        raise typer.Exit(_deliver(_selected(loaded), out or _default_out(loaded), as_json=as_json))
+
+
+@app.command("currents")
+def _currents(
+    study: StudyFile,
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The CSV file to write.")] = Path("currents.csv"),
+) -> None:
+    """Write the current command of every joint over the cycle, for the drives that the study gives."""
+    with told():
+        from drivetrain.report.outputs import currents_csv, write_files
+        from drivetrain.sizing.evaluate import evaluate
+        from drivetrain.study.load import load_study
+
+        loaded = load_study(study)
+        with working("computing currents"):
+            result = evaluate(loaded)
+        write_files(out.parent, {out.name: currents_csv(result)})
+        say(f"currents: {out}")
+        say(f"verdict on these drives: {result.verdict}")
+        raise typer.Exit(FITS if result.feasible else DOES_NOT_FIT)
+
+
+def _selected(study: Study) -> Selection:
+    """The search, with its progress."""
+    from drivetrain.sizing.search import select as search
+
+    with working("searching the catalogues") as step:
+        return search(study, progress=step)
+
+
+def _default_out(study: Study) -> Path:
+    """``<study name>_report`` in the working directory."""
+    return Path(re.sub(r"[^\w.-]+", "_", study.name).strip("_.") + "_report")
+
+
+def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int:
+    """Write the files, print the verdict, and give the exit code."""
+    from drivetrain.report.outputs import write_outputs
+    from drivetrain.report.result_json import result_json
+    from drivetrain.report.table import verdict_lines, verdict_table
+    from drivetrain.report.terminal import console, progress
+    from drivetrain.sizing.results import Evaluation
+
+    with progress(console(errors=True), "drawing the report"):
+        files = write_outputs(out, result)
+    screen = console(errors=as_json)
+    screen.print(verdict_table(result if isinstance(result, Evaluation) else result.evaluation))
+    screen.print()
+    for line in verdict_lines(result):
+        screen.print(line, soft_wrap=True)
+    say(f"report: {files['report.html']}", errors=as_json)
+    if as_json:
+        sys.stdout.write(result_json(result))
+    return FITS if result.feasible else DOES_NOT_FIT
+
+
+def _summarise(study: Study, *, errors: bool) -> None:
+    """What was read, in a few lines."""
+    cycle = study.cycle
+    say(
+        f"{study.name}: {len(study.joints)} joints, cycle of {cycle.duration:g} s in {len(cycle.time)} samples",
+        errors=errors,
+    )
+    for task in study.joints:
+        given = "no drive given" if task.drive is None else " + ".join(key for key in task.drive if key)
+        say(f"  {task.name}: {given}; {len(task.pairs)} pairs may be chosen", errors=errors)
+    listed("doubts", list(study.notes), most=MOST_NOTES)
+    say("the study can be used", errors=errors)
