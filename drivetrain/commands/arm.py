@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -65,7 +66,11 @@ def _solver(method: Method, step: str) -> Solver:
 
     if method is Method.ADAPTIVE:
         return DormandPrince853()
-    fixed = {Method.RK4: RungeKutta4, Method.SEMI_IMPLICIT: SemiImplicitEuler, Method.EULER: Euler}
+    fixed: dict[Method, Callable[[float], Solver]] = {
+        Method.RK4: RungeKutta4,
+        Method.SEMI_IMPLICIT: SemiImplicitEuler,
+        Method.EULER: Euler,
+    }
     return fixed[method](quantity(step, "s", "--step", above=0.0))
 
 
