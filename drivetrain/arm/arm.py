@@ -40,6 +40,8 @@ class Arm:
         speed_limits: [rad/s or m/s], (n,); infinite where unknown.
         rotors: One rotor (or None, direct drive) a joint, (n,).
         level: How much of the rotors' motion is counted.
+        coupling: Turns of shaft i, which motor i drives through its gear, a turn of joint j [-], (n, n); None: shaft i
+            is joint i. See ``coupling.py``.
         name: What to call the arm.
         notes: What the reader of a report should know: ignored tags, doubtful numbers.
     """
@@ -58,6 +60,7 @@ class Arm:
     speed_limits: Array
     rotors: tuple[MountedRotor | None, ...]
     level: RotorLevel = RotorLevel.FULL
+    coupling: Array | None = None
     name: str = "arm"
     notes: tuple[str, ...] = field(default=())
 

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import placed
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
@@ -118,7 +119,9 @@ def with_flexible_links(arm: Arm, links: Mapping[int, BendingLink]) -> SprungArm
         bodies += pieces
         ends.append(len(rows) - 1)
     new = _assembled(arm, rows, bodies)
-    return SprungArm(replace(new, rotors=_rotors(arm, new.n, starts, ends)), np.array(stiffness), tuple(driven))
+    shafts = None if arm.coupling is None else placed(arm.coupling, driven, new.n)
+    new = replace(new, rotors=_rotors(arm, new.n, starts, ends), coupling=shafts)
+    return SprungArm(new, np.array(stiffness), tuple(driven))
 
 
 def _own(arm: Arm, link: int) -> RigidBody:

@@ -30,7 +30,8 @@ class Rotor:
 
     Attributes:
         ratio: Rotor turns a turn of the joint [-], or rotor angle over travel of a prismatic joint [rad/m]; negative
-            when the rotor turns the other way about ``screw`` than the joint goes.
+            when the rotor turns the other way about ``screw`` than the joint goes. Where motors are coupled
+            (``coupling.py``), read: of the shaft behind the gear.
         inertia: Scalar about the spin axis [kg m^2] (the transverse part then counts as the carrier's), or the full
             tensor about the centre of mass in the rotor frame, (3, 3).
         mass: [kg]; 0 where it is already counted in the carrier's.

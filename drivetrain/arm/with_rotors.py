@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.checks import Faults
+from drivetrain.arm.coupling import checked_coupling
 from drivetrain.arm.rotors import MountedRotor, Rotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
@@ -16,7 +18,9 @@ from drivetrain.spatial.poses import axis_point, pose
 from drivetrain.spatial.rotations import frame_along
 
 
-def with_rotors(arm: Arm, rotors: Sequence[Rotor | None], *, level: RotorLevel = RotorLevel.FULL) -> Arm:
+def with_rotors(
+    arm: Arm, rotors: Sequence[Rotor | None], *, level: RotorLevel = RotorLevel.FULL, coupling: Any = None
+) -> Arm:
     """The arm with these rotors, in place of any it had.
 
     Where a rotor leaves a choice open it is settled here, as the docstring of Rotor tells; the arm then holds
@@ -27,20 +31,24 @@ def with_rotors(arm: Arm, rotors: Sequence[Rotor | None], *, level: RotorLevel =
         arm: The arm that carries them.
         rotors: One a joint, None for a direct drive, (n,).
         level: How much of their motion is counted.
+        coupling: Turns of shaft i, which motor i drives through its gear, a turn of joint j [-], (n, n): rotor i then
+            spins at ``ratio_i`` times row i of it times the joint speeds, against its carrier. None: as it was, which
+            is rotor i at ``ratio_i`` times joint i unless ``with_coupling`` has said otherwise.
 
     Returns:
         The arm with rotors; lengths [m], masses [kg] and inertias [kg m^2] of the links are left as they were.
 
     Raises:
-        InputError: Not n rotors, or a carrier that is no link of this arm.
+        InputError: Not n rotors, a carrier that is no link of this arm, or a coupling of another shape or singular.
     """
     faults = Faults()
+    shafts = arm.coupling if coupling is None else faults.attempt(checked_coupling, coupling, arm.n)
     if len(rotors) != arm.n:
         faults.add("rotors", f"must be one a joint (None for a direct drive): {arm.n}", len(rotors))
         faults.raise_any()
     mounted = [faults.attempt(_mounted, arm, i, rotor) for i, rotor in enumerate(rotors)]
     faults.raise_any()
-    return replace(arm, rotors=tuple(mounted), level=_checked_level(level))
+    return replace(arm, rotors=tuple(mounted), level=_checked_level(level), coupling=shafts)
 
 
 def at_level(arm: Arm, level: RotorLevel) -> Arm:

@@ -2,7 +2,8 @@
 
 Solving with the mass matrix (``forward.py``) takes n^2 to fill it and n^3 to factor it, and on long chains it loses
 digits as the matrix's condition, which grows as n^4. This recursion does neither, and takes rotors as they are: on or
-off the joint's axis, on any link, balanced or not.
+off the joint's axis, on any link, balanced or not. Rotors that follow several joints close loops in the chain of
+bodies, for which it is not made: arms with such go the way of the mass matrix.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as told in ``articulated_kernel.py``.
 """
@@ -18,6 +19,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.articulated_kernel import compiled
 from drivetrain.dynamics.doors import NO_TIP, finite_samples, tip_samples
+from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.packed import packed
 from drivetrain.errors import Fault, InputError
 
@@ -43,6 +45,8 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     """
     positions, speeds, torques = finite_samples(arm.n, {"q": q, "qd": qd, "tau": tau})
     model = packed(arm)
+    if model.spread is not None:
+        return forward_dynamics(arm, q, qd, tau, tip_wrench=tip_wrench)
     tip = tip_samples(model, tip_wrench, len(positions))
     result = np.empty(positions.shape)
     sample, joint = compiled()(model.rows, model.spins, model.gravity, positions, speeds, torques, tip, result)
@@ -67,6 +71,10 @@ def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
     """
     model, n, kernel = packed(arm), arm.n, compiled()
 
+    def by_mass_matrix(q: Array, qd: Array, tau: Array) -> Array:
+        finite = all(np.isfinite(values).all() for values in (q, qd, tau))
+        return forward_dynamics(arm, q, qd, tau) if finite else np.full(n, np.nan)
+
     def accelerations(q: Array, qd: Array, tau: Array) -> Array:
         result = np.full((1, n), np.nan)
         rows = (q.reshape(1, n), qd.reshape(1, n), tau.reshape(1, n))
@@ -75,7 +83,7 @@ def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
             raise _inertialess(arm, 0, joint, many=False)
         return result[0]
 
-    return accelerations
+    return accelerations if model.spread is None else by_mass_matrix
 
 
 def _inertialess(arm: Arm, sample: int, joint: int, many: bool) -> InputError:

@@ -114,12 +114,20 @@ def run(
         InputError: A number that is NaN, infinite, or too large to be squared.
     """
     q, qd, qdd = motion
-    torque = np.empty(q.shape)
+    wide, filled = motion, outputs
+    if model.spread is not None:
+        wide = [x @ model.spread.T for x in motion]
+        filled = Outputs(*(np.empty((len(x), wide[0].shape[1], *x.shape[2:])) for x in outputs))
+    torque = np.empty(wide[0].shape)
     weight = model.gravity if gravity is None else gravity
-    spoiled = compiled()(model.simple, model.rows, model.spins, weight, q, qd, qdd, tip, torque, *outputs)
+    spoiled = compiled()(model.simple, model.rows, model.spins, weight, *wide, tip, torque, *filled)
     if spoiled != 0.0:
         raise _complaint(q.shape[1], {"q": q, "qd": qd, "qdd": qdd})
-    return torque
+    if model.spread is None:
+        return torque
+    for asked, found in zip(outputs, filled, strict=True):
+        asked[:] = found[:, : asked.shape[1]]
+    return np.asarray(torque @ model.spread)
 
 
 def _complaint(n: int, named: dict[str, Any]) -> InputError:

@@ -1,7 +1,8 @@
 """Arms with springs in their joints and links that bend: small motions about a posture.
 
-The spring of a joint lies between the rotor, seen through its ratio, and the link that it drives. Vibrations are
-those of the frozen posture, without damping, gravity's own small stiffness and the terms of speed.
+The spring of a joint lies between the rotor, seen through its ratio, and the link that it drives; where motors are
+coupled (``arm/coupling.py``), spring i lies between rotor i and shaft i. Vibrations are those of the frozen posture,
+without damping, gravity's own small stiffness and the terms of speed.
 
 Reference: Modern Robotics, section 8.9.5, which names these effects and leaves their equations to the reader.
 """
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics.doors import finite_samples
@@ -47,8 +49,9 @@ def locked_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     """
     positions, springs, sprung = _door(arm, q, stiffness)
     masses = _locked_masses(arm, positions, *rotor_inertias(arm, positions))
-    twists = np.eye(arm.n)[sprung][:, sprung]
-    return _like(q, _frequencies(masses[:, sprung][:, :, sprung], twists, springs[:, sprung]))
+    # Joint motions of a unit twist of each sprung shaft, the rigid ones still.
+    motions = np.linalg.inv(_coupling(arm))[:, sprung]
+    return _like(q, _frequencies(motions.T @ masses @ motions, np.eye(motions.shape[1]), springs[:, sprung]))
 
 
 def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
@@ -76,10 +79,10 @@ def free_frequencies(arm: Arm, q: Any, stiffness: Any) -> Array:
     masses = np.block([[links, shared], [np.swapaxes(shared, 1, 2), own]])
     loose = sprung & np.array([rotor is not None for rotor in arm.rotors])
     # A rigid joint has one coordinate for link and rotor; its row of the second block joins that of the first.
-    links_part = np.vstack([np.eye(arm.n), np.diag((~sprung).astype(float))])
+    links_part = np.vstack([np.eye(arm.n), (~sprung)[:, None] * _coupling(arm)])
     rotors_part = np.vstack([np.zeros((arm.n, arm.n)), np.eye(arm.n)])[:, loose]
     reduction = np.hstack([links_part, rotors_part])
-    twists = np.hstack([np.eye(arm.n), -np.eye(arm.n)[:, loose]])[sprung]
+    twists = np.hstack([_coupling(arm), -np.eye(arm.n)[:, loose]])[sprung]
     return _like(q, _frequencies(reduction.T @ masses @ reduction, twists, springs[:, sprung]))
 
 
@@ -87,7 +90,7 @@ def rotor_inertias(arm: Arm, q: Any) -> tuple[Array, Array]:
     """What the rotors add to the mass matrix once they move on their own, each angle counted behind its gear.
 
     With M0 the mass matrix of rotors locked where they are, ``[[M0, S], [S.T, B]]`` is that of links and free rotors,
-    and M0 + S + S.T + B is that of rotors bound to their joints.
+    and M0 + S + S.T + B is that of rotors bound to their joints (M0 + S C + C.T S.T + C.T B C with a coupling C).
 
     Args:
         arm: With rotors or without, counted at its level.
@@ -107,12 +110,13 @@ def rotor_inertias(arm: Arm, q: Any) -> tuple[Array, Array]:
     own = np.zeros_like(shared)
     columns = space_jacobian(arm, positions)
     moved = link_poses(arm, positions) @ np.array([inverse_pose(home) for home in arm.home])
+    angles = positions @ rotor_turns(arm).T
     for i, rotor in enumerate(arm.rotors):
         if rotor is None or arm.level is RotorLevel.NONE:
             continue
         own[:, i, i] = rotor.ratio**2 * rotor.axial_inertia
         if arm.level is RotorLevel.FULL and rotor.carrier >= 0:
-            momenta = _momenta(rotor, moved[:, rotor.carrier], rotor.ratio * positions[:, i])
+            momenta = _momenta(rotor, moved[:, rotor.carrier], angles[:, i])
             before = slice(0, rotor.carrier + 1)
             shared[:, before, i] = np.einsum("nkc,nk->nc", columns[:, :, before], momenta)
     return (shared, own) if np.ndim(q) == 2 else (shared[0], own[0])
@@ -135,12 +139,12 @@ def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam
     Raises:
         InputError: Wrong shapes, stiffness not positive, or a beam of a link that the arm does not have.
 
-    Reference: J K^-1 J^T, plus every beam's own compliance carried to the tip.
+    Reference: J K^-1 J^T (J C^-1 for J with a coupling C), plus every beam's own compliance carried to the tip.
     """
     positions, springs, _ = _door(arm, q, stiffness)
     check_beams(arm, beams)
     tips = tip_pose(arm, positions)
-    jacobian = tip_jacobian(arm, positions)
+    jacobian = tip_jacobian(arm, positions) @ np.linalg.inv(_coupling(arm))
     result = np.asarray((jacobian / springs[:, None, :]) @ np.swapaxes(jacobian, 1, 2))
     moved = link_poses(arm, positions) @ np.array([inverse_pose(home) for home in arm.home])
     for link, beam in beams.items():
@@ -225,7 +229,14 @@ def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bo
 
 def _locked_masses(arm: Arm, q: Array, shared: Array, own: Array) -> Array:
     """The mass matrix with rotors still against their stators, each at the angle to which its joint has brought it."""
-    return mass_matrix(arm, q) - shared - np.swapaxes(shared, 1, 2) - own
+    turns = _coupling(arm)
+    coupled = shared @ turns
+    return np.asarray(mass_matrix(arm, q) - coupled - np.swapaxes(coupled, 1, 2) - turns.T @ own @ turns)
+
+
+def _coupling(arm: Arm) -> Array:
+    """Turns of the shafts behind the gears a turn of each joint, (n, n)."""
+    return np.eye(arm.n) if arm.coupling is None else arm.coupling
 
 
 def _demand_inertia(arm: Arm, sprung: NDArray[np.bool_]) -> None:

@@ -1,7 +1,8 @@
 """The two energies of the Lagrangian, and where the power of a motion goes.
 
 Rotors are counted as the arm's level says, as everywhere: at NONE they ride along, at REFLECTED each adds the energy
-of its spin ``inertia (ratio qd)^2 / 2``, at FULL they are bodies.
+of its spin ``inertia (ratio qd)^2 / 2`` (or ``inertia (N qd)_i^2 / 2`` where motors are coupled), at FULL they are
+bodies.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics.doors import finite_samples, run, tip_samples
@@ -79,9 +81,9 @@ def potential_energy(arm: Arm, q: Any) -> Array:
     (positions,) = finite_samples(arm.n, {"q": q})
     poses = link_poses(arm, positions)
     moment = np.einsum("i,nik->nk", arm.masses, poses[..., :3, 3])
-    for joint, rotor in enumerate(arm.rotors):
+    spins = positions @ rotor_turns(arm).T if arm.level is RotorLevel.FULL else np.zeros(positions.shape)
+    for rotor, spin in zip(arm.rotors, spins.T, strict=True):
         if rotor is not None and rotor.mass > 0.0:
-            spin = rotor.ratio * positions[:, joint] if arm.level is RotorLevel.FULL else np.zeros(len(positions))
             moment += rotor.mass * _centres(arm, rotor, poses, spin)
     energy = -(moment @ arm.gravity)
     return energy if np.ndim(q) == 2 else energy[0]

@@ -28,7 +28,7 @@ def mass_matrix(arm: Arm, q: Any) -> Array:
 
     Returns:
         M [kg m^2; kg m and kg where joints are prismatic], (n, n) or (N, n, n), exactly symmetric. Row i belongs to
-        ``ratio_i`` times the torque of motor i.
+        ``ratio_i`` times the torque of motor i, or to row i of ``N^T`` times those of all where they are coupled.
 
     Raises:
         InputError: Wrong shape, or a NaN or infinity.
@@ -54,8 +54,27 @@ def mass_matrices(model: Packed, q: Array) -> Array:
     Raises:
         InputError: A position too large to be squared.
     """
-    count, n = q.shape
-    result = np.empty((count, n * n))
-    if compiled()(model.simple, model.rows, model.spins, q, result) != 0.0:
+    wide = q if model.spread is None else q @ model.spread.T
+    count, n = wide.shape
+    flat = np.empty((count, n * n))
+    if compiled()(model.simple, model.rows, model.spins, wide, flat) != 0.0:
         raise InputError(Fault("q", "is too large to calculate with", float(np.abs(q).max())))
-    return result.reshape(count, n, n)
+    result = flat.reshape(count, n, n)
+    if model.spread is None:
+        return result
+    return _gathered(result, model.spread[q.shape[1] :])
+
+
+def _gathered(matrices: Array, turns: Array) -> Array:
+    """Mass matrices of the arm's joints, from those in which the stand-ins of coupled rotors have rows of their own.
+
+    With ``[[A, B], [B.T, D]]`` and stand-ins that follow as T: ``A + B T + T.T B.T + T.T D T``.
+    """
+    n = turns.shape[1]
+    result = matrices[:, :n, :n].copy()
+    for r, turn in enumerate(turns):
+        # Term by term: as products of many small matrices this takes ten times as long.
+        half = matrices[:, :n, n + r] + 0.5 * (matrices[:, n:, n + r] @ turns)
+        cross = half[:, :, None] * turn
+        result += cross + np.swapaxes(cross, 1, 2)
+    return result

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arrays import Array
 from drivetrain.dynamics.doors import TORQUE_ONLY, Outputs, finite_samples, run, samples, tip_samples
 from drivetrain.dynamics.packed import packed
@@ -24,7 +25,8 @@ class DriveTorques:
     """What each drive must give, without losses; one sample has no leading axis.
 
     Attributes:
-        gear: Torque at the output of the gear [N m; N at a prismatic joint], (N, n); equation 8.110.
+        gear: Torque at the output of the gear, which is at the joint or, where motors are coupled, at the shaft that
+            the gear turns [N m; N at a prismatic joint], (N, n); equation 8.110.
         motor: Torque at the motor's shaft [N m; as gear where there is no rotor], (N, n); equation 8.111.
     """
 
@@ -38,7 +40,8 @@ class JointLoads:
 
     Attributes:
         torque: Generalised torque, rotors included [N m; N at a prismatic joint], (N, n).
-        gear: At the output of the gear, without losses [N m; N at a prismatic joint], (N, n).
+        gear: At the output of the gear (joint or shaft, as of DriveTorques), without losses [N m; N at a prismatic
+            joint], (N, n).
         motor: At the motor's shaft, without losses [N m; as gear where there is no rotor], (N, n).
         wrench: What each joint passes on to the link after it, (moment [N m], force [N]), (N, n, 6), in the joint's
             frame: origin where the joint sits on its axis (``joint_points``), z along the axis; with every joint at
@@ -65,7 +68,8 @@ def inverse_dynamics(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = N
             (6,) or (N, 6). None: nothing.
 
     Returns:
-        Torque [N m; N at a prismatic joint], (n,) or (N, n): entry i is ``ratio_i`` times the torque of motor i.
+        Torque [N m; N at a prismatic joint], (n,) or (N, n): entry i is ``ratio_i`` times the torque of motor i, or
+        entry i of ``N^T`` times those of all where they are coupled (``arm/coupling.py``).
 
     Raises:
         InputError: Wrong shapes, or a NaN or infinity.
@@ -99,7 +103,8 @@ def drive_torques(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None
     motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
     gear = np.empty(motion[0].shape)
     tip = tip_samples(model, tip_wrench, len(gear))
-    motor = run(model, motion, tip=tip, outputs=TORQUE_ONLY._replace(gear=gear))
+    torque = run(model, motion, tip=tip, outputs=TORQUE_ONLY._replace(gear=gear))
+    gear, motor = shaft_torques(arm, gear), shaft_torques(arm, torque)
     motor /= model.ratios
     return DriveTorques(gear, motor) if np.ndim(q) == 2 else DriveTorques(gear[0], motor[0])
 
@@ -126,7 +131,8 @@ def joint_loads(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) 
     shape = motion[0].shape
     outputs = Outputs(np.empty(shape), np.empty(shape), np.empty((*shape, 6)))
     torque = run(model, motion, tip=tip_samples(model, tip_wrench, len(motion[0])), outputs=outputs)
-    loads = (torque, outputs.gear, torque / model.ratios, outputs.wrench, outputs.axial)
+    gear, motor = shaft_torques(arm, outputs.gear), shaft_torques(arm, torque) / model.ratios
+    loads = (torque, gear, motor, outputs.wrench, outputs.axial)
     return JointLoads(*loads) if np.ndim(q) == 2 else JointLoads(*(load[0] for load in loads))
 
 

@@ -3,6 +3,10 @@
 A rotor that is balanced and axisymmetric moves its carrier as a body fixed to it would, but for the couple
 ``J ratio (qdd z + w x z qd)``, and asks its motor for ``J (ratio qdd + z . dw)``, w and dw those of the carrier. So its
 mass and inertia join the carrier's, and the rest costs a few operations. Any other rotor is a body of its own.
+
+A rotor that follows several joints (``arm/coupling.py``) follows a stand-in: a joint at the end of the chain that moves
+nothing and weighs nothing, whose position is the rotor's angle. ``doors.py`` gives it that motion and takes its torque
+back to the joints, so the recursion knows nothing of couplings.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics import passes
@@ -27,12 +32,14 @@ class Packed:
     """What ``kernels.compiled`` gives takes for an arm.
 
     Attributes:
-        simple: Whether a joint is revolute, (n,).
+        simple: Whether a joint is revolute, (n,), the stand-ins among the n.
         rows: Constants of the n links, then of the m rotors that need a pass of their own, (n + m, passes.WIDTH).
         spins: Joint, carrier, and 1 if balanced, of those rotors, (m, 3).
         gravity: In the frame of the base [m/s^2], (3,).
         tip: Takes a wrench in the tip frame to one in the last link's frame, row by row from the right, (6, 6).
-        ratios: Of the gears, 1 where there is no rotor [- or rad/m], (n,).
+        ratios: Of the gears, 1 where there is no rotor [- or rad/m], one a joint of the arm.
+        spread: Takes motions of the arm's joints to those of all n, (n, joints of the arm) [- or rad/m]; None where
+            there are no stand-ins.
     """
 
     simple: np.ndarray
@@ -41,6 +48,7 @@ class Packed:
     gravity: Array
     tip: Array
     ratios: Array
+    spread: Array | None
 
 
 @lru_cache(maxsize=64)
@@ -56,11 +64,13 @@ def packed(arm: Arm) -> Packed:
     frames = link_frames(arm)
     inverse = _inverse(frames)
     bodies = _carry(inverse[1:] @ arm.home, arm.masses, arm.inertias)
-    rows = np.zeros((arm.n, passes.WIDTH))
-    _place(rows, inverse[:-1] @ frames[1:])
-    _joints(rows, arm, frames)
-    extra, spins = _mount(arm, inverse, rows, bodies)
-    _bodies(rows, bodies)
+    apart = _followers(arm)
+    rows = np.zeros((arm.n + len(apart), passes.WIDTH))
+    rows[:, [passes.CA, passes.CD, passes.R0, passes.R0 + 4, passes.R0 + 8]] = 1.0  # stand-ins: no turn, no shift
+    _place(rows[: arm.n], inverse[:-1] @ frames[1:])
+    _joints(rows[: arm.n], arm, frames)
+    extra, spins = _mount(arm, inverse, rows, bodies, apart)
+    _bodies(rows[: arm.n], bodies)
     return Packed(
         _revolute(rows),
         np.vstack([rows, *extra]),
@@ -68,7 +78,15 @@ def packed(arm: Arm) -> Packed:
         frames[0, :3, :3].T @ arm.gravity,
         _wrench_map(inverse[-1] @ arm.tip),
         np.array([1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]),
+        np.vstack([np.eye(arm.n), rotor_turns(arm)[apart]]) if apart else None,
     )
+
+
+def _followers(arm: Arm) -> list[int]:
+    """The rotors that spin and follow other joints than their own."""
+    if arm.coupling is None or arm.level is RotorLevel.NONE:
+        return []
+    return [i for i, r in enumerate(arm.rotors) if r is not None and (arm.coupling[i] != np.eye(arm.n)[i]).any()]
 
 
 def axis_directions(arm: Arm) -> Array:
@@ -176,13 +194,16 @@ def _bodies(rows: Array, bodies: Array) -> None:
     rows[..., passes.SYZ] = bodies[..., 1, 2]
 
 
-def _mount(arm: Arm, inverse: Array, rows: Array, bodies: Array) -> tuple[list[Array], list[tuple[int, int, int]]]:
+def _mount(
+    arm: Arm, inverse: Array, rows: Array, bodies: Array, apart: list[int]
+) -> tuple[list[Array], list[tuple[int, int, int]]]:
     """Fold the rotors into the rows and the bodies of the links; give back those that need a pass of their own."""
     extra, spins = [], []
-    for joint, rotor in enumerate(arm.rotors):
+    for i, rotor in enumerate(arm.rotors):
         if rotor is None:
             continue
-        own = _own_pass(arm, joint, rotor, inverse, rows, bodies)
+        joint, ratio = (arm.n + apart.index(i), 1.0) if i in apart else (i, rotor.ratio)
+        own = _own_pass(rotor, arm.level, (joint, ratio), inverse, rows, bodies)
         if own is not None:
             extra.append(own[0])
             spins.append((joint, rotor.carrier, own[1]))
@@ -190,25 +211,29 @@ def _mount(arm: Arm, inverse: Array, rows: Array, bodies: Array) -> tuple[list[A
 
 
 def _own_pass(
-    arm: Arm, joint: int, rotor: MountedRotor, inverse: Array, rows: Array, bodies: Array
+    rotor: MountedRotor, level: RotorLevel, follows: tuple[int, float], inverse: Array, rows: Array, bodies: Array
 ) -> tuple[Array, int] | None:
-    """The row of a rotor that needs a pass of its own, and whether it is balanced; None when it is folded in."""
+    """The row of a rotor that needs a pass of its own, and whether it is balanced; None when it is folded in.
+
+    The rotor follows a joint, so many times as far.
+    """
+    joint, ratio = follows
     spin = _spin_frame(rotor)
     whole = _carry(_inverse(spin) @ rotor.home, np.asarray(rotor.mass), rotor.inertia)
     balanced = _is_balanced(whole, float(np.abs(spin[:3, 3]).max()))
-    if arm.level is RotorLevel.FULL and not balanced:
-        return _spinning_body(inverse[rotor.carrier + 1] @ spin, whole, rotor.ratio), 0
+    if level is RotorLevel.FULL and not balanced:
+        return _spinning_body(inverse[rotor.carrier + 1] @ spin, whole, ratio), 0
     if rotor.carrier >= 0:
         in_carrier = inverse[rotor.carrier + 1] @ rotor.home
         bodies[rotor.carrier] += _carry(in_carrier, np.asarray(rotor.mass), rotor.inertia)
-    if arm.level is RotorLevel.NONE:
+    if level is RotorLevel.NONE:
         return None
     axial = float(whole[0, 0] + whole[1, 1])
-    rows[joint, passes.OWN] += axial * rotor.ratio**2
-    if arm.level is RotorLevel.REFLECTED or rotor.carrier < 0 or axial == 0.0:
+    rows[joint, passes.OWN] += axial * ratio**2
+    if level is RotorLevel.REFLECTED or rotor.carrier < 0 or axial == 0.0:
         return None
     direction = inverse[rotor.carrier + 1, :3, :3] @ spin[:3, 2]
-    return _coupled(rows, joint, rotor.carrier, axial * rotor.ratio * direction)
+    return _coupled(rows, joint, rotor.carrier, axial * ratio * direction)
 
 
 def _coupled(rows: Array, joint: int, carrier: int, spin: Array) -> tuple[Array, int] | None:

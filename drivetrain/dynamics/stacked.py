@@ -2,8 +2,9 @@
 
 Bodies are the links and, after them, the rotors, each with a frame at its centre of mass. Body b rides on the body
 ``carrier(b)`` before it in the list and moves against it along its own screw, a rotor ``ratio`` times as far as its
-joint. So ``V = W V + A qd`` (equation 8.68) holds with the rotors' rows as it does without, W stays nilpotent, and
-every formula of section 8.4 holds unchanged; torques come out as generalised torques, ``ratio`` times the motor's.
+joint (where motors are coupled, a sum of such multiples). So ``V = W V + A qd`` (equation 8.68) holds with the rotors'
+rows as it does without, W stays nilpotent, and every formula of section 8.4 holds unchanged; torques come out as
+generalised torques, ``ratio`` times the motor's.
 At the level REFLECTED a rotor is two bodies: one locked to its carrier, and one without mass that spins as if its
 carrier stood still. This is for study and for tests; ``inverse_dynamics`` is some thousand times faster.
 
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics.doors import finite_samples
@@ -54,8 +56,7 @@ class Stacked:
 class _Body:
     home: Array  # (4, 4), base frame, all joints zero
     carrier: int
-    joint: int
-    ratio: float  # 0: locked
+    turns: Array  # of the joints' positions along its own screw, (n,); all 0: locked
     screw: Array  # (6,), in its own frame
     inertia: Array  # (6, 6), in its own frame
 
@@ -83,12 +84,12 @@ def stacked(arm: Arm, q: Any) -> Stacked:
     base = np.zeros((len(positions), size, 6))
     for b, body in enumerate(bodies):
         own = slice(6 * b, 6 * b + 6)
-        a[own, body.joint] = body.ratio * body.screw
+        a[own] = np.outer(body.screw, body.turns)
         g[own, own] = body.inertia
         lead[:, own, own] = np.eye(6)
         if body.carrier == NOTHING:
             continue
-        step = _adjoints(_seen_from(body, bodies, positions[:, body.joint]))
+        step = _adjoints(_seen_from(body, bodies, positions @ body.turns))
         if body.carrier == BASE:
             base[:, own] = step
         else:
@@ -108,24 +109,24 @@ def _bodies(arm: Arm) -> list[_Body]:
     for i in range(arm.n):
         screw = adjoint(inverse_pose(arm.home[i])) @ arm.screws[i]
         inertia = _spatial_inertia(float(arm.masses[i]), arm.inertias[i])
-        found.append(_Body(arm.home[i], i - 1, i, 1.0, screw, inertia))
-    for i, rotor in enumerate(arm.rotors):
+        found.append(_Body(arm.home[i], i - 1, np.eye(arm.n)[i], screw, inertia))
+    for rotor, turns in zip(arm.rotors, rotor_turns(arm), strict=True):
         if rotor is not None:
-            found += _rotor_bodies(i, rotor, arm.level)
+            found += _rotor_bodies(rotor, turns, arm.level)
     return found
 
 
-def _rotor_bodies(joint: int, rotor: MountedRotor, level: RotorLevel) -> list[_Body]:
+def _rotor_bodies(rotor: MountedRotor, turns: Array, level: RotorLevel) -> list[_Body]:
     screw = adjoint(inverse_pose(rotor.home)) @ rotor.screw
     inertia = _spatial_inertia(rotor.mass, rotor.inertia)
     if level is RotorLevel.FULL:
-        return [_Body(rotor.home, rotor.carrier, joint, rotor.ratio, screw, inertia)]
-    locked = _Body(rotor.home, rotor.carrier, joint, 0.0, screw, inertia)
+        return [_Body(rotor.home, rotor.carrier, turns, screw, inertia)]
+    locked = _Body(rotor.home, rotor.carrier, 0.0 * turns, screw, inertia)
     if level is RotorLevel.NONE:
         return [locked]
     spin = np.concatenate([screw[:3], np.zeros(3)])
     axial = rotor.axial_inertia * np.outer(spin, spin)
-    return [locked, _Body(rotor.home, NOTHING, joint, rotor.ratio, spin, axial)]
+    return [locked, _Body(rotor.home, NOTHING, turns, spin, axial)]
 
 
 def _spatial_inertia(mass: float, tensor: Array) -> Array:
@@ -137,7 +138,7 @@ def _spatial_inertia(mass: float, tensor: Array) -> Array:
 def _seen_from(body: _Body, bodies: list[_Body], angles: Array) -> Array:
     """Poses of the carrier seen from the body, (N, 4, 4)."""
     carrier = np.eye(4) if body.carrier == BASE else bodies[body.carrier].home
-    return np.asarray(screw_displacements(body.screw, -body.ratio * angles) @ inverse_pose(body.home) @ carrier)
+    return np.asarray(screw_displacements(body.screw, -angles) @ inverse_pose(body.home) @ carrier)
 
 
 def _adjoints(poses: Array) -> Array:

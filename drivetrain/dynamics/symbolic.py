@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.dynamics.doors import finite_samples
@@ -208,7 +209,8 @@ def _trigonometry(arm: Arm, q: Sequence[Symbol]) -> Trigonometry:
     numbers: list[Any] = [arm.home, arm.screws, arm.masses, arm.inertias, arm.gravity]
     for r in arm.rotors:
         numbers += [] if r is None else [r.home, r.screw, r.inertia, np.array([r.ratio, r.mass])]
-    factors = [(i, 1.0) for i in range(arm.n)] + [(i, r.ratio) for i, r in _turning(arm).items()]
+    numbers += [] if arm.coupling is None else [arm.coupling]
+    factors = np.vstack([np.eye(arm.n), rotor_turns(arm)[list(_turning(arm))]]).tolist()
     return Trigonometry(q, factors, all_exact(numbers))
 
 
@@ -227,8 +229,8 @@ def _energies(arm: Arm, algebra: Trigonometry) -> tuple[Polynomials, Any]:
                 mass[i, j] = mass[i, j] + (weighted[i] * moved[j]).sum()
         potential -= (body.pose[:3, 3] * _constant(algebra, body.mass * arm.gravity)).sum()
     if arm.level is RotorLevel.REFLECTED:
-        for i, r in enumerate(arm.rotors):
-            mass[i, i] = mass[i, i] + (0 if r is None else algebra.number(r.axial_inertia * r.ratio**2))
+        axial = np.array([0.0 if r is None else r.axial_inertia for r in arm.rotors])
+        mass = mass + _constant(algebra, (rotor_turns(arm).T * axial) @ rotor_turns(arm))
     for i in range(n):
         for j in range(i, n):
             mass[i, j] = mass[j, i] = algebra.shortened(mass[i, j])

@@ -41,15 +41,15 @@ def exact(value: float) -> Fraction | None:
 
 
 class Trigonometry:
-    """Polynomials in positions, and in the sines and cosines of angles that are multiples of them.
+    """Polynomials in positions, and in the sines and cosines of angles that are sums of multiples of them.
 
     Args:
         variables: The positions that they are functions of.
-        factors: Of each angle, (variable, factor): the angle is factor times the variable.
+        factors: Of each angle, one a variable: the angle is the sum of factor times variable.
         rational: Whether every number is a short one, so that all is calculated exactly.
     """
 
-    def __init__(self, variables: Sequence[Any], factors: Sequence[tuple[int, float]], rational: bool):
+    def __init__(self, variables: Sequence[Any], factors: Sequence[Sequence[float]], rational: bool):
         self.variables, self.factors, self.rational = tuple(variables), tuple(factors), rational
         names = [f"x{i}" for i in range(len(variables))]
         names += [f"{kind}{i}" for i in range(len(factors)) for kind in "sc"]
@@ -91,10 +91,10 @@ class Trigonometry:
             variable: Index of the variable.
         """
         result = value.diff(self.position(variable))
-        for angle, (owner, factor) in enumerate(self.factors):
-            if owner == variable:
+        for angle, factors in enumerate(self.factors):
+            if factors[variable]:
                 s, c = self.sine_cosine(angle)
-                result += (value.diff(s) * c - value.diff(c) * s) * self.number(factor)
+                result += (value.diff(s) * c - value.diff(c) * s) * self.number(factors[variable])
         return result
 
     def shortened(self, value: PolyElement) -> PolyElement:
@@ -125,7 +125,10 @@ class Trigonometry:
             value: In its shortened form.
             sums: Whether to write products of sines and cosines as sines and cosines of sums, where that is shorter.
         """
-        angles = [_letter(factor) * self.variables[owner] for owner, factor in self.factors]
+        angles = [
+            Add(*(_letter(factor) * x for factor, x in zip(factors, self.variables, strict=True) if factor))
+            for factors in self.factors
+        ]
         shown = [*self.variables, *(f(a) for a in angles for f in (sin, cos))]
         products = value.as_expr(*shown)
         if not sums:

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import rotor_turns
 
 
 class InPinocchio:
@@ -39,25 +40,26 @@ class InPinocchio:
         self.model.appendBodyToJoint(joint, body, pin.SE3.Identity())
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Joint values as those of every joint of the model: a rotor's is its ratio times its joint's."""
+        """Joint values as those of every joint of the model: a rotor's is N times all (its ratio times its joint's)."""
         full = np.zeros(self.model.nv)
         for i, joint in enumerate(self.ids[1:]):
             full[self.model.joints[joint].idx_v] = values[i]
         for i, joint in self.rotor_ids.items():
-            full[self.model.joints[joint].idx_v] = self.arm.rotors[i].ratio * values[i]
+            full[self.model.joints[joint].idx_v] = rotor_turns(self.arm)[i] @ values
         return full
 
     def torques(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, tip: np.ndarray | None = None) -> np.ndarray:
-        """(2, n): at the gears, and at the motors."""
+        """(2, n): at the joints without the rotors' own, and at the motors."""
         motion = (self.spread(q), self.spread(qd), self.spread(qdd))
         if tip is None:
             full = pin.rnea(self.model, self.data, *motion)
         else:
             full = pin.rnea(self.model, self.data, *motion, self._reaction(tip))
         gear = np.array([full[self.model.joints[joint].idx_v] for joint in self.ids[1:]])
-        motor = gear.copy()
+        # Virtual work: gear . qd + rotor torques . (N qd) = motor . (N qd).
+        motor = np.linalg.solve(rotor_turns(self.arm).T, gear)
         for i, joint in self.rotor_ids.items():
-            motor[i] = gear[i] / self.arm.rotors[i].ratio + full[self.model.joints[joint].idx_v]
+            motor[i] += full[self.model.joints[joint].idx_v]
         return np.array([gear, motor])
 
     def _reaction(self, tip: np.ndarray) -> pin.StdVec_Force:

@@ -15,7 +15,7 @@ X, Y = symbols("q1 q2", real=True)
 
 def algebra(rational: bool = True) -> Trigonometry:
     """Angles q1, q2 and 7/2 q1."""
-    return Trigonometry((X, Y), [(0, 1.0), (1, 1.0), (0, 3.5)], rational)
+    return Trigonometry((X, Y), [(1.0, 0.0), (0.0, 1.0), (3.5, 0.0)], rational)
 
 
 @pytest.mark.parametrize(

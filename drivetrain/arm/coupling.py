@@ -1,0 +1,177 @@
+"""Motors that do not drive one joint each: differentials, belts over joints, motors on the base.
+
+Behind its gear every motor turns a shaft; the shafts turn with the joints as ``shaft speeds = C qd``, C the arm's
+``coupling``, and the rotors as ``rotor speeds = N qd`` with ``N = diag(ratio) C``. So gears and ratios stay what they
+are, and torques go the other way: ``joint torques = C^T shaft torques = N^T motor torques``. Without a coupling C is
+the identity: shaft i is joint i. Rotor speeds are those seen from the link that carries the stator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError
+
+SINGULAR = 1e-9  # of the largest singular value, rows and columns scaled alike: what six printed digits leave
+
+
+def with_coupling(arm: Arm, coupling: Any) -> Arm:
+    """The arm with its motors coupled to its joints in this way, in place of any other.
+
+    Args:
+        arm: With rotors or without; their ratios stay those of the gears before the shafts.
+        coupling: C, turns of shaft i a turn of joint j [-; rad/m or m/rad where one is prismatic], (n, n). None: every
+            shaft is its joint.
+
+    Returns:
+        The arm.
+
+    Raises:
+        InputError: Another shape, not finite, or singular: shafts that leave a joint free.
+    """
+    return replace(arm, coupling=None if coupling is None else checked_coupling(coupling, arm.n))
+
+
+def checked_coupling(coupling: Any, n: int) -> Array | None:
+    """A coupling that can be inverted.
+
+    Args:
+        coupling: C, as of with_coupling.
+        n: Joints.
+
+    Returns:
+        C, read-only, (n, n); None when it is the identity.
+
+    Raises:
+        InputError: As of with_coupling.
+    """
+    matrix = checked_array(coupling, (n, n), "coupling").copy()
+    if np.array_equal(matrix, np.eye(n)):
+        return None
+    scaled = matrix
+    for axis in (1, 0):
+        size = np.abs(scaled).max(axis=axis, keepdims=True)
+        if not size.all():
+            what = ("shaft", "that no joint turns") if axis else ("joint", "that turns no shaft")
+            hint = f"{what[0]}s {what[1]}: {np.flatnonzero(size.ravel() == 0.0).tolist()}"
+            raise InputError(Fault("coupling", "is singular: motors could not hold the joints", matrix.tolist(), hint))
+        scaled = scaled / size
+    values = np.linalg.svd(scaled, compute_uv=False)
+    if values[-1] <= SINGULAR * values[0]:
+        raise InputError(Fault("coupling", "is singular: motors could not hold the joints", matrix.tolist()))
+    matrix.setflags(write=False)
+    return matrix
+
+
+def rotor_turns(arm: Arm) -> Array:
+    """N, the rotors' speeds for a unit speed of each joint.
+
+    Args:
+        arm: The arm; a direct drive counts as a rotor of ratio 1.
+
+    Returns:
+        N [-; rad/m where a joint is prismatic], (n, n): row i is ``ratio_i`` times that of the coupling.
+    """
+    ratios = np.array([1.0 if rotor is None else rotor.ratio for rotor in arm.rotors])
+    return np.asarray(np.diag(ratios) if arm.coupling is None else ratios[:, None] * arm.coupling)
+
+
+def shaft_motion(arm: Arm, motion: Array) -> Array:
+    """What the shafts behind the gears do in a motion of the joints.
+
+    Args:
+        arm: The arm.
+        motion: Positions, speeds or accelerations of the joints [rad or m, and per s, s^2], (n,) or (N, n).
+
+    Returns:
+        The same of the shafts: ``C`` times each; the array itself where nothing is coupled.
+    """
+    return motion if arm.coupling is None else np.asarray(motion @ arm.coupling.T)
+
+
+def shaft_torques(arm: Arm, torque: Array) -> Array:
+    """The torques of the shafts that make given torques at the joints.
+
+    Args:
+        arm: The arm.
+        torque: At the joints [N m or N], (n,) or (N, n).
+
+    Returns:
+        At the shafts [N m or N]: ``C^-T`` times each; the array itself where nothing is coupled.
+    """
+    return torque if arm.coupling is None else np.asarray(np.linalg.solve(arm.coupling.T, torque.T).T)
+
+
+def coupled_groups(arm: Arm) -> list[tuple[int, ...]]:
+    """The joints whose shafts depend on each other; a joint with a shaft of its own stands in none.
+
+    Args:
+        arm: The arm.
+
+    Returns:
+        Indices of joints, which are those of their shafts too, each group sorted.
+    """
+    if arm.coupling is None:
+        return []
+    linked = arm.coupling != 0.0
+    linked = linked | linked.T | np.eye(arm.n, dtype=bool)
+    reach = np.linalg.matrix_power(linked.astype(np.int64), arm.n) > 0
+    groups = {tuple(np.flatnonzero(row).tolist()) for row in reach}
+    return sorted(group for group in groups if len(group) > 1 or arm.coupling[group[0], group[0]] != 1.0)
+
+
+def differential(first: float = 1.0, second: float = 1.0) -> Array:
+    """The coupling of two shafts that turn one joint together and the next against each other.
+
+    Args:
+        first, second: Turns of a shaft a turn of the first joint, and of the second [-].
+
+    Returns:
+        ``[[first, second], [first, -second]]`` [-], (2, 2).
+
+    Reference: ros_control, transmission_interface/DifferentialTransmission, with these as the joints' reductions.
+    """
+    return np.array([[first, second], [first, -second]])
+
+
+def belts_over(passes: Sequence[float]) -> Array:
+    """The coupling of shafts that all start before the first joint and reach their own over every joint between.
+
+    Each is a belt, or a tube with bevel gears, with a wheel that turns freely on every axis that it passes. Wheel k
+    turns against link k by what comes in less the turn of joint k, and drives what goes on ``passes[k]`` times as far.
+
+    Args:
+        passes: Of the wheels on the axes of all joints but the last [-]: 1 for wheels of one size, -1 where the way on
+            turns the other way round, another number for wheels of two sizes.
+
+    Returns:
+        Lower triangular, 1 on the diagonal: below it, entry i, j is the product of the passes from j to i - 1 [-],
+        (k, k) for k - 1 passes. Whatever else is between a shaft and its joint belongs to its ratio.
+    """
+    size = len(passes) + 1
+    result = np.eye(size)
+    for i in range(1, size):
+        result[i, :i] = passes[i - 1] * result[i - 1, :i]
+    return result
+
+
+def placed(coupling: Array, joints: Sequence[int], n: int) -> Array:
+    """The coupling of a whole arm from that of some of its joints.
+
+    Args:
+        coupling: Of the shafts and joints listed [-], (k, k).
+        joints: Their indices, k of them.
+        n: Joints of the arm.
+
+    Returns:
+        The identity but for those rows and columns, (n, n).
+    """
+    result = np.eye(n)
+    result[np.ix_(joints, joints)] = coupling
+    return result
