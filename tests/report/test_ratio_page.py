@@ -1,0 +1,159 @@
+"""The page, the picture and the data of a ratio study: what they say is what was found."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.errors import InputError
+from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.report.figures_ratio import figure_ratio
+from drivetrain.report.ratio_json import ratio_json
+from drivetrain.report.ratio_page import ratio_report, ratio_rows, ratio_sentence
+from drivetrain.sizing.ratio import ratio_studies, ratio_study
+from drivetrain.sizing.ratio_results import RatioStudy
+from drivetrain.study.study import JointTask, Mount, Safety, Study
+
+MOTOR = Motor(
+    "acme <&> 1", resistance=0.3, torque_constant=0.05, inductance=2e-4, rotor_inertia=2e-5, mass=0.5,
+    nominal_voltage=48.0, nominal_current=6.0, peak_current=30.0, max_speed=1200.0, resistance_winding_housing=1.0,
+    resistance_housing_ambient=4.0, winding_time_constant=20.0, housing_time_constant=800.0,
+    max_winding_temperature=125.0,
+)  # fmt: skip
+GEAR = Gear(
+    "wheel", -50.0, kind="planetary", efficiency=0.8, inertia=1e-6, mass=0.4, continuous_torque=20.0,
+    repeated_peak_torque=40.0, momentary_torque=80.0, max_input_speed=1000.0,
+)  # fmt: skip
+
+
+def one_axis(motor: Motor = MOTOR) -> Study:
+    time = np.linspace(0.0, 2.0, 101)
+    speed = 3.0 * np.sin(np.pi * time)[:, None]
+    acceleration = 3.0 * np.pi * np.cos(np.pi * time)[:, None]
+    zeros = np.zeros(101, dtype=int)
+    cycle = Cycle(
+        ("hinge",), time, np.zeros((101, 1)), speed, acceleration, 0.4 * acceleration + 3.0, zeros - 1, (), zeros,
+        ("table",),
+    )  # fmt: skip
+    task = JointTask(
+        "hinge", (motor.key, "wheel"), (), (), Mount(), None, Friction(0.2), Friction(0.002), Amplifier(40.0, 20.0)
+    )
+    gears = {"wheel": GEAR, **{f"w{i}": replace(GEAR, key=f"w{i}", ratio=15.0 * i) for i in range(1, 5)}}
+    return Study(
+        name="Door & frame", description="", path="", digest="abc", arm=None, drive_mass=None, payloads=(), cycle=cycle,
+        joints=(task,), supply=Supply(48.0), ambient=25.0, safety=Safety(), gear_assumptions={}, motor_assumptions={},
+        objective="mass", catalog=Catalog({motor.key: motor}, gears),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found() -> RatioStudy:
+    return ratio_study(one_axis(), "hinge")
+
+
+class _Tags(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        if tag not in ("meta", "br", "path", "use"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in ("path", "use"):
+            assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_page_is_well_formed_and_says_what_was_found(found) -> None:
+    page = ratio_report([found])
+    reader = _Tags()
+    reader.feed(page)
+    assert reader.open == []
+    assert "Door & frame" in reader.text
+    assert "acme <&> 1" in reader.text
+    assert "<&>" not in page
+    assert ratio_sentence(found) in reader.text
+    for gear in found.gears:
+        assert gear.key in reader.text
+    assert not re.search(r'(?:src|href)="(?!#)', page)
+    assert page == ratio_report([ratio_study(one_axis(), "hinge")])
+
+
+def test_sentence_and_rows(found) -> None:
+    (window,) = found.windows
+    sentence = ratio_sentence(found)
+    assert f"from {window.low:.1f} ({window.low_binding})" in sentence
+    assert f"to {window.high:.0f} ({window.high_binding})" in sentence
+    assert "its own, 50.0, is inside" in sentence
+    (row,) = ratio_rows(found)
+    assert (row.low, row.high, row.css) == (f"{window.low:.1f}", f"{window.high:.0f}", "pass")
+
+
+def test_no_ratio_fits() -> None:
+    weak = ratio_study(one_axis(replace(MOTOR, nominal_current=0.3)), "hinge")
+    assert ratio_sentence(weak).startswith("No ratio lets acme <&> 1 behind wheel do it: the best, ")
+    (row,) = ratio_rows(weak)
+    assert (row.low, row.css) == ("no ratio", "fail")
+    assert "no ratio fits" in ratio_report([weak])
+    figure_ratio(weak)
+
+
+def test_missing_data_can_be_drawn() -> None:
+    blind = replace(MOTOR, resistance_winding_housing=None, nominal_current=None, max_winding_temperature=None)
+    found = ratio_study(one_axis(blind), "hinge")
+    texts = [text.get_text() for axes in figure_ratio(found).axes for text in axes.texts]
+    assert "not computed: the sheet lacks thermal data" in texts
+    assert "RMS torque within" not in ratio_report([found])
+    unknown = ratio_study(one_axis(replace(MOTOR, rotor_inertia=None)), "hinge")
+    assert "not judged at any ratio: motor RMS current" in ratio_report([unknown])
+
+
+def test_picture_shades_the_window(found) -> None:
+    figure = figure_ratio(found)
+    (window,) = found.windows
+    for axes in figure.axes:
+        shade = axes.patches[0].get_extents().transformed(axes.transData.inverted())
+        assert (shade.x0, shade.x1) == (pytest.approx(window.low), pytest.approx(window.high))
+    torque = figure.axes[1].lines
+    drawn = {line.get_label(): line.get_data() for line in torque}
+    ratios, rms = drawn["RMS"]
+    for ratio, value in zip(ratios, rms, strict=True):
+        point = found.points[int(np.argmin(np.abs(found.ratios - ratio)))]
+        assert value == pytest.approx(point.rms_torque * (1e3 if max(rms) > 20 else 1.0))
+    assert figure.axes[2].get_ylabel() == "motor speed [rpm]"
+
+
+def test_data_are_the_study(found) -> None:
+    data = json.loads(ratio_json([found]))
+    joint = data["joints"]["hinge"]
+    assert (data["schema_version"], data["feasible"], data["digest"]) == (1, True, "abc")
+    assert joint["windows"][0]["low"] == found.windows[0].low
+    assert len(joint["points"]) == len(found.points)
+    assert joint["drive"]["ratio"] == -50.0
+    assert joint["load_match"]["range"] == list(found.closed_forms.load_match.range)
+    assert ratio_json([found]) == ratio_json([ratio_study(one_axis(), "hinge")])
+    endless = replace(found, best=replace(found.best, winding_temperature=math.inf))
+    assert json.loads(ratio_json([endless]))["joints"]["hinge"]["best"]["winding_temperature"] is None
+
+
+def test_nothing_moves_nothing_to_tell() -> None:
+    study = one_axis()
+    still = replace(study, cycle=replace(study.cycle, velocity=0 * study.cycle.velocity))
+    with pytest.raises(InputError, match="none of them moves"):
+        ratio_report(ratio_studies(still))
