@@ -74,7 +74,7 @@ def _joint(found: RatioStudy) -> dict[str, Any]:
             }
             for gear in found.gears
         ],
-        "coupling": {name: _finite(share) for name, share in found.coupling.items()},
+        "reaction": {name: _finite(share) for name, share in found.reaction.items()},
         "notes": list(found.notes),
         "points": [_point(point) for point in found.points],
     }  # fmt: skip

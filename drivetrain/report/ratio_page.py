@@ -147,7 +147,7 @@ class _Joint:
     figure: Markup
     formulas: list[tuple[str, str]]
     gears: list[_GearRow]
-    coupling: list[tuple[str, str]]
+    reaction: list[tuple[str, str]]
     notes: tuple[str, ...]
 
 
@@ -164,7 +164,7 @@ def _joint(found: RatioStudy) -> _Joint:
         figure=Markup(picture),
         formulas=_formulas(found.closed_forms, found.limits.continuous_torque),
         gears=[_gear(gear) for gear in found.gears],
-        coupling=[(joint, _small_percent(share)) for joint, share in found.coupling.items()],
+        reaction=[(joint, _small_percent(share)) for joint, share in found.reaction.items()],
         notes=found.notes,
     )
 

@@ -41,8 +41,9 @@ class TipDeflection:
     Attributes:
         time: [s], (N,).
         joint_names, link_names: Of joints and links, (n,) each.
-        twist: How far each joint lags behind its motor, backlash left out [rad or m], (N, n).
-        joints: What each joint's twist does to the tip [m], (N, n, 3).
+        twist: How far each joint lags behind its motor, backlash left out [rad or m], (N, n); of motors that are
+            coupled to several joints, how far each one's shaft lags.
+        joints: What each of these twists does to the tip [m], (N, n, 3).
         links: What each link's bending does to it [m], (N, n, 3).
         backlash: What each joint's play does, resting on the side on which its torque lays it, counted from the middle
             [m], (N, n, 3).
@@ -126,7 +127,8 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
     twists = [wind_up(joint.drive.gear, series) for joint, series in zip(results, torque.T, strict=True)]
     twist = travel * np.column_stack([np.zeros(len(torque)) if one is None else one for one in twists])
     play = travel * np.array([joint.drive.gear.backlash or 0.0 for joint in results])
-    jacobian = np.swapaxes(tip_jacobian(arm, cycle.position)[:, 3:], 1, 2)
+    shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
+    jacobian = np.swapaxes(tip_jacobian(arm, cycle.position)[:, 3:] @ shafts, 1, 2)
     return TipDeflection(
         time=cycle.time,
         joint_names=arm.joint_names,

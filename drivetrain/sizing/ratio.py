@@ -87,7 +87,7 @@ def ratio_study(
 
     The gear is a template: its ratio is varied continuously, everything else on its sheet is kept (see
     ``scaled_gear``). The drives of the other joints stay as they are. The joint's own ratio changes what it asks of
-    the joints before it, through its rotor's reaction; those are not judged here, ``coupling`` tells how much it is.
+    the joints before it, through its rotor's reaction; those are not judged here, ``reaction`` tells how much it is.
 
     Args:
         study: The task.
@@ -121,7 +121,7 @@ def ratio_study(
         limits=_limits(bench.at(best.ratio)),
         closed_forms=_closed_forms(bench.at(best.ratio)),
         gears=_near_gears(bench, keys, best.ratio, windows),
-        coupling=_coupling(bench, windows),
+        reaction=_reaction(bench, windows),
         notes=_notes(bench),
     )
 
@@ -359,7 +359,7 @@ def _allowed(study: Study, task: JointTask, keys: Pair) -> list[str]:
     return [key for key, row in study.catalog.gears.items() if row.kind == kind]
 
 
-def _coupling(bench: _Bench, windows: tuple[RatioWindow, ...]) -> dict[str, float]:
+def _reaction(bench: _Bench, windows: tuple[RatioWindow, ...]) -> dict[str, float]:
     """How much the joints before feel of the window's width."""
     closed = [window for window in windows if 0.0 < window.low < window.high < math.inf]
     if not closed or bench.study.arm is None:

@@ -140,7 +140,7 @@ class RatioStudy:
         limits: For the pictures.
         closed_forms: What formulas say.
         gears: The nearest in the catalogue, nearest to ``best`` first.
-        coupling: By how much the torque of each joint before changes across the window, over its own peak: the rotor's
+        reaction: By how much the torque of each joint before changes across the window, over its own peak: the rotor's
             reaction, which a faster rotor makes larger. Empty without a window of two ends.
         notes: What a reader should know.
     """
@@ -156,7 +156,7 @@ class RatioStudy:
     limits: RatioLimits
     closed_forms: ClosedForms
     gears: tuple[NearGear, ...]
-    coupling: Mapping[str, float]
+    reaction: Mapping[str, float]
     notes: tuple[str, ...]
 
     @property

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import with_coupling
 from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import wind_up
@@ -208,3 +209,15 @@ def test_no_arm_no_tip(make) -> None:
     arm = flexible_study(make, make.planar_arm([0.5], [1.0]), still(make, 0.0))
     with pytest.raises(InputError, match=r"beams\[3\]"):
         tip_deflection(evaluate(arm), beams={3: Beam(SECTION, np.zeros(3), np.ones(3))})
+
+
+def test_coupled_shafts_lag_through_their_coupling(make) -> None:
+    study = flexible_study(make, make.planar_arm([0.5, 0.4], [1.5, 1.0]), make.sines(2))
+    evaluation = evaluate(study)
+    coupling = np.array([[1.0, 0.0], [-1.0, 1.0]])  # a belt over the first joint
+    coupled = replace(evaluation, study=replace(study, arm=with_coupling(study.arm, coupling)))
+    found = tip_deflection(coupled)
+    lag = np.linalg.solve(coupling, found.twist.T).T
+    q = study.cycle.position
+    moved = (tip_pose(study.arm, q - 1e-4 * lag) - tip_pose(study.arm, q + 1e-4 * lag))[:, :3, 3] / 2e-4
+    np.testing.assert_allclose(found.joints.sum(axis=1), moved, rtol=1e-6, atol=1e-9)

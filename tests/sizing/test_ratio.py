@@ -165,7 +165,7 @@ def test_no_ratio_fits(make) -> None:
     assert found.windows == ()
     assert found.best.utilisation > 1.0
     assert found.best.binding
-    assert found.coupling == {}
+    assert found.reaction == {}
 
 
 def test_a_sliver_between_two_ratios_of_the_grid_is_found(make) -> None:
@@ -193,7 +193,7 @@ def test_a_joint_that_only_holds_has_no_upper_end(make) -> None:
     assert ratio_studies(study) == ()  # nothing moves
 
 
-def test_coupling_is_the_rotors_reaction(make) -> None:
+def test_reaction_is_the_rotors_reaction(make) -> None:
     study = arm_study(make)
     found = ratio_study(study, JOINT)
     (window,) = found.windows
@@ -208,7 +208,7 @@ def test_coupling_is_the_rotors_reaction(make) -> None:
     np.testing.assert_allclose(torques[1] - torques[0], reaction, rtol=1e-9, atol=1e-12)
     friction = 0.3 * np.sign(study.cycle.velocity[:, 0]) + 0.1 * study.cycle.velocity[:, 0]
     expected = np.abs(reaction).max() / np.abs(torques[0] - friction).max()
-    assert found.coupling == {"j1": pytest.approx(expected, rel=1e-9)}
+    assert found.reaction == {"j1": pytest.approx(expected, rel=1e-9)}
     assert any("joints before" in note for note in found.notes)
 
 
@@ -258,7 +258,7 @@ def test_every_moving_joint_and_chosen_drives(make) -> None:
 def test_drive_mass_stays_with_the_template(make) -> None:
     # Drives that load the joints before them do so alike at every ratio; only the rotor's reaction changes.
     study = arm_study(make, drive_mass=DriveMass.ADDED)
-    assert ratio_study(study, "j1").coupling == {}
+    assert ratio_study(study, "j1").reaction == {}
 
 
 def test_bad_input(make) -> None:
