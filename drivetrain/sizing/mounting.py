@@ -129,7 +129,9 @@ def carrier_link(joint: int, mount: Mount) -> int:
 
 
 def emptied(study: Study) -> Arm:
-    """The study's arm without the drives that its links already hold, where these are to be replaced.
+    """The study's arm without rotors, and without the drives that its links hold where these are to be replaced.
+
+    Rotors that an arm states are those of its own drives; those that the study judges bring theirs.
 
     Args:
         study: Of which the arm and the contained drives are taken; it must have an arm.
@@ -143,6 +145,7 @@ def emptied(study: Study) -> Arm:
     arm = study.arm
     if arm is None:
         raise InputError(Fault("arm", "is needed to load it with drives", hint="a load table already holds its torque"))
+    arm = with_rotors(arm, [None] * arm.n)
     if study.drive_mass is DriveMass.REPLACED:
         for joint, task in enumerate(study.joints):
             if task.contained is not None and task.contained.mass > 0.0:
