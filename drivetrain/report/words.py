@@ -170,12 +170,18 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
         Verdict.PASS: f"{drives} do it, with the wanted reserve everywhere.",
         Verdict.MARGINAL: f"{drives} do it, but with less reserve than wanted.",
         Verdict.FAIL: f"{drives} do not do it.",
-        Verdict.NOT_CHECKED: "Nothing could be judged: the sheets lack data.",
+        Verdict.NOT_CHECKED: f"{_unjudged(evaluation)} could be judged: the sheets lack data.",
     }
     text = words[evaluation.verdict]
     if evaluation.feasible and gaps(evaluation):
         return f"As far as it could be checked, {text[0].lower()}{text[1:]}"
     return text
+
+
+def _unjudged(evaluation: Evaluation) -> str:
+    """Nothing, where no check at all was made; else what is missing."""
+    made = any(check.utilisation is not None for joint in evaluation.joints.values() for check in joint.checks)
+    return "Not every drive" if made else "Nothing"
 
 
 def gaps(evaluation: Evaluation) -> str:

@@ -99,7 +99,7 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     Returns:
         The supply's power [W]; and, where an unknown mass leaves joints too lightly loaded, that it was not checked.
     """
-    lacking = [name for name, result in results.items() if _power_unknown(result)]
+    lacking = [name for name, result in results.items() if not result.judged]
     found = supply_checks(
         study.supply, study.cycle.time, sample_weights(study.cycle.time),
         {name: result.series.electrical_power for name, result in results.items()},
@@ -140,11 +140,6 @@ def objective_share(study: Study, drive: Drive) -> float:
         return float("nan") if mass is None else mass
     gear = 0.0 if drive.gear.key == "" else drive.gear.price
     return float("nan") if drive.motor.price is None or gear is None else drive.motor.price + gear
-
-
-def _power_unknown(result: JointResult) -> bool:
-    """Whether the motor's torque, and so its power, could not be computed."""
-    return any(check.name == "motor voltage" and check.required is None for check in result.checks)
 
 
 def _unknown_keys(study: Study, joint: str, pair: Pair) -> list[Fault]:

@@ -110,8 +110,14 @@ class JointResult:
 
     @property
     def verdict(self) -> Verdict:
-        """The worst verdict of its checks (see ``worst``)."""
-        return worst(check.verdict for check in self.checks)
+        """The worst verdict of its checks (see ``worst``); NOT CHECKED where the motor itself could not be judged."""
+        found = worst(check.verdict for check in self.checks)
+        return found if self.judged or found is Verdict.FAIL else Verdict.NOT_CHECKED
+
+    @property
+    def judged(self) -> bool:
+        """Whether the sheets held enough to compute the motor's torque, on which most checks rest."""
+        return not any(check.name == "motor voltage" and check.required is None for check in self.checks)
 
     @property
     def binding(self) -> Check | None:
@@ -154,12 +160,14 @@ class Evaluation:
 
     @property
     def verdict(self) -> Verdict:
-        """The worst verdict of all joints and of the supply."""
-        return worst([joint.verdict for joint in self.joints.values()] + [check.verdict for check in self.shared])
+        """The worst verdict of all joints and of the supply; a joint that could not be judged keeps it from a pass."""
+        joints = [joint.verdict for joint in self.joints.values()]
+        found = worst(joints + [check.verdict for check in self.shared])
+        return found if found is Verdict.FAIL or Verdict.NOT_CHECKED not in joints else Verdict.NOT_CHECKED
 
     @property
     def feasible(self) -> bool:
-        """True when no check failed and at least one was made."""
+        """True when no check failed and every joint's drive could be judged."""
         return self.verdict in (Verdict.PASS, Verdict.MARGINAL)
 
 

@@ -303,3 +303,15 @@ def test_unknown_limits_of_amplifier_are_not_passes(one_axis, make):
     assert check_of(joint, "amplifier peak current").verdict is Verdict.NOT_CHECKED
     assert {check.verdict for check in evaluation.shared} == {Verdict.NOT_CHECKED}
     assert all(check.required is not None for check in evaluation.shared)
+
+
+def test_a_drive_whose_torque_is_unknown_is_no_pass(one_axis):
+    """What could be checked passes, but the motor itself was never held against the task."""
+    for part, field in (("motor", "rotor_inertia"), ("gear", "efficiency")):
+        evaluation = evaluate(changed(one_axis, part, field, None))
+        assert Verdict.PASS in {check.verdict for check in evaluation.joints["j1"].checks}
+        assert evaluation.joints["j1"].verdict is Verdict.NOT_CHECKED
+        assert evaluation.verdict is Verdict.NOT_CHECKED
+        assert not evaluation.feasible
+    failing = replace(changed(one_axis, "gear", "efficiency", None), safety=Safety(speed=100.0))
+    assert evaluate(failing).verdict is Verdict.FAIL
