@@ -53,7 +53,7 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
     """
     motions: Motions = {}
     default = form.motions.get(DEFAULT, MotionForm())
-    stray = sorted(default.model_fields_set - KINDS["waypoints"])
+    stray = sorted(default.model_fields_set - (KINDS["waypoints"] - {"durations"}))
     if stray:
         ledger.fault(("motions", DEFAULT, stray[0]), "is for one motion, not for all of them")
     for name, own in form.motions.items():
@@ -167,7 +167,6 @@ def _motion(name: str, own: MotionForm, default: MotionForm, arm: Arm | None, le
     motion: Motion | None = None
     if own.file is None:
         merged = own.over(default)
-        merged = merged.model_copy(update={"durations": None}) if not own.given("durations") else merged
         motion = resolve_waypoints(name, merged, axes, ledger, place)
     else:
         units = ["m" if slide else "rad" for slide in slides]

@@ -124,6 +124,7 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
         ({"motions.there": {"table": "x.csv"}}, "motions.there.table", "without an arm"),
         ({"motions.there": {"file": "x.csv", "profile": "quintic"}}, "motions.there.profile", "cannot go with file"),
         ({"motions.there": {}}, "motions.there", "one of: file, table, waypoints"),
+        ({"motions.default": {"durations": ["1 s"]}}, "motions.default.durations", "for one motion"),
         ({"cycle": None}, "cycle", "in which order"),
         ({"cycle": []}, "cycle", "at least one"),
         ({"cycle": [{"motion": "there"}]}, "cycle, end (there) to start (there)", "does not close"),
