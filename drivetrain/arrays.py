@@ -74,8 +74,12 @@ def batch(value: Any, width: int, name: str) -> Array:
     Raises:
         InputError: Another shape, or a NaN or infinity in it.
     """
-    if np.ndim(value) == 1:
+    try:
+        shape = np.shape(value)
+    except ValueError:  # rows of different lengths
+        raise InputError(Fault(name, f"must be numbers of shape ({width},) or (N, {width})", value)) from None
+    if len(shape) == 1:
         return checked_array(value, (width,), name)[np.newaxis]
-    if np.ndim(value) == 2:
+    if len(shape) == 2:
         return checked_array(value, (None, width), name)
-    raise InputError(Fault(name, f"must have shape ({width},) or (N, {width})", f"shape {np.shape(value)}"))
+    raise InputError(Fault(name, f"must have shape ({width},) or (N, {width})", f"shape {shape}"))
