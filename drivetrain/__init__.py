@@ -5,53 +5,141 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from drivetrain.version import __version__
+from drivetrain.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm as Arm
+    from drivetrain.arm.bodies import with_body as with_body
+    from drivetrain.arm.bodies import with_payload as with_payload
+    from drivetrain.arm.book_lists import book_lists as book_lists
+    from drivetrain.arm.dh import arm_from_dh as arm_from_dh
     from drivetrain.arm.load import load_arm as load_arm
     from drivetrain.arm.rotors import Rotor as Rotor
     from drivetrain.arm.rotors import RotorLevel as RotorLevel
+    from drivetrain.arm.with_rotors import at_level as at_level
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
+    from drivetrain.catalog.read import read_catalog as read_catalog
+    from drivetrain.dynamics.articulated_body import articulated_body as articulated_body
+    from drivetrain.dynamics.bias import bias_torque as bias_torque
+    from drivetrain.dynamics.bias import tip_torque as tip_torque
+    from drivetrain.dynamics.bias import velocity_torque as velocity_torque
+    from drivetrain.dynamics.closed_form import closed_form as closed_form
+    from drivetrain.dynamics.closed_form import mass_matrix_rate as mass_matrix_rate
+    from drivetrain.dynamics.coriolis import christoffel_symbols as christoffel_symbols
     from drivetrain.dynamics.coriolis import coriolis_matrix as coriolis_matrix
+    from drivetrain.dynamics.ellipsoids import acceleration_ellipsoid as acceleration_ellipsoid
+    from drivetrain.dynamics.ellipsoids import effective_mass as effective_mass
+    from drivetrain.dynamics.ellipsoids import tip_acceleration_ellipsoid as tip_acceleration_ellipsoid
+    from drivetrain.dynamics.ellipsoids import tip_force_ellipsoid as tip_force_ellipsoid
+    from drivetrain.dynamics.ellipsoids import torque_ellipsoid as torque_ellipsoid
     from drivetrain.dynamics.forward import forward_dynamics as forward_dynamics
+    from drivetrain.dynamics.from_positions import torque_from_positions as torque_from_positions
+    from drivetrain.dynamics.kinematics import body_jacobian as body_jacobian
+    from drivetrain.dynamics.kinematics import link_poses as link_poses
+    from drivetrain.dynamics.kinematics import space_jacobian as space_jacobian
+    from drivetrain.dynamics.kinematics import tip_pose as tip_pose
+    from drivetrain.dynamics.lagrange import kinetic_energy as kinetic_energy
+    from drivetrain.dynamics.lagrange import potential_energy as potential_energy
+    from drivetrain.dynamics.lagrange import power_balance as power_balance
     from drivetrain.dynamics.mass_matrix import mass_matrix as mass_matrix
     from drivetrain.dynamics.newton_euler import DriveTorques as DriveTorques
     from drivetrain.dynamics.newton_euler import drive_torques as drive_torques
     from drivetrain.dynamics.newton_euler import gravity_torque as gravity_torque
     from drivetrain.dynamics.newton_euler import inverse_dynamics as inverse_dynamics
     from drivetrain.dynamics.newton_euler import joint_loads as joint_loads
+    from drivetrain.dynamics.ratio_sweep import sweep_ratio as sweep_ratio
+    from drivetrain.dynamics.symbolic import symbolic_dynamics as symbolic_dynamics
     from drivetrain.errors import DrivetrainError as DrivetrainError
     from drivetrain.errors import InputError as InputError
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
+    from drivetrain.export.urdf import write_urdf as write_urdf
+    from drivetrain.report.outputs import write_outputs as write_outputs
+    from drivetrain.report.page import html_report as html_report
+    from drivetrain.simulation.passive import simulate_passive as simulate_passive
+    from drivetrain.simulation.recording import Recording as Recording
+    from drivetrain.simulation.recording import load_recording as load_recording
     from drivetrain.sizing.currents import current_commands as current_commands
     from drivetrain.sizing.evaluate import evaluate as evaluate
+    from drivetrain.sizing.ratio import ratio_studies as ratio_studies
+    from drivetrain.sizing.ratio import ratio_study as ratio_study
     from drivetrain.sizing.results import Verdict as Verdict
     from drivetrain.sizing.search import select as select
+    from drivetrain.spatial.free_motion import free_motion as free_motion
+    from drivetrain.spatial.inertia import RigidBody as RigidBody
+    from drivetrain.spatial.mesh_file import read_mesh as read_mesh
+    from drivetrain.spatial.mesh_inertia import TriangleMesh as TriangleMesh
+    from drivetrain.spatial.mesh_inertia import mesh_body as mesh_body
+    from drivetrain.spatial.rigid_body import body_acceleration as body_acceleration
+    from drivetrain.spatial.rigid_body import body_wrench as body_wrench
     from drivetrain.study.load import load_study as load_study
+    from drivetrain.study.schema import json_schema as json_schema
 
 _HOME = {
     "Arm": "arm.arm",
+    "with_body": "arm.bodies",
+    "with_payload": "arm.bodies",
+    "book_lists": "arm.book_lists",
+    "arm_from_dh": "arm.dh",
     "load_arm": "arm.load",
     "Rotor": "arm.rotors",
     "RotorLevel": "arm.rotors",
+    "at_level": "arm.with_rotors",
     "with_rotors": "arm.with_rotors",
+    "read_catalog": "catalog.read",
+    "articulated_body": "dynamics.articulated_body",
+    "bias_torque": "dynamics.bias",
+    "tip_torque": "dynamics.bias",
+    "velocity_torque": "dynamics.bias",
+    "closed_form": "dynamics.closed_form",
+    "mass_matrix_rate": "dynamics.closed_form",
+    "christoffel_symbols": "dynamics.coriolis",
     "coriolis_matrix": "dynamics.coriolis",
+    "acceleration_ellipsoid": "dynamics.ellipsoids",
+    "effective_mass": "dynamics.ellipsoids",
+    "tip_acceleration_ellipsoid": "dynamics.ellipsoids",
+    "tip_force_ellipsoid": "dynamics.ellipsoids",
+    "torque_ellipsoid": "dynamics.ellipsoids",
     "forward_dynamics": "dynamics.forward",
+    "torque_from_positions": "dynamics.from_positions",
+    "body_jacobian": "dynamics.kinematics",
+    "link_poses": "dynamics.kinematics",
+    "space_jacobian": "dynamics.kinematics",
+    "tip_pose": "dynamics.kinematics",
+    "kinetic_energy": "dynamics.lagrange",
+    "potential_energy": "dynamics.lagrange",
+    "power_balance": "dynamics.lagrange",
     "mass_matrix": "dynamics.mass_matrix",
     "DriveTorques": "dynamics.newton_euler",
     "drive_torques": "dynamics.newton_euler",
     "gravity_torque": "dynamics.newton_euler",
     "inverse_dynamics": "dynamics.newton_euler",
     "joint_loads": "dynamics.newton_euler",
+    "sweep_ratio": "dynamics.ratio_sweep",
+    "symbolic_dynamics": "dynamics.symbolic",
     "DrivetrainError": "errors",
     "InputError": "errors",
     "PhysicsWarning": "errors",
+    "write_urdf": "export.urdf",
+    "write_outputs": "report.outputs",
+    "html_report": "report.page",
+    "simulate_passive": "simulation.passive",
+    "Recording": "simulation.recording",
+    "load_recording": "simulation.recording",
     "current_commands": "sizing.currents",
     "evaluate": "sizing.evaluate",
+    "ratio_studies": "sizing.ratio",
+    "ratio_study": "sizing.ratio",
     "Verdict": "sizing.results",
     "select": "sizing.search",
+    "free_motion": "spatial.free_motion",
+    "RigidBody": "spatial.inertia",
+    "read_mesh": "spatial.mesh_file",
+    "TriangleMesh": "spatial.mesh_inertia",
+    "mesh_body": "spatial.mesh_inertia",
+    "body_acceleration": "spatial.rigid_body",
+    "body_wrench": "spatial.rigid_body",
     "load_study": "study.load",
+    "json_schema": "study.schema",
 }
 
 __all__ = sorted([*_HOME, "__version__"])

@@ -276,7 +276,7 @@ def ForwardDynamicsTrajectory(
     """The motion that joint torques give, by Euler's first-order method as in the book.
 
     Its error falls only with the step: a UR5 let fall at 100 steps a second gains energy and is off by radians after
-    three seconds. ``drivetrain.simulate`` has better methods.
+    three seconds. ``drivetrain.simulate_passive`` has better methods.
 
     Args:
         thetalist, dthetalist: Positions and speeds at the start [rad or m, and per s], (n,).

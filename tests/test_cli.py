@@ -318,3 +318,15 @@ def test_simulate_lists_faults(tmp_path: Path) -> None:
         ran = CliRunner().invoke(app, ["simulate", *wrong, "--out", str(tmp_path / "no")])
         assert ran.exit_code == 2, ran.output
         assert not (tmp_path / "no").exists()
+
+
+def test_ratio_tells_the_window_of_the_door(tmp_path: Path) -> None:
+    study = str(ROOT / "examples" / "one_axis" / "study.yaml")
+    ran = CliRunner().invoke(app, ["ratio", study, "--out", str(tmp_path)])
+    assert ran.exit_code == 0, ran.output
+    assert "hinge:" in ran.output
+    assert "fits with a ratio from" in ran.output
+    assert {path.name for path in tmp_path.iterdir()} == {"ratio.html", "ratio.json"}
+    wrong = CliRunner().invoke(app, ["ratio", study, "--joint", "hing", "--out", str(tmp_path / "no")])
+    assert wrong.exit_code == 2
+    assert not (tmp_path / "no").exists()

@@ -130,6 +130,36 @@ def _currents(
         raise typer.Exit(FITS if result.feasible else DOES_NOT_FIT)
 
 
+@app.command("ratio")
+def _ratio(
+    study: StudyFile,
+    joint: Annotated[list[str] | None, typer.Option(help="Of this joint only; may be given several times.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder for ratio.html and ratio.json.", show_default=False),
+    ] = None,
+) -> None:
+    """Vary each joint's gear ratio: torque, heat, every check, and the window in which all hold."""
+    with told():
+        from drivetrain.report.outputs import write_files
+        from drivetrain.report.ratio_json import ratio_json
+        from drivetrain.report.ratio_page import ratio_report, ratio_sentence
+        from drivetrain.sizing.ratio import chosen_drives, ratio_studies, ratio_study
+        from drivetrain.study.load import load_study
+
+        loaded = load_study(study)
+        with working("varying the ratios"):
+            drives = chosen_drives(loaded) if joint else None
+            found = [ratio_study(loaded, name, drives=drives) for name in joint or ()] or list(ratio_studies(loaded))
+            page = ratio_report(found)
+        folder = out or _default_out(loaded)
+        written = write_files(folder, {"ratio.html": page, "ratio.json": ratio_json(found)})
+        for one in found:
+            say(f"{one.joint}: {ratio_sentence(one)}")
+        say(f"page: {written['ratio.html']}")
+        raise typer.Exit(FITS if all(one.feasible for one in found) else DOES_NOT_FIT)
+
+
 def _selected(study: Study) -> Selection:
     """The search, with its progress."""
     from drivetrain.sizing.search import select as search
