@@ -20,8 +20,7 @@ from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
-from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.dynamics.newton_euler import joint_loads
+from drivetrain.dynamics.newton_euler import inverse_dynamics, joint_loads
 from drivetrain.sizing.mounting import (
     carrier_link,
     carrying,
@@ -135,8 +134,17 @@ def _loads(study: Study, arm: Arm, chosen: Array | None = None) -> Loads:
     motion = [cycle.position, cycle.velocity, cycle.acceleration]
     q, qd, qdd = motion if chosen is None else [part[chosen] for part in motion]
     found = joint_loads(arm, q, qd, qdd)
-    diagonal = np.diagonal(mass_matrix(arm, q), axis1=1, axis2=2)
-    return Loads(found.gear.T, np.swapaxes(found.wrench, 0, 1), diagonal.T, found.carrier_acceleration.T)
+    return Loads(found.gear.T, np.swapaxes(found.wrench, 0, 1), _inertia(arm, q), found.carrier_acceleration.T)
+
+
+def _inertia(arm: Arm, q: Array) -> Array:
+    """The diagonal of the mass matrix, (n, N), as the torque of unit accelerations.
+
+    The recursion is compiled anyway; the mass matrix would be compiled for this alone, which a first run would feel.
+    """
+    floating, rest = replace(arm, gravity=np.zeros(3)), np.zeros_like(q)
+    units = [np.broadcast_to(row, q.shape) for row in np.eye(arm.n)]
+    return np.array([inverse_dynamics(floating, q, rest, unit)[:, i] for i, unit in enumerate(units)])
 
 
 def _with_payloads(study: Study, arm: Arm) -> Loads:
