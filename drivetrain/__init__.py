@@ -13,12 +13,16 @@ if TYPE_CHECKING:
     from drivetrain.arm.bodies import with_payload as with_payload
     from drivetrain.arm.book_lists import book_lists as book_lists
     from drivetrain.arm.dh import arm_from_dh as arm_from_dh
+    from drivetrain.arm.flexible_links import BendingLink as BendingLink
+    from drivetrain.arm.flexible_links import with_flexible_links as with_flexible_links
     from drivetrain.arm.load import load_arm as load_arm
     from drivetrain.arm.rotors import Rotor as Rotor
     from drivetrain.arm.rotors import RotorLevel as RotorLevel
     from drivetrain.arm.with_rotors import at_level as at_level
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
     from drivetrain.catalog.read import read_catalog as read_catalog
+    from drivetrain.drive.friction import book_curves as book_curves
+    from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.dynamics.articulated_body import articulated_body as articulated_body
     from drivetrain.dynamics.bias import bias_torque as bias_torque
     from drivetrain.dynamics.bias import tip_torque as tip_torque
@@ -32,6 +36,9 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.ellipsoids import tip_acceleration_ellipsoid as tip_acceleration_ellipsoid
     from drivetrain.dynamics.ellipsoids import tip_force_ellipsoid as tip_force_ellipsoid
     from drivetrain.dynamics.ellipsoids import torque_ellipsoid as torque_ellipsoid
+    from drivetrain.dynamics.flexibility import free_frequencies as free_frequencies
+    from drivetrain.dynamics.flexibility import locked_frequencies as locked_frequencies
+    from drivetrain.dynamics.flexibility import tip_compliance as tip_compliance
     from drivetrain.dynamics.forward import forward_dynamics as forward_dynamics
     from drivetrain.dynamics.from_positions import torque_from_positions as torque_from_positions
     from drivetrain.dynamics.kinematics import body_jacobian as body_jacobian
@@ -59,11 +66,14 @@ if TYPE_CHECKING:
     from drivetrain.simulation.recording import Recording as Recording
     from drivetrain.simulation.recording import load_recording as load_recording
     from drivetrain.sizing.currents import current_commands as current_commands
+    from drivetrain.sizing.deflection import tip_deflection as tip_deflection
+    from drivetrain.sizing.deflection import vibration as vibration
     from drivetrain.sizing.evaluate import evaluate as evaluate
     from drivetrain.sizing.ratio import ratio_studies as ratio_studies
     from drivetrain.sizing.ratio import ratio_study as ratio_study
     from drivetrain.sizing.results import Verdict as Verdict
     from drivetrain.sizing.search import select as select
+    from drivetrain.spatial.beams import Beam as Beam
     from drivetrain.spatial.free_motion import free_motion as free_motion
     from drivetrain.spatial.inertia import RigidBody as RigidBody
     from drivetrain.spatial.mesh_file import read_mesh as read_mesh
@@ -80,12 +90,16 @@ _HOME = {
     "with_payload": "arm.bodies",
     "book_lists": "arm.book_lists",
     "arm_from_dh": "arm.dh",
+    "BendingLink": "arm.flexible_links",
+    "with_flexible_links": "arm.flexible_links",
     "load_arm": "arm.load",
     "Rotor": "arm.rotors",
     "RotorLevel": "arm.rotors",
     "at_level": "arm.with_rotors",
     "with_rotors": "arm.with_rotors",
     "read_catalog": "catalog.read",
+    "book_curves": "drive.friction",
+    "inertia_matching_ratio": "drive.matching",
     "articulated_body": "dynamics.articulated_body",
     "bias_torque": "dynamics.bias",
     "tip_torque": "dynamics.bias",
@@ -99,6 +113,9 @@ _HOME = {
     "tip_acceleration_ellipsoid": "dynamics.ellipsoids",
     "tip_force_ellipsoid": "dynamics.ellipsoids",
     "torque_ellipsoid": "dynamics.ellipsoids",
+    "free_frequencies": "dynamics.flexibility",
+    "locked_frequencies": "dynamics.flexibility",
+    "tip_compliance": "dynamics.flexibility",
     "forward_dynamics": "dynamics.forward",
     "torque_from_positions": "dynamics.from_positions",
     "body_jacobian": "dynamics.kinematics",
@@ -126,11 +143,14 @@ _HOME = {
     "Recording": "simulation.recording",
     "load_recording": "simulation.recording",
     "current_commands": "sizing.currents",
+    "tip_deflection": "sizing.deflection",
+    "vibration": "sizing.deflection",
     "evaluate": "sizing.evaluate",
     "ratio_studies": "sizing.ratio",
     "ratio_study": "sizing.ratio",
     "Verdict": "sizing.results",
     "select": "sizing.search",
+    "Beam": "spatial.beams",
     "free_motion": "spatial.free_motion",
     "RigidBody": "spatial.inertia",
     "read_mesh": "spatial.mesh_file",
