@@ -13,6 +13,7 @@ from drivetrain.errors import Fault
 from drivetrain.motion.smoothing import UNIFORM, is_uniform
 from drivetrain.units import from_si
 
+SHORTEST = 1e-12  # s between two instants: rates over less are rounding, and their squares overflow
 FAULTS_SHOWN = 5  # of one kind in one column
 GAP_IN_TIME = 5.0  # times the usual step between samples: told
 # A step between samples is a jump when it is this many times the third largest of the eight steps around it: a motion
@@ -66,10 +67,12 @@ def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
         A fault for each place, the first few.
     """
     step = np.diff(time.values)
-    wrong = step < 0.0 if pairs else step <= 0.0
+    wrong = (step < 0.0 if pairs else step <= 0.0) | ((step > 0.0) & (step < SHORTEST))
     if pairs:
         wrong[1:] |= (step[1:] == 0.0) & (step[:-1] == 0.0)
     rule = "must not go back, and at most two samples may share an instant" if pairs else "must increase"
+    if np.any((step > 0.0) & (step < SHORTEST)):
+        rule += f", by at least {SHORTEST:g} s"
     faults = [
         Fault(f"row {time.rows[i + 1]}, column {time.name}", f"time {rule}", float(time.values[i + 1]), "", time.file)
         for i in np.flatnonzero(wrong)[:FAULTS_SHOWN]

@@ -13,6 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.units import split_header
 
+LARGEST = 1e30  # in any unit, nanoseconds since 1970 too: squares of rates must not overflow
 FAULTS_A_COLUMN = 5  # shown before "and so on": a column of text would else list every row
 
 
@@ -100,13 +101,20 @@ def _lines(path: Path, file: str) -> list[tuple[int, list[str]]]:
         raise InputError(Fault("file", "must hold a header and at least two rows of values", len(held), "", file))
     counts = {separator: held[0][1].count(separator) for separator in (";", "\t", ",")}
     separator = max(counts, key=lambda sign: counts[sign])
-    parsed = csv.reader([line for _, line in held], delimiter=separator, skipinitialspace=True)
     decimal_comma = separator == ";"
     lines = []
-    for index, ((number, _), row) in enumerate(zip(held, parsed, strict=True)):
-        stripped = [cell.strip() for cell in row]
+    for index, (number, line) in enumerate(held):
+        stripped = [cell.strip() for cell in _cells(line, separator, f"row {number}", file)]
         lines.append((number, [c.replace(",", ".") for c in stripped] if decimal_comma and index else stripped))
     return lines
+
+
+def _cells(line: str, separator: str, place: str, file: str) -> list[str]:
+    """One line by itself: a quote left open ends with it."""
+    try:
+        return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    except csv.Error as error:
+        raise InputError(Fault(place, f"cannot be read: {error}", None, "", file)) from None
 
 
 def _numbers(cells: list[str], rows: list[int], header: str, file: str, faults: list[Fault]) -> Array:
@@ -115,11 +123,13 @@ def _numbers(cells: list[str], rows: list[int], header: str, file: str, faults: 
         values = np.array(cells, dtype=np.float64)
     except ValueError:
         values = np.array([_number(cell) for cell in cells])
-    bad = np.flatnonzero(~np.isfinite(values))
+    bad = np.flatnonzero(~(np.abs(values) <= LARGEST))  # NaN too
     values[bad] = math.nan
     for index in bad[:FAULTS_A_COLUMN]:
         place = f"row {rows[index]}, column {header}"
-        faults.append(Fault(place, "must be a finite number", cells[index], "", file))
+        large = math.isfinite(_number(cells[index]))
+        problem = "is too large to calculate with" if large else "must be a finite number"
+        faults.append(Fault(place, problem, cells[index], "", file))
     if len(bad) > FAULTS_A_COLUMN:
         faults.append(Fault(f"column {header}", f"{len(bad) - FAULTS_A_COLUMN} more cells like this", None, "", file))
     return values

@@ -62,9 +62,11 @@ def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(Fault("the file", f"cannot be read: {error.__class__.__name__}", file=str(path))) from None
-    lines = [
-        (i, line) for i, line in enumerate(csv.reader(text.splitlines()), 1) if line and not line[0].startswith("#")
-    ]
+    try:
+        parsed = list(csv.reader(text.splitlines()))
+    except csv.Error as error:
+        raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
+    lines = [(i, line) for i, line in enumerate(parsed, 1) if line and not line[0].startswith("#")]
     if not lines:
         raise InputError(Fault("the file", "is empty", file=str(path)))
     return [column.strip() for column in lines[0][1]], lines[1:]

@@ -377,6 +377,9 @@ def test_a_load_table_of_two_joints_with_accelerations(tmp_path):
         ("3,2,60", "1,2,60", "at most two samples"),
         ("speed [rpm]", "sped [rpm]", "did you mean 'speed'"),
         ("3,2,60", "3,?,60", "row 5, column torque"),
+        ("3,2,60", '3,"2,60', "row 5: must have 3 cells"),
+        ("3,2,60", "3,2e200,60", "row 5, column torque .*too large to calculate with"),
+        ("3.5,-8,0", "3.0000000000000004,-8,60", "at least 1e-12 s"),
     ],
 )
 def test_what_is_wrong_with_a_load_table(tmp_path, old, new, said):
