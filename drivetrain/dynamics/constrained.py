@@ -69,7 +69,7 @@ class ConstrainedTorque:
     """What moves an arm under constraints; one sample has no leading axis.
 
     Attributes:
-        torque: ``P (M qdd + h) + A^T lambda`` [N m or N], (N, n).
+        torque: ``P (M qdd + h)``, or ``M qdd + h + A^T lambda`` for given lambda [N m or N], (N, n).
         acceleration: What it gives: the part of the wanted one that the constraints allow, (N, n).
         missed: How far the wanted acceleration leaves the constraints, ``A qdd + dA/dt qd`` [m/s^2 or 1/s^2], (N, k).
         rank: Rows that are independent [-], (N,).
@@ -148,8 +148,8 @@ def constrained_inverse_dynamics(
         arm: With rotors or without.
         constraints: One or several.
         q, qd, qdd: Positions, speeds and wanted accelerations [rad or m, and per s, s^2], (n,) or (N, n).
-        multipliers: To press against the rows with [N for lengths, N m for angles], (k,) or (N, k). None: the torques
-            do not press, the constraints carry what is needed.
+        multipliers: With which the arm presses against the rows [N for lengths, N m for angles], (k,) or (N, k). None:
+            it leaves to the constraints whatever they can carry, gravity too.
         tip_wrench: What the end effector applies to the environment besides, in the tip frame, (moment [N m], force
             [N]), (6,) or (N, 6). None: nothing.
 
@@ -159,7 +159,7 @@ def constrained_inverse_dynamics(
     Raises:
         InputError: Wrong shapes, NaN, no constraints, a singular mass matrix.
 
-    Reference: Modern Robotics, equation 8.98, and the text after it.
+    Reference: Modern Robotics, equations 8.98 and, for given multipliers, 8.93.
     """
     several = checked_constraints(arm, constraints)
     positions, speeds, wanted = finite_samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
@@ -169,13 +169,15 @@ def constrained_inverse_dynamics(
     if len(pressed) not in (1, count):
         raise InputError(Fault("multipliers", f"must be one set of {k}, or one a sample: {count}", len(pressed)))
     bias = bias_torque(arm, positions, speeds, tip_wrench=tip_wrench)
-    whole = (mass_matrix(arm, positions) @ wanted[:, :, None])[..., 0] + bias
-    transposed = np.swapaxes(rows.jacobian, 1, 2)
-    # What the constraints would take of the whole torque if nothing else had to be met: A^T lambda = (1 - P) tau.
-    _, taken, found = least_change(arm, positions, rows.jacobian, whole, np.zeros((count, k)))
-    torque = whole + (transposed @ (pressed - taken)[:, :, None])[..., 0]
-    # A torque A^T lambda moves nothing, so pressing and P alike leave the acceleration as it is.
-    motion, _, _ = least_change(arm, positions, rows.jacobian, whole - bias, rows.drift)
+    matrices = mass_matrix(arm, positions)
+    force = (matrices @ wanted[:, :, None])[..., 0]
+    motion, _, found = least_change(arm, positions, rows.jacobian, force, rows.drift)
+    whole = (matrices @ motion[:, :, None])[..., 0] + bias
+    if multipliers is None:
+        # What the constraints take off when nothing else has to be met: (1 - P) tau = A^T lambda.
+        _, taken, _ = least_change(arm, positions, rows.jacobian, whole, np.zeros((count, k)))
+        pressed = -taken
+    torque = whole + (np.swapaxes(rows.jacobian, 1, 2) @ pressed[:, :, None])[..., 0]
     missed = (rows.jacobian @ wanted[:, :, None])[..., 0] + rows.drift
     parts = (torque, motion, missed, found[:, 0].astype(np.int64))
     return ConstrainedTorque(*(parts if np.ndim(q) == 2 else (part[0] for part in parts)))

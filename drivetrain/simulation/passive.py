@@ -62,7 +62,7 @@ def simulate_passive(
     times = recorded_times(duration, interval)
     rates = _rates(arm, torque)
     state = np.concatenate([start, [0.0]])
-    law = _checked_law(arm, torque, start)
+    law = checked_law(arm, torque, start)
     solution = up_to_divergence(integrate(solver, rates, state, times, breakpoints=breakpoints))
     about = {"arm": arm.name, "rotors": str(arm.level), "solver": repr(solver), "duration": f"{duration:g} s"}
     return record(arm, solution, law, about)
@@ -249,8 +249,20 @@ def _rates(arm: Arm, torque: TorqueLaw | None) -> Rates:
     return rates
 
 
-def _checked_law(arm: Arm, torque: TorqueLaw | None, start: Array) -> TorqueLaw | None:
-    """The law, once it has given n numbers at the start."""
+def checked_law(arm: Arm, torque: TorqueLaw | None, start: Array) -> TorqueLaw | None:
+    """The law, once it has given n numbers at the start.
+
+    Args:
+        arm: The arm.
+        torque: The law, or None.
+        start: Positions and speeds [rad or m, and per s], (2 n,).
+
+    Returns:
+        The law, or None.
+
+    Raises:
+        InputError: It is no function, or gives something else.
+    """
     if torque is None:
         return None
     if not callable(torque):

@@ -221,12 +221,17 @@ def test_pressing_on_a_plane() -> None:
     back = constrained_forward_dynamics(arm, floor, q, speed, pressed.torque)
     np.testing.assert_allclose(back.acceleration, pressed.acceleration, atol=1e-9)
     np.testing.assert_allclose(free.acceleration, pressed.acceleration, atol=1e-9)
-    carried = constrained_forward_dynamics(arm, floor, q, speed, free.torque).multipliers
-    np.testing.assert_allclose(back.multipliers, carried - 5.0, atol=1e-9)
+    np.testing.assert_allclose(back.multipliers, -5.0, atol=1e-9)
+    # Without a force asked for, the torque has no part that only works against the plane.
+    p = constraint_projectors(arm, floor, q).torque
+    np.testing.assert_allclose(p @ free.torque, free.torque, atol=1e-9)
+    lifted = constrained_inverse_dynamics(arm, floor, q, speed, qdd, multipliers=[0.0])
+    carried = constrained_forward_dynamics(arm, floor, q, speed, lifted.torque)
+    np.testing.assert_allclose(carried.multipliers, 0.0, atol=1e-9)
     # 5 N down at the tip, by the other road: the same torque as that of the wrench.
     wrench = np.concatenate([np.zeros(3), tip_pose(arm, q)[:3, :3].T @ [0.0, 0.0, -5.0]])
     extra = bias_torque(arm, q, speed, tip_wrench=wrench) - bias_torque(arm, q, speed)
-    np.testing.assert_allclose(pressed.torque - free.torque, extra, atol=1e-10)
+    np.testing.assert_allclose(pressed.torque - lifted.torque, extra, atol=1e-10)
     # An acceleration that the plane allows is given as it is.
     again = constrained_inverse_dynamics(arm, floor, q, speed, pressed.acceleration)
     np.testing.assert_allclose(again.acceleration, pressed.acceleration, atol=1e-9)

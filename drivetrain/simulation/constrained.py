@@ -1,0 +1,172 @@
+"""An arm without drives that is held by constraints: a door, a pen on paper, a closed loop of links."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.dynamics.constrained import (
+    Constraints,
+    closed_position,
+    closed_speed,
+    constrained_forward_dynamics,
+    least_change,
+)
+from drivetrain.dynamics.constraints import Constraint, checked_constraints, stacked_rows
+from drivetrain.dynamics.doors import run
+from drivetrain.dynamics.packed import packed
+from drivetrain.errors import InputError
+from drivetrain.simulation.passive import (
+    BEYOND,
+    DEFAULT_INTERVAL,
+    TorqueLaw,
+    checked_law,
+    checked_start,
+    record,
+    recorded_times,
+    up_to_divergence,
+)
+from drivetrain.simulation.recording import Event, Recording, Series
+from drivetrain.simulation.stabilisation import Projection, Stabilisation
+from drivetrain.solvers.explicit import RungeKutta4
+from drivetrain.solvers.integrate import Correct, integrate
+from drivetrain.solvers.solver import Rates, Solver
+
+DEFAULT_SOLVER = RungeKutta4(1e-3)
+PROJECTION = Projection()
+MOVED = 1e-9  # rad or m; a start that had to be mended by more is told
+
+
+def simulate_constrained(
+    arm: Arm,
+    constraints: Constraints,
+    q0: Any,
+    qd0: Any,
+    duration: float,
+    *,
+    solver: Solver = DEFAULT_SOLVER,
+    torque: TorqueLaw | None = None,
+    stabilisation: Stabilisation = PROJECTION,
+    breakpoints: Sequence[float] = (),
+    interval: float = DEFAULT_INTERVAL,
+) -> Recording:
+    """The motion of an arm under gravity, given joint torques, and constraints that do no work.
+
+    Args:
+        arm: With rotors or without, at any level.
+        constraints: One or several. The start is first moved to the nearest state that meets them.
+        q0, qd0: Positions and speeds at the start [rad or m, and per s], (n,).
+        duration: [s].
+        solver: The method.
+        torque: Called with (t [s], q [rad or m], qd [rad/s or m/s]), gives the generalised joint torques [N m; N at a
+            prismatic joint], (n,). None: none.
+        stabilisation: How the motion is kept to the constraints.
+        breakpoints: Where the torque law jumps [s]; no step crosses one.
+        interval: Between two recorded instants [s]; the last instant is the end.
+
+    Returns:
+        What ``simulate_passive`` records, and ``constraint_error`` [m, - for angles], ``constraint_speed`` [m/s], the
+        largest of any row, ``constraint_<i>.multiplier_<j>`` [N or N m], and ``rank`` [-].
+
+    Raises:
+        InputError: As ``simulate_passive``; or the constraints cannot be met near q0.
+
+    Reference: Modern Robotics, section 8.7.
+    """
+    several = checked_constraints(arm, constraints)
+    start = checked_start(arm, q0, qd0)
+    times = recorded_times(duration, interval)
+    n, law = arm.n, checked_law(arm, torque, start)
+    q = closed_position(arm, several, start[:n])
+    qd = closed_speed(arm, several, q, start[n:])
+    state = np.concatenate([q, qd, [0.0]])
+    rates = _rates(arm, several, law, stabilisation)
+    correct = _correction(arm, several, stabilisation)
+    solution = up_to_divergence(integrate(solver, rates, state, times, breakpoints=breakpoints, correct=correct))
+    about = {
+        "arm": arm.name,
+        "rotors": str(arm.level),
+        "constraints": ", ".join(type(one).__name__ for one in several),
+        "solver": repr(solver),
+        "stabilisation": repr(stabilisation),
+        "duration": f"{duration:g} s",
+    }
+    # Between the ends of steps the solver's own curve leaves the constraints a little, too.
+    corrected = [(correct(t, y), y) for t, y in zip(solution.times, solution.states, strict=True)]
+    solution = replace(solution, states=np.array([y if better is None else better for better, y in corrected]))
+    recording = record(arm, solution, law, about)
+    return _with_constraints(arm, several, recording, solution.states, float(np.abs(q - start[:n]).max()))
+
+
+def _rates(arm: Arm, constraints: tuple[Constraint, ...], torque: TorqueLaw | None, how: Stabilisation) -> Rates:
+    """Of positions, speeds, and the work of the torques."""
+    n, model = arm.n, packed(arm)
+    nothing = np.zeros((1, n))
+    held = _held(constraints)
+
+    def rates(t: float, y: Array) -> Array:
+        q, qd = y[:n].reshape(1, n).copy(), y[n : 2 * n].reshape(1, n).copy()
+        result = np.full(2 * n + 1, np.nan)
+        tau = nothing if torque is None else np.asarray(torque(t, q[0], qd[0]), dtype=np.float64).reshape(1, n)
+        try:
+            rows = stacked_rows(arm, constraints, q, qd)
+            force = tau - run(model, (q, qd, nothing))
+            acceleration, _, _ = least_change(arm, q, rows.jacobian, force, how.drift(rows, qd, held))
+        except InputError:
+            if np.abs(y).max() <= BEYOND:
+                raise
+            return result  # it was no state of an arm before; the solver will tell
+        result[:n], result[n : 2 * n] = qd[0], acceleration[0]
+        result[2 * n] = tau[0] @ qd[0]
+        return result
+
+    return rates
+
+
+def _correction(arm: Arm, constraints: tuple[Constraint, ...], how: Stabilisation) -> Correct:
+    n = arm.n
+
+    def correct(t: float, y: Array) -> Array | None:
+        if not np.abs(y).max() <= BEYOND:
+            return None
+        q, qd = y[:n].reshape(1, n).copy(), y[n : 2 * n].reshape(1, n).copy()
+        put_back = how.put_back(arm, constraints, q, qd)
+        return None if put_back is None else np.concatenate([put_back[0][0], put_back[1][0], y[2 * n :]])
+
+    return correct
+
+
+def _held(constraints: tuple[Constraint, ...]) -> np.ndarray:
+    """Whether each row holds a position."""
+    return np.concatenate([np.full(one.count, one.holonomic) for one in constraints])
+
+
+def _with_constraints(
+    arm: Arm, constraints: tuple[Constraint, ...], recording: Recording, states: Array, moved: float
+) -> Recording:
+    """The recording, with what the constraints do, and accelerations as they let them be."""
+    n = arm.n
+    q, qd = np.ascontiguousarray(states[:, :n]), np.ascontiguousarray(states[:, n : 2 * n])
+    tau = np.array(list(recording.ending("torque").values())).T
+    motion = constrained_forward_dynamics(arm, constraints, q, qd, tau)
+    series = dict(recording.series)
+    for i, name in enumerate(arm.joint_names):
+        series[f"{name}.acceleration"] = Series(recording.unit(f"{name}.acceleration"), motion.acceleration[:, i])
+    column = 0
+    for i, one in enumerate(constraints):
+        for j, unit in enumerate(one.units):
+            series[f"constraint_{i + 1}.multiplier_{j + 1}"] = Series(unit, motion.multipliers[:, column])
+            column += 1
+    series["constraint_error"] = Series("m", np.abs(motion.error).max(axis=1))
+    series["constraint_speed"] = Series("m/s", np.abs(motion.speed_error).max(axis=1))
+    series["rank"] = Series("-", motion.rank.astype(np.float64))
+    events = recording.events
+    if moved > MOVED:
+        told = f"the start did not meet the constraints; joints moved by up to {moved:.3g} rad or m"
+        events = (Event(float(recording.time[0]), "start", told), *events)
+    return replace(recording, series=series, events=events)
