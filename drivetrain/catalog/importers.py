@@ -183,8 +183,11 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(Fault("file", f"cannot be read as UTF-8 text: {error}", file=str(path))) from None
-    reader = csv.reader(io.StringIO(text, newline=""))
-    return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)  # else an open quote swallows the rest unseen
+    try:
+        return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise InputError(Fault(f"row {reader.line_num}", f"cannot be read as CSV: {error}", file=str(path))) from None
 
 
 def _records(path: Path) -> list[tuple[int, Record]]:

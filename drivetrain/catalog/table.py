@@ -183,7 +183,7 @@ def _csv_lines(path: Path) -> list[tuple[int, list[str]]]:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(Fault("file", f"cannot be read as UTF-8 text: {error}", file=str(path))) from None
-    reader = csv.reader(io.StringIO(text, newline=""))
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)  # else an open quote swallows the rest unseen
     records: list[tuple[int, list[str]]] = []
     start = 1
     try:

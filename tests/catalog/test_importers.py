@@ -149,3 +149,12 @@ def test_an_import_of_nothing_is_an_error(tmp_path: Path) -> None:
     done = import_mgdb(tmp_path, tmp_path / "out")
     assert (done.motors, done.gears, done.pairs) == (0, 3, 0)
     assert len(read_catalog(tmp_path / "out").gears) == 3
+
+
+def test_an_open_quote_in_a_source_is_a_fault(tmp_path: Path) -> None:
+    shutil.copytree(DATA / "si_table", tmp_path / "source")
+    with (tmp_path / "source" / "motors.csv").open("a", encoding="utf-8") as file:
+        file.write('more,"open\n')
+    with pytest.raises(InputError, match="cannot be read as CSV"):
+        import_table(tmp_path / "source", tmp_path / "out", basis="dc")
+    assert not (tmp_path / "out").exists()

@@ -157,3 +157,10 @@ def test_an_empty_file_and_one_that_is_no_text(tmp_path: Path) -> None:
         read_table(tmp_path / "table.csv", MOTOR_COLUMNS)
     with pytest.raises(InputError):
         read_table(tmp_path / "missing.csv", MOTOR_COLUMNS)
+
+
+def test_an_open_quote_does_not_swallow_the_rows_after_it(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text('key,notes\na,"open\nb,\nc,\n', encoding="utf-8")
+    with pytest.raises(InputError, match="row 2: cannot be read as CSV"):
+        read_table(path, MOTOR_COLUMNS)
