@@ -23,7 +23,7 @@ from drivetrain.sizing.demand import JointDemand, JointWork, Workload, workload
 from drivetrain.sizing.evaluate import objective_share
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
-from drivetrain.sizing.load_basis import NUMBERS, drive_numbers
+from drivetrain.sizing.load_basis import NUMBERS, drive_numbers, loading_drives
 from drivetrain.sizing.mounting import drive_mass
 from drivetrain.sizing.operation import Operation, operation
 from drivetrain.sizing.results import Check, Fallen, Verdict
@@ -238,10 +238,12 @@ def joint_fields(study: Study) -> tuple[Field, ...]:
         One field a joint, in the arm's order.
 
     Raises:
-        InputError: A joint without any candidate, or with none whose share of the objective is known.
+        InputError: A joint without any candidate, or with none whose share of the objective is known; a drive of
+            coupled joints that rides on them and loads a shaft that is chosen before it is.
     """
+    faults = [fault for joint, task in enumerate(study.joints) for fault in _early(study, joint, task)]
     work, shelf = workload(study), Shelf(study)
-    fields, faults = [], []
+    fields = []
     for joint, task in enumerate(study.joints):
         pairs = task.pairs if task.drive is None else (task.drive,)
         known: list[Candidate] = []
@@ -297,6 +299,16 @@ def _empty(study: Study, task: JointTask, unknown: int) -> Fault:
         hint = f"fill the {study.objective} column of the catalogue, or change the objective"
         return Fault(place, problem, hint=hint)
     return Fault(place, "has neither a given drive nor a candidate", hint="; ".join(task.passed_over))
+
+
+def _early(study: Study, joint: int, task: JointTask) -> list[Fault]:
+    """Drives before a joint that load its shaft: a search from tip to base would choose them too late."""
+    riding = [study.joints[k].name for k in loading_drives(study, joint) if k < joint]
+    if not riding:
+        return []
+    problem = f"is loaded by the drives of {', '.join(riding)}, which a search from tip to base chooses after it"
+    hint = "mount: {carrier: group} puts a drive before the joints that it is coupled to; evaluate() has no such limit"
+    return [Fault(f"joints.{task.name}", problem, hint=hint)]
 
 
 def _number(value: float | None) -> float:

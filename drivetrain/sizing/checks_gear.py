@@ -93,9 +93,7 @@ def gear_maximum_input_speed(op: Operation) -> Check:
     fastest = op.demand.fastest
     required = op.safety.speed * abs(op.drive.gear.ratio) * fastest.value
     limit = _limit(op, op.drive.gear.max_input_speed, "maximum input speed")
-    return held(
-        "gear maximum input speed", "rad/s", required, limit, reserve=op.safety.reserve, time=fastest.time
-    )
+    return held("gear maximum input speed", "rad/s", required, limit, reserve=op.safety.reserve, time=fastest.time)
 
 
 def gear_life_check(op: Operation) -> Check:
@@ -180,9 +178,11 @@ TORQUE_ONLY = (gear_repeated_peak_torque, gear_momentary_torque, gear_average_to
 
 def _bearing(op: Operation, name: str, unit: str, largest: Peak | None, available: float | None) -> Check:
     if largest is None:
-        reason = "without an arm the loads across the axis are unknown" if op.demand.load_inertia is None else (
-            "the joint slides: its guide carries the loads across"
-        )  # fmt: skip
+        reason = "the joint slides: its guide carries the loads across"
+        if op.demand.load_inertia is None:
+            reason = "without an arm the loads across the axis are unknown"
+        elif op.task.coupled:
+            reason = "the gear turns a shaft away from the joint: what loads its bearing is not known"
         return reported(name, unit, None, reason)
     required = op.safety.peak_torque * largest.value
     limit = _limit(op, available, f"{name} limit")

@@ -16,6 +16,7 @@ from drivetrain.drive.gear import average_torque
 from drivetrain.motion.duty_cycle import Indices, sample_weights
 from drivetrain.sizing.checks import Peak, peak
 from drivetrain.sizing.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
+from drivetrain.sizing.mounting import seat
 from drivetrain.study.study import Study
 
 
@@ -37,6 +38,8 @@ class BearingLoad(NamedTuple):
 class JointDemand:
     """What one joint's drive must do, at the gear's output; all (N,).
 
+    Where motors are coupled that is the shaft which the gear turns, and its coordinate stands for the joint's.
+
     Attributes:
         time: [s].
         weights: Time each sample stands for in integrals over the cycle [s].
@@ -48,7 +51,7 @@ class JointDemand:
         friction: At the joint, outside the gear's mesh.
         payload: Index of what the tip carries, -1 for nothing.
         wrench: Six components (moment [N m], force [N]) that the joint passes on, joint frame, (N, 6); None without
-            an arm or where the joint slides (its guide carries them).
+            an arm, where the joint slides (its guide carries them) and where the gear is not at the joint (coupled).
         load_inertia: What the gear's output accelerates, own rotor excluded [kg m^2]; None without an arm.
     """
 
@@ -258,8 +261,8 @@ class JointWork:
     def _demand(self, sums: _Sums | None) -> JointDemand:
         """At the gear's output, from sums in the joint's own coordinate."""
         cycle, task = self.work.study.cycle, self.work.study.joints[self.joint]
-        speed, acceleration = cycle.velocity[:, self.joint], cycle.acceleration[:, self.joint]
-        position = cycle.position[:, self.joint]
+        motions = (cycle.position, cycle.velocity, cycle.acceleration)
+        position, speed, acceleration = (_column(self.work.study, motion, self.joint) for motion in motions)
         if sums is None:
             nothing = np.zeros_like(speed)
             given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
@@ -268,15 +271,16 @@ class JointWork:
                 cycle.payload, None, None,
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
-        carrier = basis.bare.carrier_acceleration
+        at = seat(self.joint, task.mount)
+        carrier = self.work.basis[at].bare.carrier_acceleration
         if task.mount.carrier == "base":
             carrier = np.zeros_like(carrier)
-        elif task.mount.carrier == "child" and not basis.slides:
-            carrier = carrier + acceleration
+        elif task.mount.carrier == "child" and not self.work.basis[at].slides:
+            carrier = carrier + cycle.acceleration[:, at]
+        across = None if basis.slides or task.coupled else sums.wrench.reshape(-1, 6)
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
-            sums.force * travel, task.friction, cycle.payload,
-            None if basis.slides else sums.wrench.reshape(-1, 6), sums.inertia * travel**2,
+            sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2,
         )  # fmt: skip
 
 
@@ -292,6 +296,12 @@ def joint_demand(study: Study, drives: Mapping[int, Drive], joint: int) -> Joint
         The demand over the whole cycle, at the gear's output also where the joint slides.
     """
     return workload(study).at(joint, drives).demand(drives[joint])
+
+
+def _column(study: Study, motion: Array, joint: int) -> Array:
+    """What one joint does in a motion of all, or where motors are coupled its shaft."""
+    coupling = None if study.arm is None else study.arm.coupling
+    return np.asarray(motion[:, joint] if coupling is None else motion @ coupling[joint])
 
 
 def _bare(basis: JointBasis) -> tuple[Array, Array, Array]:

@@ -70,6 +70,9 @@ def _remarks(operation: Operation) -> list[str]:
     """What a reader should know that belongs to no single check."""
     demand = operation.demand
     remarks = []
+    if operation.task.coupled:
+        others = ", ".join(operation.task.coupled)
+        remarks.append(f"drives {others} together with others: torque, speed and position are its shaft's")
     if operation.missing:
         remarks.append(
             f"{operation.missing} unknown: motor torque, current and power are shown without and are not judged"

@@ -3,7 +3,7 @@
 Newton and Euler are linear in mass and inertia. A drive loads the joints before it through five numbers: its mass,
 its inertia across and along its axis, the inertia of its rotor, and that inertia times the ratio. What one unit of
 each does to each joint over the cycle is computed once; any set of drives is then a weighted sum, for an evaluation
-as for a search.
+as for a search. Where motors are coupled, "joint" means the shaft behind the gear of the joint's drive.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import with_body
-from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
@@ -29,7 +28,9 @@ from drivetrain.sizing.mounting import (
     joint_axis,
     mount_point,
     rotor_ratio,
-)  # fmt: skip
+    seat,
+    seated_rotor,
+)
 from drivetrain.study.study import DriveMass, Study
 
 NUMBERS = 5  # of a drive: mass, inertia across, along, of the rotor, of the rotor times ratio
@@ -42,7 +43,8 @@ class Loads:
     Attributes:
         force: At the gear's output, equation 8.110 [N m or N], (n, N).
         wrench: Moment [N m] and force [N] passed on, joint frame, (n, N, 6).
-        inertia: Diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (n, N).
+        inertia: Diagonal of the mass matrix, rotors of other joints included [kg m^2 or kg], (n, N); of shafts, with
+            the other shafts held still.
         carrier_acceleration: Angular, of the link before the joint along its axis [rad/s^2], (n, N).
     """
 
@@ -138,13 +140,14 @@ def _loads(study: Study, arm: Arm, chosen: Array | None = None) -> Loads:
 
 
 def _inertia(arm: Arm, q: Array) -> Array:
-    """The diagonal of the mass matrix, (n, N), as the torque of unit accelerations.
+    """The diagonal of the mass matrix, of shafts where motors are coupled, (n, N), as the torque of unit accelerations.
 
     The recursion is compiled anyway; the mass matrix would be compiled for this alone, which a first run would feel.
     """
     floating, rest = replace(arm, gravity=np.zeros(3)), np.zeros_like(q)
-    units = [np.broadcast_to(row, q.shape) for row in np.eye(arm.n)]
-    return np.array([inverse_dynamics(floating, q, rest, unit)[:, i] for i, unit in enumerate(units)])
+    turns = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
+    units = [np.broadcast_to(column, q.shape) for column in turns.T]
+    return np.array([inverse_dynamics(floating, q, rest, unit) @ unit[0] for unit in units])
 
 
 def _with_payloads(study: Study, arm: Arm) -> Loads:
@@ -163,13 +166,13 @@ def _units(study: Study, arm: Arm, reference: Loads, joint: int) -> list[Loads]:
     """What one unit of each number of one joint's drive adds to all joints."""
     mount = study.joints[joint].mount
     link, point = carrier_link(joint, mount), mount_point(arm, joint, mount)
-    axis = joint_axis(arm, joint)
+    axis = joint_axis(arm, seat(joint, mount))
     across = np.eye(3) - np.outer(axis, axis)
 
     def with_rotor(ratio: float) -> Loads:
         """With a rotor of unit inertia."""
-        rotors = [Rotor(ratio, 1.0, carrier=link) if index == joint else None for index in range(arm.n)]
-        return _loads(study, with_rotors(arm, rotors))
+        own = seated_rotor(arm, joint, mount, ratio, 1.0)
+        return _loads(study, with_rotors(arm, [own if index == joint else None for index in range(arm.n)]))
 
     forward, backward = with_rotor(1.0), with_rotor(-1.0)
     spinning = [
@@ -187,9 +190,28 @@ def _units(study: Study, arm: Arm, reference: Loads, joint: int) -> list[Loads]:
     return [*moved, *spinning]
 
 
+def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
+    """The drives that may load a joint, or where motors are coupled its shaft.
+
+    Args:
+        study: The task.
+        joint: Index of the joint.
+
+    Returns:
+        Indices of joints, sorted: those after it, and any whose drive rides on it, or beyond the first of the joints
+        that its shaft turns.
+    """
+    names = [task.name for task in study.joints]
+    coupled = study.joints[joint].coupled
+    first = min((names.index(name) for name in coupled), default=joint)
+    riding = {k for k, task in enumerate(study.joints) if carrier_link(k, task.mount) >= first}
+    own = {joint} & riding
+    others = riding if coupled else set[int]()
+    return tuple(sorted({*range(joint + 1, len(names)), *own, *others}))
+
+
 def _of_joint(study: Study, bare: Loads, units: list[list[Loads]], joint: int, slides: bool) -> JointBasis:
-    first = joint if study.joints[joint].mount.carrier == "child" else joint + 1
-    drives = tuple(range(first, len(units)))
+    drives = loading_drives(study, joint)
     rows = [unit for k in drives for unit in units[k]]
     samples = bare.force.shape[1]
 

@@ -42,10 +42,10 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
     for joint, task in enumerate(study.joints):
         if task.name in drives:
             drive, link = drives[task.name], carrier_link(joint, task.mount)
-            rotors[joint] = Rotor(rotor_ratio(drive, task), drive_inertia(drive), carrier=link)
+            rotors[joint] = seated_rotor(arm, joint, task.mount, rotor_ratio(drive, task), drive_inertia(drive))
             mass, across, along = drive_body(drive)
             if study.drive_mass is not DriveMass.INCLUDED and mass > 0.0:
-                axis = joint_axis(arm, joint)
+                axis = joint_axis(arm, seat(joint, task.mount))
                 inertia = across * np.eye(3) + (along - across) * np.outer(axis, axis)
                 arm = with_body(arm, link, mass, mount_point(arm, joint, task.mount), inertia)
     return carrying(study, with_rotors(arm, rotors), payload_index)
@@ -125,7 +125,39 @@ def carrier_link(joint: int, mount: Mount) -> int:
     Returns:
         The link before the joint, the one after it, or -1 for the base.
     """
-    return {"parent": joint - 1, "child": joint, "base": -1}[mount.carrier]
+    at = seat(joint, mount)
+    return {"parent": at - 1, "child": at, "base": -1}[mount.carrier]
+
+
+def seat(joint: int, mount: Mount) -> int:
+    """Index of the joint at which a drive sits.
+
+    Args:
+        joint: Index of the joint whose drive it is.
+        mount: Where it sits.
+
+    Returns:
+        The joint's own; another where the mount says so.
+    """
+    return joint if mount.joint is None else mount.joint
+
+
+def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: float) -> Rotor:
+    """A rotor where its drive sits, along the axis of the joint there.
+
+    Args:
+        arm: The arm.
+        joint: Index of the joint whose drive it is.
+        mount: Where it sits.
+        ratio: Of the gear behind it [-, rad/m].
+        inertia: About its axis [kg m^2].
+
+    Returns:
+        The rotor, without mass.
+    """
+    axis = joint_axis(arm, seat(joint, mount))
+    line = np.concatenate([axis, np.cross(arm.joint_points[seat(joint, mount)], axis)])
+    return Rotor(ratio, inertia, screw=line, carrier=carrier_link(joint, mount))
 
 
 def emptied(study: Study) -> Arm:
@@ -181,7 +213,8 @@ def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
     Returns:
         The point [m], (3,).
     """
-    point: Array = arm.joint_points[joint] + mount.offset * joint_axis(arm, joint)
+    at = seat(joint, mount)
+    point: Array = arm.joint_points[at] + mount.offset * joint_axis(arm, at)
     return point
 
 

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from drivetrain.arm.coupling import shaft_motion
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.drive.gear import mesh_loss_coefficient
 from drivetrain.drive.matching import (
@@ -141,7 +142,8 @@ def ratio_studies(study: Study, *, drives: Mapping[str, Pair] | None = None) -> 
         InputError: As ``ratio_study``.
     """
     keys = chosen_drives(study) if drives is None else drives
-    moving = [task.name for i, task in enumerate(study.joints) if study.cycle.velocity[:, i].any()]
+    speeds = study.cycle.velocity if study.arm is None else shaft_motion(study.arm, study.cycle.velocity)
+    moving = [task.name for i, task in enumerate(study.joints) if speeds[:, i].any()]
     return tuple(ratio_study(study, name, drives=keys) for name in moving)
 
 
@@ -326,9 +328,7 @@ def _closed_forms(op: Operation) -> ClosedForms:
     )
 
 
-def _near_gears(
-    bench: _Bench, keys: Pair, best: float, windows: tuple[RatioWindow, ...]
-) -> tuple[NearGear, ...]:
+def _near_gears(bench: _Bench, keys: Pair, best: float, windows: tuple[RatioWindow, ...]) -> tuple[NearGear, ...]:
     """The catalogue's gears for this motor whose ratios are nearest to the best one, each with its own sheet."""
     study, task = bench.study, bench.study.joints[bench.joint]
     gears = study.catalog.gears

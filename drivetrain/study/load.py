@@ -11,6 +11,7 @@ from drivetrain.study.digest import study_digest
 from drivetrain.study.document import Document, read_document
 from drivetrain.study.ledger import Ledger
 from drivetrain.study.resolve_arm import arm_files, resolve_arm, resolve_payloads
+from drivetrain.study.resolve_coupling import resolve_coupling
 from drivetrain.study.resolve_cycle import motion_files, resolve_cycle, resolve_motions
 from drivetrain.study.resolve_joints import Surroundings, resolve_joints
 from drivetrain.study.rows import catalog_folders, resolve_catalog
@@ -34,7 +35,7 @@ def load_study(path: str | Path) -> Study:
     document = read_document(path)
     form, faults, places = read_form(document)
     ledger = Ledger(document, faults, places)
-    arm = resolve_arm(form, ledger)
+    arm = resolve_coupling(form, resolve_arm(form, ledger), ledger)
     payloads = resolve_payloads(form, ledger)
     catalog = resolve_catalog(form, ledger)
     motions = resolve_motions(form, arm, ledger)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import coupled_groups
 from drivetrain.catalog.read import Catalog, FramelessRule, fits
 from drivetrain.drive.amplifier import Amplifier, to_dc
 from drivetrain.drive.friction import FRICTIONLESS, Friction
@@ -138,13 +139,14 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         drive=drive,
         pairs=pairs,
         passed_over=passed_over,
-        mount=_mount(form.mount),
-        contained=_contained(around, form, place),
+        mount=_mount(around, index, form.mount, (*place, "mount")),
+        contained=_contained(around, index, form, place),
         friction=friction,
         motor_friction=motor_friction,
         amplifier=resolve_amplifier(form.amplifier, around.form.amplifier, ledger, place),
         travel_per_turn=_travel(around, index, form, place),
         housing_to_ambient=form.housing_to_ambient,
+        coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
     )
 
 
@@ -171,11 +173,23 @@ def _friction(form: FrictionForm) -> Friction:
     return replace(FRICTIONLESS, **form.model_dump())
 
 
-def _mount(form: MountForm) -> Mount:
-    return Mount(form.carrier, form.offset)
+def _mount(around: Surroundings, index: int, form: MountForm, place: Place) -> Mount:
+    """Where a drive sits; with its group, that is on the link before the first joint of it."""
+    if form.carrier != "group":
+        return Mount(form.carrier, form.offset)
+    group = () if around.arm is None else _group(around.arm, index)
+    if around.arm is not None and not group:
+        ledger, hint = around.ledger, "parent: the link before the joint"
+        ledger.fault((*place, "carrier"), "goes with a joint that `coupling` names", form.carrier, hint)
+    return Mount("parent", form.offset, group[0] if group else None)
 
 
-def _contained(around: Surroundings, form: JointForm, place: Place) -> ContainedDrive | None:
+def _group(arm: Arm, index: int) -> tuple[int, ...]:
+    """The joints that a joint's motor drives together with others; empty when it drives one alone."""
+    return next((group for group in coupled_groups(arm) if index in group), ())
+
+
+def _contained(around: Surroundings, index: int, form: JointForm, place: Place) -> ContainedDrive | None:
     """What the links hold; asked for with `replaced`, out of place without."""
     replaced = around.form.drive_mass == DriveMass.REPLACED
     if form.contained is None:
@@ -186,7 +200,8 @@ def _contained(around: Surroundings, form: JointForm, place: Place) -> Contained
     if not replaced and around.form.drive_mass is not None:
         problem = f"goes with drive_mass: replaced, but the study says {around.form.drive_mass}"
         around.ledger.fault((*place, "contained"), problem)
-    return ContainedDrive(form.contained.mass, _mount(form.contained.mount))
+    mount = _mount(around, index, form.contained.mount, (*place, "contained", "mount"))
+    return ContainedDrive(form.contained.mass, mount)
 
 
 def _travel(around: Surroundings, index: int, form: JointForm, place: Place) -> float | None:

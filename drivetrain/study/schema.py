@@ -9,6 +9,7 @@ from pydantic_core import CoreSchema
 
 from drivetrain.study import fields as f
 from drivetrain.study.form import Form
+from drivetrain.study.schema_coupling import CouplingForm
 from drivetrain.study.schema_parts import AmplifierForm, AssumptionsForm, JointForm, SafetyForm, SupplyForm
 from drivetrain.study.schema_rows import GearRow, MotorRow
 
@@ -108,6 +109,7 @@ class StudyForm(Form):
     arm: Annotated[ArmForm | None, BeforeValidator(_arm)] = None
     tip: f.Name | None = Field(default=None, description="link of the arm's file that carries the payload")
     gravity: f.Acceleration3 | None = Field(default=None, description="in the base frame; default [0, 0, -9.81] m/s^2")
+    coupling: list[CouplingForm] = Field(default_factory=list, description="joints whose motors work together")
     drive_mass: Literal["added", "included", "replaced"] | None = None
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
     motions: dict[str, MotionForm]

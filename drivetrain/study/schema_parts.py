@@ -10,7 +10,7 @@ from drivetrain.study import fields as f
 from drivetrain.study.form import Form
 
 CurrentBasis = Literal["dc", "rms", "peak"]
-Carrier = Literal["parent", "child", "base"]
+Carrier = Literal["parent", "child", "base", "group"]
 
 
 class SupplyForm(Form):
@@ -49,7 +49,11 @@ class SafetyForm(Form):
 
 
 class MountForm(Form):
-    """Where a drive sits: on the link before the joint (parent), after it (child), or on the base."""
+    """Where a drive sits: on the link before the joint (parent), after it (child), or on the base.
+
+    A drive of coupled joints may sit where its group begins (group): on the link before the first joint of them, at and
+    along that joint's axis.
+    """
 
     carrier: Carrier = "parent"
     offset: f.Length = 0.0

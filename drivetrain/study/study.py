@@ -45,10 +45,13 @@ class Mount:
     Attributes:
         carrier: Link that holds the stator: ``parent`` (before the joint), ``child`` (after it) or ``base``.
         offset: Of the drive's centre of mass from the joint's point, along the joint axis [m].
+        joint: Index of the joint that the two others speak of, where a drive of coupled joints sits at another than
+            its own; None: its own.
     """
 
     carrier: str = "parent"
     offset: float = 0.0
+    joint: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +83,8 @@ class JointTask:
         amplifier: Of this joint.
         travel_per_turn: Of a prismatic joint, travel a radian of the gear's output [m/rad]; None for a revolute joint.
         housing_to_ambient: Thermal resistance that replaces the sheet's [K/W], of the real mounting; None: the sheet's.
+        coupled: Names of the joints that its motor drives together with others; empty: this one alone. Friction, speed
+            and torque are then those of the shaft behind the gear.
     """
 
     name: str
@@ -93,6 +98,7 @@ class JointTask:
     amplifier: Amplifier
     travel_per_turn: float | None = None
     housing_to_ambient: float | None = None
+    coupled: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

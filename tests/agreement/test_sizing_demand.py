@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import placed, with_coupling
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.drive import Drive, motor_torque
@@ -42,10 +43,17 @@ def random_arm(rng: np.random.Generator, n: int) -> Arm:
     )  # fmt: skip
 
 
-def random_study(seed: int, drive_mass: DriveMass, carrier: str) -> tuple[Study, dict[str, Drive]]:
+def random_study(
+    seed: int, drive_mass: DriveMass, carrier: str, group: tuple[int, ...] = ()
+) -> tuple[Study, dict[str, Drive]]:
+    """With drives on any links; those of a group of joints are coupled, and may ride where it begins ("group")."""
     rng = np.random.default_rng(seed)
     n, samples = 4, 15
     arm = random_arm(rng, n)
+    if group:
+        k = len(group)
+        arm = with_coupling(arm, placed(np.eye(k) + 0.5 * rng.normal(size=(k, k)), group, n))
+    coupled = tuple(arm.joint_names[i] for i in group)
     carriers = {"mixed": ["parent", "child", "child", "base"]}.get(carrier, [carrier] * n)
     drives, tasks = {}, []
     for i, name in enumerate(arm.joint_names):
@@ -53,9 +61,23 @@ def random_study(seed: int, drive_mass: DriveMass, carrier: str) -> tuple[Study,
         gear = Gear(f"g{i}", float(rng.choice([-80.0, 30.0, 120.0])), efficiency=1.0, inertia=2e-5, mass=0.7)
         drives[name] = Drive(motor, gear)
         mount = Mount(carriers[i], rng.uniform(-0.1, 0.1))
+        if carrier == "group":
+            mount = Mount("parent", mount.offset, group[0] if i in group else None)
         held = ContainedDrive(rng.uniform(0.1, 0.2), mount) if drive_mass is DriveMass.REPLACED else None
         tasks.append(
-            JointTask(name, None, (), (), mount, held, Friction(), None, Amplifier(), TRAVEL if i == 2 else None)
+            JointTask(
+                name,
+                None,
+                (),
+                (),
+                mount,
+                held,
+                Friction(),
+                None,
+                Amplifier(),
+                TRAVEL if i == 2 else None,
+                coupled=coupled if i in group else (),
+            )
         )
     q, qd, qdd = rng.normal(size=(3, samples, n))
     payload = np.repeat([0, -1, 1], 5)
@@ -105,6 +127,48 @@ def test_sums_are_the_recursion_on_the_loaded_arm(seed: int, drive_mass: DriveMa
                 continue
             size = np.abs(loads.wrench[:, joint]).max()
             np.testing.assert_allclose(demand.wrench[at], loads.wrench[:, joint], atol=1e-11 * size)
+
+
+GROUPS = [(0, 1), (1, 2, 3), (1, 3), (0, 1, 2, 3), (2, 3)]
+COUPLED = list(itertools.product(GROUPS, (DriveMass.ADDED, DriveMass.INCLUDED), ("group", "parent", "base", "mixed")))
+
+
+@pytest.mark.parametrize(("group", "drive_mass", "carrier"), COUPLED)
+def test_coupled_drives_as_the_recursion_has_them(group: tuple[int, ...], drive_mass: DriveMass, carrier: str) -> None:
+    """Sums over the drives' numbers, the drive's law at its shaft, and power, against the whole coupled arm."""
+    study, drives = random_study(3, drive_mass, carrier, group)
+    cycle = study.cycle
+    mounted = {i: drives[t.name] for i, t in enumerate(study.joints)}
+    power = np.zeros(len(cycle.time))
+    for joint, task in enumerate(study.joints):
+        demand = joint_demand(study, mounted, joint)
+        travel = task.travel_per_turn or 1.0
+        torque = motor_torque(
+            drives[task.name], demand.gear_torque, demand.speed, demand.acceleration, demand.carrier_acceleration
+        )
+        power += torque.total * drives[task.name].gear.ratio * demand.speed
+        for index in (-1, 0, 1):
+            at = cycle.payload == index
+            arm = loaded_arm(study, drives, index)
+            assert arm.coupling is not None
+            loads = joint_loads(arm, cycle.position[at], cycle.velocity[at], cycle.acceleration[at])
+            scale = np.abs(loads.gear[:, joint]).max()
+            np.testing.assert_allclose(demand.gear_torque[at], loads.gear[:, joint] * travel, atol=1e-11 * scale)
+            largest = np.abs(loads.motor[:, joint]).max()
+            np.testing.assert_allclose(torque.total[at], loads.motor[:, joint], atol=1e-11 * largest)
+            turns = np.linalg.inv(arm.coupling)
+            diagonal = (turns.T @ mass_matrix(arm, cycle.position[at]) @ turns)[:, joint, joint]
+            if carrier in ("group", "base"):  # else the own rotor's coupling may stand in the diagonal too
+                own = drives[task.name].gear.ratio ** 2 * 1.2e-4 / travel**2
+                np.testing.assert_allclose(demand.load_inertia[at], (diagonal - own) * travel**2, rtol=1e-9)
+        assert (demand.wrench is None) == (joint in group or joint == 2)
+    torques = np.zeros_like(cycle.position)
+    for index in (-1, 0, 1):
+        at = cycle.payload == index
+        motion = (cycle.position[at], cycle.velocity[at], cycle.acceleration[at])
+        torques[at] = joint_loads(loaded_arm(study, drives, index), *motion).torque
+    wanted = np.sum(torques * cycle.velocity, axis=1)
+    np.testing.assert_allclose(power, wanted, atol=1e-11 * np.abs(wanted).max())
 
 
 def test_shoulder_of_a_planar_arm_by_hand() -> None:
