@@ -18,15 +18,17 @@ from drivetrain.sizing.results import Check, Evaluation, JointResult
 from drivetrain.study.study import DriveMass, Study
 
 Pair = tuple[str, str]
+Given = tuple[str, str | None]
+NO_GEAR = ("", "none", None)  # what may stand for the gear of a direct drive
 
 
-def evaluate(study: Study, drives: Mapping[str, Pair] | None = None) -> Evaluation:
+def evaluate(study: Study, drives: Mapping[str, Given] | None = None) -> Evaluation:
     """Every limit of every drive held against the task.
 
     Args:
         study: The task.
-        drives: Keys of (motor, gear) by joint name, gear key "" for a direct drive; a joint that is not named keeps
-            the drive that the study gives it.
+        drives: Keys of (motor, gear) by joint name, for a direct drive the gear key "", "none" or None; a joint that
+            is not named keeps the drive that the study gives it.
 
     Returns:
         Every check of every joint and of the supply.
@@ -41,7 +43,7 @@ def evaluate(study: Study, drives: Mapping[str, Pair] | None = None) -> Evaluati
     return Evaluation(study, results, shared_checks(study, results), objective(study, mounted))
 
 
-def given_drives(study: Study, drives: Mapping[str, Pair]) -> dict[str, Pair]:
+def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
     """The drive of every joint: the caller's, else the study's.
 
     Args:
@@ -54,6 +56,8 @@ def given_drives(study: Study, drives: Mapping[str, Pair]) -> dict[str, Pair]:
     Raises:
         InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
     """
+    if not isinstance(drives, Mapping):
+        raise InputError(Fault("drives", "must give (motor key, gear key) by joint name", drives))
     names = [task.name for task in study.joints]
     faults = [
         Fault(f"drives.{name}", "is no joint of the study", name, nearest(name, names))
@@ -62,10 +66,13 @@ def given_drives(study: Study, drives: Mapping[str, Pair]) -> dict[str, Pair]:
     ]
     found: dict[str, Pair] = {}
     for task in study.joints:
-        pair = drives.get(task.name, task.drive)
-        if pair is None:
+        given = drives.get(task.name, task.drive)
+        if given is None:
             faults.append(Fault(f"drives.{task.name}", "has no drive: give one, or let one be selected"))
+        elif isinstance(given, str) or len(given) != 2:
+            faults.append(Fault(f"drives.{task.name}", "must be a motor key and a gear key", given))
         else:
+            pair = (given[0], "" if given[1] in NO_GEAR else str(given[1]))
             faults += _unknown_keys(study, task.name, pair)
             found[task.name] = pair
     if faults:

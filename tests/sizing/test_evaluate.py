@@ -315,3 +315,16 @@ def test_a_drive_whose_torque_is_unknown_is_no_pass(one_axis):
         assert not evaluation.feasible
     failing = replace(changed(one_axis, "gear", "efficiency", None), safety=Safety(speed=100.0))
     assert evaluate(failing).verdict is Verdict.FAIL
+
+
+def test_a_direct_drive_may_be_named_as_in_a_study(one_axis):
+    plain = evaluate(one_axis, {"j1": ("m1", "")})
+    assert plain.joints["j1"].gear == ""
+    for gear in ("none", None):
+        assert evaluate(one_axis, {"j1": ("m1", gear)}).joints["j1"].checks == plain.joints["j1"].checks
+
+
+@pytest.mark.parametrize("drives", [{"j1": "m1"}, {"j1": ("m1",)}, {"j1": ("m1", "g1", "x")}, [("m1", "g1")]])
+def test_what_is_no_pair_of_keys_is_told(one_axis, drives):
+    with pytest.raises(InputError, match="motor key"):
+        evaluate(one_axis, drives)
