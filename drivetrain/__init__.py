@@ -29,6 +29,14 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.bias import velocity_torque as velocity_torque
     from drivetrain.dynamics.closed_form import closed_form as closed_form
     from drivetrain.dynamics.closed_form import mass_matrix_rate as mass_matrix_rate
+    from drivetrain.dynamics.closures import ClosingJoint as ClosingJoint
+    from drivetrain.dynamics.closures import LoopClosure as LoopClosure
+    from drivetrain.dynamics.constrained import constrained_forward_dynamics as constrained_forward_dynamics
+    from drivetrain.dynamics.constrained import constrained_inverse_dynamics as constrained_inverse_dynamics
+    from drivetrain.dynamics.constrained import constraint_projectors as constraint_projectors
+    from drivetrain.dynamics.constraints import Attachment as Attachment
+    from drivetrain.dynamics.contacts import Plane as Plane
+    from drivetrain.dynamics.contacts import PointOnSurface as PointOnSurface
     from drivetrain.dynamics.coriolis import christoffel_symbols as christoffel_symbols
     from drivetrain.dynamics.coriolis import coriolis_matrix as coriolis_matrix
     from drivetrain.dynamics.ellipsoids import acceleration_ellipsoid as acceleration_ellipsoid
@@ -41,6 +49,8 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.flexibility import tip_compliance as tip_compliance
     from drivetrain.dynamics.forward import forward_dynamics as forward_dynamics
     from drivetrain.dynamics.from_positions import torque_from_positions as torque_from_positions
+    from drivetrain.dynamics.jacobian_rates import body_jacobian_rate as body_jacobian_rate
+    from drivetrain.dynamics.jacobian_rates import space_jacobian_rate as space_jacobian_rate
     from drivetrain.dynamics.kinematics import body_jacobian as body_jacobian
     from drivetrain.dynamics.kinematics import link_poses as link_poses
     from drivetrain.dynamics.kinematics import space_jacobian as space_jacobian
@@ -56,15 +66,19 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.newton_euler import joint_loads as joint_loads
     from drivetrain.dynamics.ratio_sweep import sweep_ratio as sweep_ratio
     from drivetrain.dynamics.symbolic import symbolic_dynamics as symbolic_dynamics
+    from drivetrain.dynamics.task_space import task_space_dynamics as task_space_dynamics
     from drivetrain.errors import DrivetrainError as DrivetrainError
     from drivetrain.errors import InputError as InputError
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
     from drivetrain.export.urdf import write_urdf as write_urdf
     from drivetrain.report.outputs import write_outputs as write_outputs
     from drivetrain.report.page import html_report as html_report
+    from drivetrain.simulation.constrained import simulate_constrained as simulate_constrained
     from drivetrain.simulation.passive import simulate_passive as simulate_passive
     from drivetrain.simulation.recording import Recording as Recording
     from drivetrain.simulation.recording import load_recording as load_recording
+    from drivetrain.simulation.stabilisation import Baumgarte as Baumgarte
+    from drivetrain.simulation.stabilisation import Projection as Projection
     from drivetrain.sizing.currents import current_commands as current_commands
     from drivetrain.sizing.deflection import tip_deflection as tip_deflection
     from drivetrain.sizing.deflection import vibration as vibration
@@ -73,6 +87,9 @@ if TYPE_CHECKING:
     from drivetrain.sizing.ratio import ratio_study as ratio_study
     from drivetrain.sizing.results import Verdict as Verdict
     from drivetrain.sizing.search import select as select
+    from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
+    from drivetrain.solvers.explicit import Euler as Euler
+    from drivetrain.solvers.explicit import RungeKutta4 as RungeKutta4
     from drivetrain.spatial.beams import Beam as Beam
     from drivetrain.spatial.free_motion import free_motion as free_motion
     from drivetrain.spatial.inertia import RigidBody as RigidBody
@@ -106,6 +123,14 @@ _HOME = {
     "velocity_torque": "dynamics.bias",
     "closed_form": "dynamics.closed_form",
     "mass_matrix_rate": "dynamics.closed_form",
+    "ClosingJoint": "dynamics.closures",
+    "LoopClosure": "dynamics.closures",
+    "constrained_forward_dynamics": "dynamics.constrained",
+    "constrained_inverse_dynamics": "dynamics.constrained",
+    "constraint_projectors": "dynamics.constrained",
+    "Attachment": "dynamics.constraints",
+    "Plane": "dynamics.contacts",
+    "PointOnSurface": "dynamics.contacts",
     "christoffel_symbols": "dynamics.coriolis",
     "coriolis_matrix": "dynamics.coriolis",
     "acceleration_ellipsoid": "dynamics.ellipsoids",
@@ -118,6 +143,8 @@ _HOME = {
     "tip_compliance": "dynamics.flexibility",
     "forward_dynamics": "dynamics.forward",
     "torque_from_positions": "dynamics.from_positions",
+    "body_jacobian_rate": "dynamics.jacobian_rates",
+    "space_jacobian_rate": "dynamics.jacobian_rates",
     "body_jacobian": "dynamics.kinematics",
     "link_poses": "dynamics.kinematics",
     "space_jacobian": "dynamics.kinematics",
@@ -133,15 +160,19 @@ _HOME = {
     "joint_loads": "dynamics.newton_euler",
     "sweep_ratio": "dynamics.ratio_sweep",
     "symbolic_dynamics": "dynamics.symbolic",
+    "task_space_dynamics": "dynamics.task_space",
     "DrivetrainError": "errors",
     "InputError": "errors",
     "PhysicsWarning": "errors",
     "write_urdf": "export.urdf",
     "write_outputs": "report.outputs",
     "html_report": "report.page",
+    "simulate_constrained": "simulation.constrained",
     "simulate_passive": "simulation.passive",
     "Recording": "simulation.recording",
     "load_recording": "simulation.recording",
+    "Baumgarte": "simulation.stabilisation",
+    "Projection": "simulation.stabilisation",
     "current_commands": "sizing.currents",
     "tip_deflection": "sizing.deflection",
     "vibration": "sizing.deflection",
@@ -150,6 +181,9 @@ _HOME = {
     "ratio_study": "sizing.ratio",
     "Verdict": "sizing.results",
     "select": "sizing.search",
+    "DormandPrince853": "solvers.adaptive",
+    "Euler": "solvers.explicit",
+    "RungeKutta4": "solvers.explicit",
     "Beam": "spatial.beams",
     "free_motion": "spatial.free_motion",
     "RigidBody": "spatial.inertia",
