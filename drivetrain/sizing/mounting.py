@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -172,19 +173,32 @@ def emptied(study: Study) -> Arm:
         The arm; as a point is taken out, the drives' own inertia [kg m^2] stays in the links.
 
     Raises:
-        InputError: The study has no arm, or a link would be left without mass.
+        InputError: The study has no arm, or a link cannot hold what is to be taken out of it; all such joints.
     """
     arm = study.arm
     if arm is None:
         raise InputError(Fault("arm", "is needed to load it with drives", hint="a load table already holds its torque"))
     arm = with_rotors(arm, [None] * arm.n)
+    faults: list[Fault] = []
     if study.drive_mass is DriveMass.REPLACED:
         for joint, task in enumerate(study.joints):
-            if task.contained is not None and task.contained.mass > 0.0:
-                mount = task.contained.mount
-                point = mount_point(arm, joint, mount)
-                arm = with_body(arm, carrier_link(joint, mount), -task.contained.mass, point, np.zeros((3, 3)))
+            try:
+                arm = _without(arm, joint, task)
+            except InputError as error:
+                place = f"joints.{task.name}.contained"
+                faults += [replace(fault, place=f"{place}: {fault.place}") for fault in error.faults]
+    if faults:
+        raise InputError(faults)
     return arm
+
+
+def _without(arm: Arm, joint: int, task: JointTask) -> Arm:
+    """The arm without what its links hold at one joint, taken out as a point."""
+    held = task.contained
+    if held is None or held.mass == 0.0:
+        return arm
+    point = mount_point(arm, joint, held.mount)
+    return with_body(arm, carrier_link(joint, held.mount), -held.mass, point, np.zeros((3, 3)))
 
 
 def joint_axis(arm: Arm, joint: int) -> Array:

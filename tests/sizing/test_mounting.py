@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
+from drivetrain.study.study import ContainedDrive, DriveMass, Mount
 
 
 def test_rotors_that_the_arm_states_do_not_count_beside_the_drives(make):
@@ -21,3 +24,14 @@ def test_rotors_that_the_arm_states_do_not_count_beside_the_drives(make):
         assert [replace(check, source="") for check in other.checks] == [
             replace(check, source="") for check in joint.checks
         ]
+
+
+def test_every_joint_that_holds_less_than_is_to_be_taken_out_is_named(make):
+    """The links weigh 1.0 and 0.5 kg, so neither can give up 2 kg."""
+    arm = make.planar_arm([0.4, 0.3], [1.0, 0.5])
+    held = ContainedDrive(2.0, Mount("child"))
+    joints = tuple(make.task(name, contained=held) for name in ("j1", "j2"))
+    study = make.study(make.sines(2), arm, drive_mass=DriveMass.REPLACED, joints=joints)
+    with pytest.raises(InputError) as caught:
+        evaluate(study)
+    assert [fault.place.split(":")[0] for fault in caught.value.faults] == ["joints.j1.contained", "joints.j2.contained"]
