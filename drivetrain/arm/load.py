@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_arm, builtin_names
+from drivetrain.arm.coupling import placed, with_coupling
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.urdf import arm_from_model, warn_each
+from drivetrain.arm.urdf_couplings import UrdfCoupling
 from drivetrain.arm.urdf_drives import UrdfDrive
 from drivetrain.arm.urdf_model import read_model
 from drivetrain.arm.with_rotors import with_rotors
@@ -23,7 +27,8 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     """The arm of a name or a file.
 
     A URDF that gives both gear ratio and rotor inertia of a joint gives the arm a rotor there, on the joint's axis
-    and carried by the link before, with inertia about its axis only.
+    and carried by the link before, with inertia about its axis only. Its differential and four-bar transmissions couple
+    the motors of two joints.
 
     Args:
         source: Name of a built-in arm, or path of a ``.urdf`` or ``.xacro`` file.
@@ -45,7 +50,7 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     model = read_model(path)
     arm, doubtful = arm_from_model(model, tip=tip, gravity=gravity)
     warn_each(doubtful)
-    return _with_stated_rotors(arm, model.drives)
+    return _with_stated_couplings(_with_stated_rotors(arm, model.drives), model.couplings)
 
 
 def _with_stated_rotors(arm: Arm, drives: Mapping[str, UrdfDrive]) -> Arm:
@@ -65,3 +70,17 @@ def _with_stated_rotors(arm: Arm, drives: Mapping[str, UrdfDrive]) -> Arm:
     if driven:
         notes.append("rotors from the file, on the joint axes, carried by the link before: " + ", ".join(driven))
     return replace(with_rotors(arm, rotors), notes=(*arm.notes, *notes))
+
+
+def _with_stated_couplings(arm: Arm, couplings: Sequence[UrdfCoupling]) -> Arm:
+    """The arm with the couplings that its file states, told in its notes."""
+    matrix, notes, taken = np.eye(arm.n), [], set[str]()
+    for one in couplings:
+        pair = " and ".join(one.joints)
+        if taken & {*one.joints} or not {*one.joints} <= {*arm.joint_names}:
+            notes.append(f"transmission of {pair} not used: a joint is off the chain or in another one")
+            continue
+        taken |= {*one.joints}
+        matrix = matrix @ placed(one.matrix, [arm.joint_names.index(name) for name in one.joints], arm.n)
+        notes.append(f"motors of {pair} coupled, as the file states")
+    return replace(with_coupling(arm, matrix), notes=(*arm.notes, *notes))

@@ -5,11 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
+from drivetrain.arm.urdf_couplings import (
+    GEAR_RATIO,
+    REDUCTIONS,
+    ROTOR_INERTIA,
+    UrdfCoupling,
+    checked_reduction,
+    read_coupling,
+)
 from drivetrain.arm.urdf_xml import Reader
 from drivetrain.errors import nearest
 
-REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")  # ROS 1 and ROS 2
-ROTOR_INERTIA, GEAR_RATIO = "drake:rotor_inertia", "drake:gear_ratio"
 SIMPLE = "SimpleTransmission"
 
 
@@ -32,7 +38,7 @@ class UrdfDrive:
 
 def read_drives(
     reader: Reader, root: ElementTree.Element, joints: dict[str, ElementTree.Element]
-) -> tuple[dict[str, UrdfDrive], list[str]]:
+) -> tuple[dict[str, UrdfDrive], list[UrdfCoupling], list[str]]:
     """The drives of a parsed file.
 
     Args:
@@ -41,9 +47,10 @@ def read_drives(
         joints: Elements of the movable joints, by name.
 
     Returns:
-        A drive a movable joint [SI], and notes on what could not be used.
+        A drive a movable joint [SI], the couplings of two motors with two joints, and notes on what could not be used.
     """
     notes: list[str] = []
+    couplings: list[UrdfCoupling] = []
     reductions: dict[str, float] = {}
     drake: dict[str, dict[str, float]] = {name: _drake(reader, element, name) for name, element in joints.items()}
     names = [element.get("name", "") for element in root.findall("joint")]
@@ -51,7 +58,15 @@ def read_drives(
     for block in blocks[1:]:
         reader.count_ignored(block, ("transmission",), ("name", "type"))
     for transmission in (element for block in blocks for element in block.findall("transmission")):
-        joint = _driven_joint(reader, transmission, names, notes)
+        kind = _kind(reader, transmission, names)
+        coupling = read_coupling(reader, transmission, kind)
+        if coupling is not None and all(joint in joints for joint in coupling.joints):
+            couplings.append(coupling)
+            for joint, ratio, actuator in zip(coupling.joints, coupling.ratios, coupling.actuators, strict=True):
+                reductions[joint] = ratio
+                drake[joint] |= _drake(reader, actuator, joint)
+            continue
+        joint = _driven_joint(transmission, kind, notes)
         if joint in joints:
             _take_reduction(reader, transmission, joint, reductions)
             for actuator in transmission.findall("actuator"):
@@ -61,7 +76,7 @@ def read_drives(
         if GEAR_RATIO in tags and stated not in (None, tags[GEAR_RATIO]):
             notes.append(f"joint {joint}: {GEAR_RATIO} {tags[GEAR_RATIO]:g} taken, not the reduction {stated:g}")
     drives = {name: _drive(reader, name, joints[name], drake[name], reductions.get(name)) for name in joints}
-    return drives, notes
+    return drives, couplings, notes
 
 
 def _drive(
@@ -94,20 +109,26 @@ def _drake(reader: Reader, element: ElementTree.Element, joint: str) -> dict[str
     return found
 
 
-def _driven_joint(reader: Reader, transmission: ElementTree.Element, names: list[str], notes: list[str]) -> str:
-    """The one joint of a simple transmission; empty when it is not simple, with a note."""
+def _kind(reader: Reader, transmission: ElementTree.Element, names: list[str]) -> str:
+    """The type of a transmission; its joints must be there, whatever it is."""
     reader.count_ignored(transmission, ("joint", "actuator", "type", "plugin", *REDUCTIONS), ("name", "type"))
-    joints = [element.get("name", "") for element in transmission.findall("joint")]
-    for joint in joints:
+    for element in transmission.findall("joint"):
+        joint = element.get("name", "")
         if joint not in names:
             place = f"transmission {transmission.get('name', '?')}"
             reader.faults.add(place, "names a joint that is not there", joint, nearest(joint, names))
     kinds = [element.text or "" for tag in ("type", "plugin") for element in transmission.findall(tag)]
-    kind = (kinds[0] if kinds else transmission.get("type", SIMPLE)).strip()
+    return (kinds[0] if kinds else transmission.get("type", SIMPLE)).strip()
+
+
+def _driven_joint(transmission: ElementTree.Element, kind: str, notes: list[str]) -> str:
+    """The one joint of a simple transmission; empty when it is not simple, with a note."""
+    joints = [element.get("name", "") for element in transmission.findall("joint")]
     if len(joints) == 1 and kind.endswith(SIMPLE):
         return joints[0]
     couple = ", ".join(joints) or "no joint"
-    notes.append(f"transmission {transmission.get('name', '?')} ({kind}) of {couple} not read: only {SIMPLE} is")
+    known = f"only {SIMPLE} is, and differentials and four-bar linkages with roles and reductions"
+    notes.append(f"transmission {transmission.get('name', '?')} ({kind}) of {couple} not read: {known}")
     return ""
 
 
@@ -122,11 +143,6 @@ def _take_reduction(
     written = [child.text or "" for holder in holders for child in holder if child.tag in REDUCTIONS]
     for text in written[:1]:
         place = f"transmission {transmission.get('name', '?')}"
-        try:
-            reduction = float(text)
-        except ValueError:
-            reduction = 0.0
-        if reduction == 0.0 or reduction != reduction or abs(reduction) == float("inf"):
-            reader.faults.add(place, "its reduction must be a finite number other than zero", text)
-        elif reductions.setdefault(joint, reduction) != reduction:
+        reduction = checked_reduction(reader, text, place)
+        if reduction and reductions.setdefault(joint, reduction) != reduction:
             reader.faults.add(place, f"gives joint {joint} another reduction than {reductions[joint]:g}", text)

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.checks import checked_inertia
+from drivetrain.arm.urdf_couplings import UrdfCoupling
 from drivetrain.arm.urdf_drives import UrdfDrive, read_drives
 from drivetrain.arm.urdf_xml import Reader, read_document
 from drivetrain.arrays import Array
@@ -80,6 +81,7 @@ class UrdfModel:
         links: By name, as in the file.
         joints: By name, as in the file.
         drives: What the file says of each movable joint's friction and drive, by joint name.
+        couplings: Pairs of joints whose motors work together.
         notes: What was ignored, in words.
     """
 
@@ -88,6 +90,7 @@ class UrdfModel:
     links: dict[str, UrdfLink]
     joints: dict[str, UrdfJoint]
     drives: dict[str, UrdfDrive]
+    couplings: tuple[UrdfCoupling, ...]
     notes: tuple[str, ...]
 
 
@@ -113,10 +116,12 @@ def read_model(path: Path) -> UrdfModel:
     model_links = {name: _link(reader, name, element) for name, element in links.items()}
     model_joints = {name: _joint(reader, name, element) for name, element in joints.items()}
     _check_names(reader, model_links, model_joints)
-    drives, drive_notes = read_drives(reader, root, {n: joints[n] for n, j in model_joints.items() if j.movable})
+    drives, couplings, drive_notes = read_drives(
+        reader, root, {n: joints[n] for n, j in model_joints.items() if j.movable}
+    )
     reader.faults.raise_any()
     notes = tuple(note for note in (reader.ignored_note(), *drive_notes) if note)
-    return UrdfModel(root.get("name", path.stem), str(path), model_links, model_joints, drives, notes)
+    return UrdfModel(root.get("name", path.stem), str(path), model_links, model_joints, drives, tuple(couplings), notes)
 
 
 def _by_name(reader: Reader, root: ElementTree.Element, tag: str) -> dict[str, ElementTree.Element]:

@@ -27,11 +27,11 @@ from drivetrain.export.urdf_elements import (
     add_limits,
     add_link,
     add_origin,
-    add_rotor,
+    add_pair,
     add_transmission,
     text,
 )
-from drivetrain.export.urdf_rotors import WrittenBodies, axis_direction, written_bodies
+from drivetrain.export.urdf_rotors import RotorTags, WrittenBodies, axis_direction, written_bodies
 from drivetrain.spatial.poses import axis_point, inverse_pose, pose
 from drivetrain.version import __version__
 
@@ -93,8 +93,8 @@ def urdf_text(arm: Arm, *, data: UrdfJointData = NO_DATA, base: str | None = Non
 
     Raises:
         InputError: What would be another arm when read: helical joints, rotors counted in full that are unbalanced,
-            on another link than the one before their joint, or not parallel to its axis; names used twice; data of
-            other shapes. All of it at once.
+            on another link than the one before their joint, not parallel to its axis, or coupled otherwise than
+            ros_control's transmissions are; names used twice; data of other shapes. All of it at once.
 
     Reference: URDF, http://wiki.ros.org/urdf/XML; the rotor tags are Drake's, the transmissions ros_control's.
     """
@@ -199,16 +199,28 @@ def _chain(root: Element, arm: Arm, bodies: WrittenBodies, columns: dict[str, Ar
         limits = {"lower": arm.lower[i], "upper": arm.upper[i], "effort": effort, "velocity": arm.speed_limits[i]}
         add_limits(joint, limits)
         add_dynamics(joint, known)
-        if (tags := bodies.tags[i]) is not None:
-            add_rotor(joint, tags)
         add_link(root, arm.link_names[i], bodies.links[i], inverse_pose(frame) @ arm.home[i])
         before = frame
     flange = add_joint(root, _free(f"{ends[1]}_fixed", arm.joint_names), "fixed", (arm.link_names[-1], ends[1]))
     add_origin(flange, inverse_pose(before) @ arm.tip)
     ElementTree.SubElement(root, "link", name=ends[1])
-    for name, tags in zip(arm.joint_names, bodies.tags, strict=True):
-        if tags is not None:
-            add_transmission(root, name, tags.ratio)
+    _transmissions(root, arm, bodies)
+
+
+def _transmissions(root: Element, arm: Arm, bodies: WrittenBodies) -> None:
+    """What drives the joints: one motor each, or two motors two joints together."""
+    paired = {joint for pair in bodies.pairs for joint in pair.joints}
+    for joint, (name, tags) in enumerate(zip(arm.joint_names, bodies.tags, strict=True)):
+        if tags is not None and joint not in paired:
+            add_transmission(root, name, tags)
+    for pair in bodies.pairs:
+        names = (arm.joint_names[pair.joints[0]], arm.joint_names[pair.joints[1]])
+        # A direct drive counts as a gear of ratio 1.
+        first, second = (
+            bodies.tags[joint] or RotorTags(factor, None)
+            for joint, factor in zip(pair.joints, pair.factors, strict=True)
+        )
+        add_pair(root, names, pair, (first, second))
 
 
 def _kind(arm: Arm, joint: int) -> str:

@@ -8,9 +8,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from drivetrain.arm.urdf_drives import GEAR_RATIO, REDUCTIONS, ROTOR_INERTIA, SIMPLE
+from drivetrain.arm.urdf_couplings import ACTUATORS, GEAR_RATIO, JOINTS, REDUCTIONS, ROTOR_INERTIA
+from drivetrain.arm.urdf_drives import SIMPLE
 from drivetrain.arm.urdf_xml import UNLIMITED
 from drivetrain.arrays import Array
+from drivetrain.export.urdf_pairs import Pair
 from drivetrain.export.urdf_rotors import RotorTags
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import pose
@@ -106,33 +108,58 @@ def add_dynamics(joint: Element, dynamics: Mapping[str, float]) -> None:
         ElementTree.SubElement(joint, "dynamics", {name: text(value) for name, value in dynamics.items()})
 
 
-def add_rotor(joint: Element, tags: RotorTags) -> None:
-    """Add Drake's tags, which say what a transmission cannot: the rotor's inertia.
-
-    Args:
-        joint: The ``joint`` element.
-        tags: Ratio [- or rad/m] and inertia [kg m^2]; without the latter, nothing is added.
-    """
-    if tags.inertia is not None:
-        ElementTree.SubElement(joint, ROTOR_INERTIA, value=text(tags.inertia))
-        ElementTree.SubElement(joint, GEAR_RATIO, value=text(tags.ratio))
-
-
-def add_transmission(root: Element, joint: str, ratio: float) -> None:
-    """Add a gear as ros_control wants it, the sign of its ratio kept.
+def add_transmission(root: Element, joint: str, tags: RotorTags) -> None:
+    """Add a gear as ros_control wants it, the sign of its ratio kept, and its rotor as Drake does.
 
     Args:
         root: The ``robot`` element.
         joint: Name of the joint that it drives.
-        ratio: Rotor turns a turn of the joint [-], or rotor angle over travel [rad/m].
+        tags: Ratio [- or rad/m] and inertia [kg m^2] of its rotor.
     """
-    transmission = ElementTree.SubElement(root, "transmission", name=f"{joint}_transmission")
-    ElementTree.SubElement(transmission, "type").text = f"transmission_interface/{SIMPLE}"
-    driven = ElementTree.SubElement(transmission, "joint", name=joint)
-    ElementTree.SubElement(driven, "hardwareInterface").text = INTERFACE
-    actuator = ElementTree.SubElement(transmission, "actuator", name=f"{joint}_motor")
-    ElementTree.SubElement(actuator, "hardwareInterface").text = INTERFACE
-    ElementTree.SubElement(actuator, REDUCTIONS[0]).text = text(ratio)
+    transmission = _transmission(root, f"{joint}_transmission", SIMPLE)
+    _end(transmission, "joint", joint)
+    _add_rotor(_end(transmission, "actuator", f"{joint}_motor"), tags)
+
+
+def add_pair(root: Element, joints: tuple[str, str], pair: Pair, tags: tuple[RotorTags, RotorTags]) -> None:
+    """Add a transmission that joins two motors to two joints.
+
+    Args:
+        root: The ``robot`` element.
+        joints: Their names, in the order of the roles.
+        pair: What kind it is, and the reductions [-] of the joints.
+        tags: Of the motors, in that order [-, kg m^2].
+    """
+    transmission = _transmission(root, f"{joints[0]}_{joints[1]}_transmission", pair.kind)
+    for role, name, reduction in zip(JOINTS, joints, pair.reductions, strict=True):
+        joint = _end(transmission, "joint", name)
+        ElementTree.SubElement(joint, "role").text = role
+        ElementTree.SubElement(joint, REDUCTIONS[0]).text = text(reduction)
+    for role, name, rotor in zip(ACTUATORS, joints, tags, strict=True):
+        actuator = _end(transmission, "actuator", f"{name}_motor")
+        ElementTree.SubElement(actuator, "role").text = role
+        _add_rotor(actuator, rotor)
+
+
+def _transmission(root: Element, name: str, kind: str) -> Element:
+    transmission = ElementTree.SubElement(root, "transmission", name=name)
+    ElementTree.SubElement(transmission, "type").text = f"transmission_interface/{kind}"
+    return transmission
+
+
+def _end(transmission: Element, tag: str, name: str) -> Element:
+    """A joint or an actuator, with the interface that ros_control asks for."""
+    end = ElementTree.SubElement(transmission, tag, name=name)
+    ElementTree.SubElement(end, "hardwareInterface").text = INTERFACE
+    return end
+
+
+def _add_rotor(actuator: Element, tags: RotorTags) -> None:
+    """The gear's ratio, and with Drake's tags what a transmission cannot say: the rotor's inertia."""
+    ElementTree.SubElement(actuator, REDUCTIONS[0]).text = text(tags.ratio)
+    if tags.inertia is not None:
+        ElementTree.SubElement(actuator, ROTOR_INERTIA, value=text(tags.inertia))
+        ElementTree.SubElement(actuator, GEAR_RATIO, value=text(tags.ratio))
 
 
 def cleaned(values: Array) -> Array:

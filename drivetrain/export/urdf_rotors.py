@@ -16,6 +16,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.checks import Faults, called
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
+from drivetrain.export.urdf_pairs import Pair, written_couplings
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.spatial.poses import inverse_pose
 
@@ -43,12 +44,14 @@ class WrittenBodies:
 
     Attributes:
         links: Of each link, in its home frame [kg, m, kg m^2], (n,).
-        tags: Of each joint; None: direct drive, (n,).
+        tags: Of each joint; None: direct drive, or coupled in a way that URDF has no words for, (n,).
+        pairs: Joints whose motors work together.
         notes: What URDF does not hold, and what moved into the links.
     """
 
     links: tuple[RigidBody, ...]
     tags: tuple[RotorTags | None, ...]
+    pairs: tuple[Pair, ...]
     notes: tuple[str, ...]
 
 
@@ -64,14 +67,16 @@ def written_bodies(arm: Arm) -> WrittenBodies:
     Raises:
         InputError: A rotor counted in full that URDF has no words for, or a link without inertia to spare.
     """
-    faults = Faults()
+    faults, couplings = Faults(), written_couplings(arm)
+    lost = {joint for group in couplings.lost for joint in group}
     added: list[list[RigidBody]] = [[] for _ in range(arm.n)]
     moved, tags = [], []
     for joint, rotor in enumerate(arm.rotors):
         if rotor is not None and arm.level is RotorLevel.FULL:
-            _check_full(arm, joint, rotor, faults)
-        tags.append(None if rotor is None else _tags(arm, joint, rotor))
-        if rotor is not None and _move_into_links(arm, joint, rotor, added):
+            _check_full(arm, joint, rotor, faults, lost=joint in lost)
+        told = None if rotor is None or joint in lost else _tags(arm, joint, rotor, float(couplings.factors[joint]))
+        tags.append(told)
+        if rotor is not None and _move_into_links(arm, joint, rotor, added, told=told):
             moved.append(arm.joint_names[joint])
     faults.raise_any()
     links = tuple(_with_added(arm, i, parts, faults) for i, parts in enumerate(added))
@@ -80,7 +85,11 @@ def written_bodies(arm: Arm) -> WrittenBodies:
     if moved:
         notes.append("mass and cross inertia of rotors, written as part of the links that carry them: joint "
                      + ", ".join(moved))  # fmt: skip
-    return WrittenBodies(links, tuple(tags), tuple(notes))
+    for group in couplings.lost:
+        names = ", ".join(arm.joint_names[joint] for joint in group)
+        notes.append(f"motors of {names} are coupled in a way that URDF has no words for: ratios and the inertia of "
+                     "their spin left out")  # fmt: skip
+    return WrittenBodies(links, tuple(tags), couplings.pairs, tuple(notes))
 
 
 def _level_note(level: RotorLevel) -> str:
@@ -109,9 +118,13 @@ def _turn(arm: Arm, joint: int, rotor: MountedRotor) -> int:
     return int(np.sign(along)) if across <= PARALLEL else 0
 
 
-def _check_full(arm: Arm, joint: int, rotor: MountedRotor, faults: Faults) -> None:
+def _check_full(arm: Arm, joint: int, rotor: MountedRotor, faults: Faults, *, lost: bool) -> None:
     """A rotor counted in full must move the arm as one on the joint's axis and on the link before does."""
     place = f"rotor of joint {arm.joint_names[joint]}"
+    if lost:
+        problem = "is coupled to several joints in a way that URDF has no words for"
+        faults.add(place, problem, None, "drivetrain.at_level(arm, RotorLevel.NONE) locks it to its carrier")
+        return
     spin = rotor.home[:3, :3].T @ rotor.screw[:3]
     offset = rotor.home[:3, 3] - np.cross(rotor.screw[:3], rotor.screw[3:])
     off_axis = float(np.linalg.norm(np.cross(rotor.screw[:3], offset)))
@@ -128,18 +141,20 @@ def _check_full(arm: Arm, joint: int, rotor: MountedRotor, faults: Faults) -> No
         faults.add(place, "is not parallel to the joint's axis, as URDF takes it to be", None, WHOLE)
 
 
-def _tags(arm: Arm, joint: int, rotor: MountedRotor) -> RotorTags:
-    ratio = rotor.ratio * (_turn(arm, joint, rotor) or 1)
+def _tags(arm: Arm, joint: int, rotor: MountedRotor, factor: float) -> RotorTags:
+    ratio = rotor.ratio * (_turn(arm, joint, rotor) or 1) * factor
     return RotorTags(ratio, None if arm.level is RotorLevel.NONE else rotor.axial_inertia)
 
 
-def _move_into_links(arm: Arm, joint: int, rotor: MountedRotor, added: list[list[RigidBody]]) -> bool:
+def _move_into_links(
+    arm: Arm, joint: int, rotor: MountedRotor, added: list[list[RigidBody]], *, told: RotorTags | None
+) -> bool:
     """Count a rotor with the links, but for the axial inertia that a reader will count with the link before."""
     turn = rotor.home[:3, :3]
     body = RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T)
     moved = bool(rotor.carrier >= 0 and rotor.mass)
     parts = [(rotor.carrier, body)]
-    if arm.level is not RotorLevel.NONE:
+    if told is not None and told.inertia is not None:
         z = axis_direction(arm, joint)
         parts.append((joint - 1, RigidBody(0.0, body.com, -rotor.axial_inertia * np.outer(z, z))))
         if rotor.carrier == joint - 1:

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
+from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import ROBOTS
+from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.errors import InputError, PhysicsWarning
@@ -87,3 +89,50 @@ def test_xacro_faults_and_absence(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(InputError, match=r"drivetrain\[xacro\]"):
         load_arm(path)
+
+
+PAIR = """
+    <transmission name="pair"><type>transmission_interface/{kind}</type>
+      <joint name="lift"><role>joint2</role><offset>0.5</offset>{second}</joint>
+      <joint name="turn"><role>joint1</role><mechanicalReduction>2</mechanicalReduction></joint>
+      <actuator name="b"><role>actuator2</role><mechanicalReduction>-30</mechanicalReduction>
+        <drake:rotor_inertia value="3e-5"/><drake:gear_ratio value="-30"/></actuator>
+      <actuator name="a"><role>actuator1</role>{first}</actuator></transmission>"""
+FIRST = '<mechanicalReduction>20</mechanicalReduction><drake:rotor_inertia value="2e-5"/>'
+SECOND = "<mechanicalReduction>0.5</mechanicalReduction>"
+
+
+def pair_arm(folder: Path, text: str) -> Arm:
+    joint = '<joint name="{}" type="revolute"><parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/></joint>'
+    chain = "".join(joint.format(n, p, c) for n, p, c in (("turn", "a", "b"), ("slide", "b", "c"), ("lift", "c", "d")))
+    path = folder / "pair.urdf"
+    path.write_text("<robot name='r'>" + "".join(f'<link name="{x}"/>' for x in "abcd") + chain + text + "</robot>")
+    return load_arm(path)
+
+
+@pytest.mark.parametrize(
+    ("kind", "turns"),
+    [
+        # ros_control: x_a1 = n_a1 (n_j1 x_j1 + n_j2 x_j2), x_a2 = n_a2 (n_j1 x_j1 - n_j2 x_j2)
+        ("DifferentialTransmission", [[40, 10], [-60, 15]]),
+        # x_a1 = n_j1 n_a1 x_j1, x_a2 = n_a2 (x_j1 + n_j2 x_j2)
+        ("FourBarLinkageTransmission", [[40, 0], [-30, -15]]),
+    ],
+)
+def test_pairs_of_ros_control_are_coupled(tmp_path: Path, kind: str, turns: list[list[float]]) -> None:
+    arm = pair_arm(tmp_path, PAIR.format(kind=kind, first=FIRST, second=SECOND))
+    assert rotor_turns(arm)[np.ix_([0, 2], [0, 2])] == pytest.approx(np.array(turns, dtype=float))
+    assert [r and r.axial_inertia for r in arm.rotors] == [2e-5, None, 3e-5]
+    assert any("turn and lift coupled" in note for note in arm.notes)
+    assert any("<offset> (1)" in note for note in arm.notes)
+
+
+def test_pairs_that_cannot_be_read_are_told(tmp_path: Path) -> None:
+    no_reduction = pair_arm(tmp_path, PAIR.format(kind="DifferentialTransmission", first="", second=SECOND))
+    assert no_reduction.coupling is None and any("not read" in note for note in no_reduction.notes)
+    text = PAIR.format(kind="FourBarLinkageTransmission", first=FIRST, second="")
+    twice = pair_arm(tmp_path, text + text.replace('"pair"', '"again"'))
+    assert twice.coupling[2, 2] == 1.0 and any("not used" in note for note in twice.notes)
+    zero = PAIR.format(kind="DifferentialTransmission", first=FIRST, second=SECOND.replace("0.5", "0"))
+    with pytest.raises(InputError, match="other than zero"):
+        pair_arm(tmp_path, zero)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
+from drivetrain.arm.coupling import belts_over, differential, placed, rotor_turns, with_coupling
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.urdf import read_urdf_drives
@@ -145,6 +147,70 @@ def test_first_rotor_may_lie_as_it_likes_on_the_base(tmp_path: Path) -> None:
     oblique = Rotor(80.0, np.eye(3) * 2e-4, 1.0, None, np.concatenate([axis, np.cross([0.1, 0.2, 0.3], axis)]))
     arm = with_rotors(bare, [oblique, None, None])
     assert_same_dynamics(again(arm, tmp_path), arm)
+
+
+PAIRS = {
+    "differential": differential(1.0, 1.68),
+    "differential, the other way round": np.array([[1.0, -1.0 / 1.68], [-1.0, -1.0 / 1.68]]),
+    "differential of unlike wheels": np.array([[0.7, 1.2], [1.4, -2.4]]),
+    "belt": belts_over([1.0]),
+    "belt of unlike wheels": np.array([[2.0, 0.0], [-0.3, 0.8]]),
+    "belt from the far end": np.array([[1.5, 0.4], [0.0, 1.0]]),
+}
+
+
+@pytest.mark.parametrize("level", RotorLevel)
+@pytest.mark.parametrize("kind", PAIRS)
+def test_couplings_of_two_motors_with_two_joints(kind: str, level: RotorLevel, tmp_path: Path) -> None:
+    rng = np.random.default_rng(9)
+    bare = random_arm(4, "RPRRR")
+    # Joints 1 and 3 are not neighbours; joint 4 has a shaft that turns the other way.
+    matrix = placed(PAIRS[kind], (0, 2), 5) @ np.diag([1.0, 1.0, 1.0, 1.0, -2.0])
+    rotors = [parallel_rotor(bare, i, rng, 1) for i in range(5)]
+    arm = with_rotors(bare, rotors, level=level, coupling=matrix)
+    found = again(arm, tmp_path)
+    q, qd, qdd = motion(arm)
+    wanted = inverse_dynamics(arm, q, qd, qdd)
+    assert inverse_dynamics(found, q, qd, qdd) == pytest.approx(wanted, abs=1e-12 * np.abs(wanted).max())
+    if level is not RotorLevel.NONE:
+        turns = rotor_turns(arm)
+        assert rotor_turns(found) == pytest.approx(turns, rel=1e-12)
+        motors = drive_torques(arm, q, qd, qdd).motor
+        assert drive_torques(found, q, qd, qdd).motor == pytest.approx(motors, abs=1e-12 * np.abs(motors).max())
+
+
+def test_transmissions_as_ros_control_defines_them(tmp_path: Path) -> None:
+    """Its own formulas, on the numbers of the written file."""
+    bare = random_arm(4, "RR")
+    matrix = np.array([[1.0, -1.0 / 1.68], [-1.0, -1.0 / 1.68]])
+    arm = with_rotors(bare, [Rotor(28.25, 1e-4, carrier=-1)] * 2, level=RotorLevel.REFLECTED, coupling=matrix)
+    write_urdf(arm, tmp_path / "arm.urdf")
+    text = (tmp_path / "arm.urdf").read_text(encoding="utf-8")
+    assert text.count("transmission_interface/DifferentialTransmission") == 1
+    joint = [float(x) for x in re.findall(r"<role>joint.</role>\s*<mechanicalReduction>(.*?)<", text)]
+    motor = [float(x) for x in re.findall(r"<role>actuator.</role>\s*<mechanicalReduction>(.*?)<", text)]
+    q = np.array([0.3, -0.8])
+    turned = [motor[0] * (joint[0] * q[0] + joint[1] * q[1]), motor[1] * (joint[0] * q[0] - joint[1] * q[1])]
+    assert turned == pytest.approx(rotor_turns(arm) @ q, rel=1e-14)
+
+
+def test_other_couplings_are_noted_or_refused(tmp_path: Path) -> None:
+    rng = np.random.default_rng(10)
+    bare = random_arm(5, "RRR")
+    rotors = [parallel_rotor(bare, i, rng, 1) for i in range(3)]
+    arm = with_rotors(bare, rotors, coupling=belts_over([1.0, 1.0]))
+    with pytest.raises(InputError, match="no words for"):
+        urdf_text(arm)
+    locked = at_level(arm, RotorLevel.NONE)
+    notes = write_urdf(locked, tmp_path / "arm.urdf")
+    assert sum("no words for" in note for note in notes) == 1
+    q, qd, qdd = motion(arm)
+    wanted = inverse_dynamics(locked, q, qd, qdd)
+    assert inverse_dynamics(again(locked, tmp_path), q, qd, qdd) == pytest.approx(wanted, abs=1e-12 * wanted.max())
+    direct = with_coupling(bare, np.diag([1.0, 2.0, 1.0]))
+    assert any("no words for" in note for note in write_urdf(direct, tmp_path / "arm.urdf"))
+    spun = write_urdf(at_level(arm, RotorLevel.REFLECTED), tmp_path / "arm.urdf")
+    assert any("inertia of their spin left out" in note for note in spun)
 
 
 def test_ratio_without_inertia_is_kept(tmp_path: Path) -> None:

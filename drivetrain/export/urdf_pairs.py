@@ -1,0 +1,89 @@
+"""Which couplings of an arm URDF has words for: one shaft on its joint, and ros_control's two kinds of two on two."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import coupled_groups
+from drivetrain.arm.urdf_couplings import DIFFERENTIAL, FOUR_BAR
+from drivetrain.arrays import Array
+
+SAME = 1e-12  # on products of printed numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two joints whose motors work together.
+
+    Attributes:
+        kind: ros_control's name for the transmission.
+        joints: Indices in the order of ros_control's roles, which is that of the motors too.
+        reductions: Of the joints [-].
+        factors: By which the gears' ratios are multiplied, so that the motors turn as they do in the arm [-].
+    """
+
+    kind: str
+    joints: tuple[int, int]
+    reductions: tuple[float, float]
+    factors: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenCouplings:
+    """An arm's coupling as far as URDF can say it.
+
+    Attributes:
+        pairs: Of two motors and two joints each.
+        factors: By which each gear's ratio is multiplied [-], (n,).
+        lost: Groups of joints whose coupling URDF has no words for.
+    """
+
+    pairs: tuple[Pair, ...]
+    factors: Array
+    lost: tuple[tuple[int, ...], ...]
+
+
+def written_couplings(arm: Arm) -> WrittenCouplings:
+    """The coupling of an arm in the words of URDF.
+
+    Args:
+        arm: The arm.
+
+    Returns:
+        What can be said and what cannot; motors turn with the joints as in the arm.
+    """
+    pairs, lost = [], []
+    factors = np.ones(arm.n)
+    for group in coupled_groups(arm):
+        found = None if arm.coupling is None or len(group) > 2 else _said(arm.coupling, group)
+        # A direct drive has no ratio to take a factor.
+        direct = found and any(arm.rotors[i] is None and f != 1.0 for i, f in zip(group, found[1], strict=True))
+        if found is None or direct:
+            lost.append(group)
+            continue
+        factors[list(group)] = found[1]
+        pairs += [] if found[0] is None else [found[0]]
+    return WrittenCouplings(tuple(pairs), factors, tuple(lost))
+
+
+def _said(coupling: Array, group: tuple[int, ...]) -> tuple[Pair | None, tuple[float, ...]] | None:
+    """The pair, if it is one, and the factors of the group's ratios; None where there are no words."""
+    if len(group) == 1:
+        return None, (float(coupling[group[0], group[0]]),)
+    for joints in (group, group[::-1]):
+        pair = _pair(coupling[np.ix_(joints, joints)], (joints[0], joints[1]))
+        if pair is not None:
+            return pair, pair.factors if joints == group else pair.factors[::-1]
+    return None
+
+
+def _pair(matrix: Array, joints: tuple[int, int]) -> Pair | None:
+    (a, b), (c, d) = matrix.tolist()
+    if a and b and abs(a * d + b * c) <= SAME * abs(a * d):
+        return Pair(DIFFERENTIAL, joints, (a, b), (1.0, c / a))
+    if a and c and d and not b:
+        return Pair(FOUR_BAR, joints, (a, d / c), (1.0, c))
+    return None
