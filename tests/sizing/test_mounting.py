@@ -34,4 +34,5 @@ def test_every_joint_that_holds_less_than_is_to_be_taken_out_is_named(make):
     study = make.study(make.sines(2), arm, drive_mass=DriveMass.REPLACED, joints=joints)
     with pytest.raises(InputError) as caught:
         evaluate(study)
-    assert [fault.place.split(":")[0] for fault in caught.value.faults] == ["joints.j1.contained", "joints.j2.contained"]
+    places = [fault.place.split(":")[0] for fault in caught.value.faults]
+    assert places == ["joints.j1.contained", "joints.j2.contained"]
