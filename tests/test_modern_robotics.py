@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import time
 from collections.abc import Callable
 
 import modern_robotics as book
@@ -164,28 +163,6 @@ def test_inertias_that_no_body_has_are_told_and_used() -> None:
     with pytest.warns(PhysicsWarning, match="link_1"):
         found = ours.MassMatrix(Q, MLIST, inertias, SLIST)
     near(found, book.MassMatrix(Q, MLIST, inertias, SLIST))
-
-
-def seconds(call: Callable[[], object]) -> float:
-    call()
-    start = time.perf_counter()
-    call()
-    return time.perf_counter() - start
-
-
-def test_hundreds_of_times_faster_on_trajectories() -> None:
-    """Thousands, by measurement; the bound is loose because machines are shared."""
-    chain = random_chain(1)
-    motion = np.random.default_rng(1).uniform(-2, 2, (3, 300, 6))
-    tips, g = np.zeros((300, 6)), np.array([0, 0, -9.81])
-    theirs = seconds(lambda: book.InverseDynamicsTrajectory(*motion[:, :30], g, tips[:30], *chain)) / 30
-    mine = seconds(lambda: ours.InverseDynamicsTrajectory(*motion, g, tips, *chain)) / 300
-    assert theirs > 200 * mine
-    given = (np.zeros(6), np.zeros(6), motion[0] * 0.1, g, tips, *chain, 0.001, 1)
-    short = (np.zeros(6), np.zeros(6), motion[0, :6] * 0.1, g, tips[:6], *chain, 0.001, 1)
-    theirs = seconds(lambda: book.ForwardDynamicsTrajectory(*short)) / 5
-    mine = seconds(lambda: ours.ForwardDynamicsTrajectory(*given)) / 299
-    assert theirs > 50 * mine
 
 
 def move(count: int = 2000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

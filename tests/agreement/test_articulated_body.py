@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -187,26 +186,6 @@ def test_wrong_input() -> None:
         articulated_body(arm, zero, zero, zero, tip_wrench=np.zeros(5))
     with pytest.raises(InputError, match="too large"):
         articulated_body(arm, zero, zero + 1e200, zero)
-
-
-def seconds_a_sample(n: int, rotors: bool) -> float:
-    arm = random_arm(0, "R" * n)
-    arm = with_rotors(arm, rotors_of(0, "coaxial", n)) if rotors else arm
-    sample = motion(0, n, 20)
-    articulated_body(arm, *sample)
-    times = []
-    for _ in range(15):
-        start = time.perf_counter()
-        articulated_body(arm, *sample)
-        times.append(time.perf_counter() - start)
-    return min(times) / 20
-
-
-@pytest.mark.parametrize("rotors", [False, True])
-def test_time_grows_as_the_number_of_joints(rotors: bool) -> None:
-    """Eight times the joints, about eight times the time; solving with M takes some 500 times as long."""
-    growth = seconds_a_sample(200, rotors) / seconds_a_sample(25, rotors)
-    assert growth < 16.0
 
 
 def test_levels_differ_as_they_should() -> None:
