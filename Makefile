@@ -17,6 +17,7 @@ check: $(VENV)/.test-installed
 
 bench: $(VENV)/.test-installed
 	$(BIN)/python benchmarks/inverse_dynamics.py
+	$(BIN)/python benchmarks/chapter.py
 
 gallery: $(VENV)/.installed
 	$(BIN)/python examples/gallery.py
