@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def builtin_arm(name: str, *, tip: str | None = None, gravity: Any = None) -> Ar
             -y, as in the book.
 
     Returns:
-        The arm; puma560, kr300 and planar-2r have rotors.
+        The arm; puma560, kr300 and planar-2r have rotors, wam only the ratios of its motors and how they are coupled.
 
     Raises:
         InputError: No such arm, or no such link.
@@ -110,9 +111,12 @@ def _table_arm(file: str, tip: str | None, gravity: Any) -> Arm:
     data = json.loads((ROBOTS / file).read_text(encoding="utf-8"))
     _refuse_tip(data["name"], tip)
     rows = [
-        DHRow(row["a"], row["alpha"], row["d"], row["theta"], mass=row["mass"], com=row["com"], inertia=_tensor(row))
+        DHRow(
+            row["a"], row["alpha"], row["d"], row["theta"], mass=row["mass"], com=row["com"], inertia=_tensor(row),
+            lower=row.get("lower", -inf), upper=row.get("upper", inf),
+        )
         for row in data["rows"]
-    ]
+    ]  # fmt: skip
     arm = arm_from_dh(
         rows,
         convention=DHConvention(data["convention"]),
@@ -125,7 +129,8 @@ def _table_arm(file: str, tip: str | None, gravity: Any) -> Arm:
     )
     if "payload" in data:
         arm = with_payload(arm, data["payload"]["mass"], data["payload"]["com"], np.zeros((3, 3)))
-    arm = with_rotors(arm, [Rotor(row["ratio"], row["rotor_inertia"]) for row in data["rows"]])
+    rotors = [Rotor(row["ratio"], row["rotor_inertia"]) for row in data["rows"]]
+    arm = with_rotors(arm, rotors, coupling=data.get("coupling"))
     doubts = [triangle_doubt(tensor, link) for tensor, link in zip(arm.inertias, arm.link_names, strict=True)]
     return replace(arm, notes=(*arm.notes, *filter(None, doubts)))
 
@@ -151,4 +156,5 @@ _BUILDERS: dict[str, Callable[[str | None, Any], Arm]] = {
     "panda": _panda,
     "puma560": _from_table("puma560.json"),
     "kr300": _from_table("kr300.json"),
+    "wam": _from_table("wam.json"),
 }

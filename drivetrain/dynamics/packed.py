@@ -83,10 +83,11 @@ def packed(arm: Arm) -> Packed:
 
 
 def _followers(arm: Arm) -> list[int]:
-    """The rotors that spin and follow other joints than their own."""
+    """The rotors that spin, weigh anything, and follow other joints than their own."""
     if arm.coupling is None or arm.level is RotorLevel.NONE:
         return []
-    return [i for i, r in enumerate(arm.rotors) if r is not None and (arm.coupling[i] != np.eye(arm.n)[i]).any()]
+    apart = (arm.coupling != np.eye(arm.n)).any(axis=1)
+    return [i for i, r in enumerate(arm.rotors) if r is not None and apart[i] and (r.mass or r.inertia.any())]
 
 
 def axis_directions(arm: Arm) -> Array:

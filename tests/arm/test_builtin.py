@@ -10,6 +10,7 @@ import pytest
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import ROBOTS, builtin_arm, builtin_names
+from drivetrain.arm.coupling import coupled_groups, rotor_turns
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arm.urdf import read_urdf
 from drivetrain.errors import InputError
@@ -128,3 +129,22 @@ def test_ur5_wrist_axes_are_parallel_as_in_the_book() -> None:
     # The book's home: stretched along x by L1 + L2, W1 + W2 to the side, H1 - H2 up.
     assert arm.tip[:3, 3] == pytest.approx([0.425 + 0.39225, 0.1333 - 0.0242 + 0.0823, 0.089159 - 0.09465], abs=1e-3)
     assert log_pose(exp_pose(arm.screws[0]))[2] == pytest.approx(1.0)
+
+
+def test_wam_turns_its_motors_as_its_makers_software_has_them() -> None:
+    """libbarrett, config/wam7w.conf: the matrix j2mp; and the user's manual, tables 5 and 6."""
+    arm = builtin_arm("wam")
+    j2mp = np.zeros((7, 7))
+    j2mp[0, 0], j2mp[3, 3], j2mp[6, 6] = -42.0, -18.0, -14.93
+    j2mp[1:3, 1:3] = [[28.25, -16.8155], [-28.25, -16.8155]]
+    j2mp[4:6, 4:6] = [[9.7, -9.7], [9.7, 9.7]]
+    assert rotor_turns(arm) == pytest.approx(j2mp, abs=5e-5)
+    assert coupled_groups(arm) == [(1, 2), (4, 5)]
+    # The manual's other direction, equation 6: J3 = -n3 / (2 N2) M2 - n3 / (2 N3) M3.
+    back = np.linalg.inv(rotor_turns(arm))
+    assert back[2, 1:3] == pytest.approx([-1.68 / (2 * 28.25)] * 2)
+    assert back[1, 1:3] == pytest.approx([1 / (2 * 28.25), -1 / (2 * 28.25)])
+    # Stretched upwards at zero, the elbow 45 mm off the line.
+    assert arm.tip[:3, 3] == pytest.approx([0.0, 0.0, 0.55 + 0.3 + 0.0609])
+    assert arm.upper[3] == 3.1 and arm.lower[4] == -4.76
+    assert arm.masses.sum() == pytest.approx(19.459, abs=1e-3)
