@@ -136,3 +136,9 @@ def test_pairs_that_cannot_be_read_are_told(tmp_path: Path) -> None:
     zero = PAIR.format(kind="DifferentialTransmission", first=FIRST, second=SECOND.replace("0.5", "0"))
     with pytest.raises(InputError, match="other than zero"):
         pair_arm(tmp_path, zero)
+
+
+@pytest.mark.parametrize("source", [None, 5, b"ur5"])
+def test_what_is_no_name_or_path_is_told(source: object) -> None:
+    with pytest.raises(InputError, match="built-in arm"):
+        load_arm(source)
