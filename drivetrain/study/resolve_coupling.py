@@ -23,30 +23,33 @@ def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | 
         ledger: Takes faults, and a note of what the coupled joints' numbers mean.
 
     Returns:
-        The arm; unchanged when nothing is said of couplings.
+        The arm; coupled as its own source says where the study says nothing of couplings.
     """
-    if not form.coupling:
-        return arm
     if arm is None:
-        if form.arm is None:
+        if form.coupling and form.arm is None:
             ledger.fault(("coupling",), "goes with an arm: load tables already hold what each gear must give")
         return None
+    if form.coupling:
+        with ledger.gather(("coupling",)):
+            arm = with_coupling(arm, _matrix(form.coupling, arm, ledger))
+    ledger.note(
+        f"Joints {', '.join(arm.joint_names[i] for i in group)} are coupled: position, speed, torque and friction of "
+        "their drives are those of the shafts behind the gears."
+        for group in coupled_groups(arm)
+    )
+    return arm
+
+
+def _matrix(entries: list[CouplingForm], arm: Arm, ledger: Ledger) -> Array:
+    """The coupling of the whole arm; entries at fault are left out."""
     matrix, taken = np.eye(arm.n), set[str]()
-    for i, entry in enumerate(form.coupling):
+    for i, entry in enumerate(entries):
         place: Place = ("coupling", i)
         joints = _joints(entry, arm, taken, ledger, (*place, "joints"))
         part = None if joints is None else _part(entry, ledger, place)
         if joints is not None and part is not None:
             matrix = matrix @ placed(part, joints, arm.n)
-    with ledger.gather(("coupling",)):
-        arm = with_coupling(arm, matrix)
-    groups = [", ".join(arm.joint_names[i] for i in group) for group in coupled_groups(arm)]
-    ledger.note(
-        f"Joints {group} are coupled: position, speed, torque and friction of their drives are those of the shafts "
-        "behind the gears."
-        for group in groups
-    )
-    return arm
+    return matrix
 
 
 def _joints(entry: CouplingForm, arm: Arm, taken: set[str], ledger: Ledger, place: Place) -> list[int] | None:

@@ -84,6 +84,10 @@ joints:
   # {first}:
   #   drive: {{motor: key, gear: key}} # a given drive, for `drivetrain size`; gear: none is a direct drive
   #   friction: {{coulomb: 0.5 N m}} # at the joint, outside the gear
+
+# Joints whose motors work together: a differential wrist, belts over joints, motors on the base.
+# coupling:
+#   - {{joints: [{pair}], type: differential}} # or belt, or matrix: [[1, 0], [1, 1]]
 """
 
 
@@ -109,6 +113,7 @@ def study_template(arm: str = "ur5-corrected") -> str:
         builtin=", ".join(builtin_names()),
         first=loaded.joint_names[0],
         joints=", ".join(loaded.joint_names),
+        pair=", ".join(loaded.joint_names[-2:]),
         unit="" if any(slides) else "\n    unit: deg",
         start=start,
         end=end,

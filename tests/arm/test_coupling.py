@@ -16,10 +16,12 @@ from drivetrain.arm.coupling import (
     shaft_torques,
     with_coupling,
 )
+from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.errors import InputError
+from drivetrain.spatial.beams import Beam, round_tube
 
 
 @pytest.fixture(scope="module")
@@ -110,3 +112,15 @@ def test_belts_over_joints_wheel_by_wheel(passes: list[float]) -> None:
         for j in range(i):
             angle = passes[j] * (angle - joints[j])
         assert angle == pytest.approx(joints[i])
+
+
+# The beam is heavier than the link's own tensor allows for; only its joints matter here.
+@pytest.mark.filterwarnings("ignore::drivetrain.errors.PhysicsWarning")
+def test_links_that_bend_keep_the_coupling_of_the_joints_that_drives_turn(arm: Arm) -> None:
+    matrix = placed(differential(), (4, 5), 6)
+    beam = Beam(round_tube(0.08, 0.07, 70e9, 26e9), arm.joint_points[1], arm.joint_points[2])
+    bent = with_flexible_links(with_coupling(arm, matrix), {1: BendingLink(beam, 2.0, pieces=2)})
+    assert bent.arm.n == 12
+    assert bent.arm.coupling[np.ix_(bent.driven, bent.driven)] == pytest.approx(matrix)
+    springs = [i for i in range(12) if i not in bent.driven]
+    assert bent.arm.coupling[np.ix_(springs, springs)] == pytest.approx(np.eye(6))

@@ -86,3 +86,16 @@ def test_two_entries_cannot_share_a_joint(load) -> None:
     both = load({"coupling": [one, {"joints": ["joint_2"], "matrix": [[3]]}]})
     assert both.arm.coupling == pytest.approx(np.diag([2, 3]))
     assert "twice" in faults(load, {"coupling": [one, {**GROUP, "type": "belt"}]})
+
+
+def test_a_coupling_of_the_arm_itself_holds_until_the_study_says_another(load) -> None:
+    rows = [[0, 0, 0, 90, 0, 0, 0], [10, 20, 0, 80, 0, 0, 0]]
+    motions = {"there": {"unit": "deg", "profile": "quintic", "durations": ["1 s"], "waypoints": rows}}
+    changes = {"arm": "wam", "motions": motions, "cycle": None, "payloads": {}, "open_cycle": True,
+               "joints": {"default": {"candidates": {}, "mount": {"carrier": "parent"}}}}  # fmt: skip
+    study = load(changes)
+    assert study.joints[2].coupled == ("joint_2", "joint_3") and study.joints[0].coupled == ()
+    assert sum("are coupled" in note for note in study.notes) == 2
+    other = load({**changes, "coupling": [{"joints": ["joint_6", "joint_7"], "type": "belt"}]})
+    assert [task.coupled for task in other.joints[:5]] == [()] * 5
+    assert other.arm.coupling[5:, 5:] == pytest.approx(np.array([[1.0, 0.0], [1.0, 1.0]]))
