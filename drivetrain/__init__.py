@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from drivetrain.arm.bodies import with_body as with_body
     from drivetrain.arm.bodies import with_payload as with_payload
     from drivetrain.arm.book_lists import book_lists as book_lists
+    from drivetrain.arm.coupling import belts_over as belts_over
+    from drivetrain.arm.coupling import differential as differential
+    from drivetrain.arm.coupling import with_coupling as with_coupling
     from drivetrain.arm.dh import arm_from_dh as arm_from_dh
     from drivetrain.arm.flexible_links import BendingLink as BendingLink
     from drivetrain.arm.flexible_links import with_flexible_links as with_flexible_links
@@ -106,6 +109,9 @@ _HOME = {
     "with_body": "arm.bodies",
     "with_payload": "arm.bodies",
     "book_lists": "arm.book_lists",
+    "belts_over": "arm.coupling",
+    "differential": "arm.coupling",
+    "with_coupling": "arm.coupling",
     "arm_from_dh": "arm.dh",
     "BendingLink": "arm.flexible_links",
     "with_flexible_links": "arm.flexible_links",

@@ -44,7 +44,8 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     if str(source) in builtin_names():
         return builtin_arm(str(source), tip=tip, gravity=gravity)
     if not isinstance(source, (str, Path)):
-        raise InputError(Fault("arm", "must be the name of a built-in arm or the path of a .urdf or .xacro file", source))
+        problem = "must be the name of a built-in arm or the path of a .urdf or .xacro file"
+        raise InputError(Fault("arm", problem, source))
     path = Path(source)
     if path.suffix.lower() not in SUFFIXES and not path.is_file():
         problem = "neither a built-in arm nor the path of a .urdf or .xacro file"
