@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import adjoint, inverse_pose
-from drivetrain.spatial.rotations import nearest_rotation, skew
+from drivetrain.spatial.rotations import is_rotation, nearest_rotation, skew
+
+SYMMETRIC = 1e-6  # on an inertia, over its largest entry: printed digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +23,8 @@ class RigidBody:
     Attributes:
         mass: [kg]; negative describes what is taken away.
         com: Centre of mass [m], (3,).
-        inertia: About the centre of mass, axes of the frame [kg m^2], (3, 3).
+        inertia: About the centre of mass, axes of the frame [kg m^2], (3, 3), symmetric to 1e-6 and then made exactly
+            so. Whether mass could be so spread is not asked here, see ``triangle_excess``.
     """
 
     mass: float
@@ -30,7 +34,7 @@ class RigidBody:
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", float(checked_array(self.mass, (), "mass")))
         object.__setattr__(self, "com", frozen_array(self.com, (3,), "com"))
-        object.__setattr__(self, "inertia", frozen_array(self.inertia, (3, 3), "inertia"))
+        object.__setattr__(self, "inertia", _symmetric(self.inertia))
 
     def seen_from(self, pose_a_b: Any) -> RigidBody:
         """The same body, given in frame b, as seen from frame a.
@@ -40,10 +44,13 @@ class RigidBody:
 
         Returns:
             The body in frame a.
+
+        Raises:
+            InputError: A wrong shape, a NaN or infinity, or a matrix that is no pose.
         """
-        t = checked_array(pose_a_b, (4, 4), "pose_a_b")
+        t = _pose(pose_a_b)
         rotation = t[:3, :3]
-        return RigidBody(self.mass, rotation @ self.com + t[:3, 3], rotation @ self.inertia @ rotation.T)
+        return RigidBody(self.mass, rotation @ self.com + t[:3, 3], _mean(rotation @ self.inertia @ rotation.T))
 
     def negative(self) -> RigidBody:
         """The body that takes this one away when combined [kg, kg m^2]."""
@@ -71,6 +78,9 @@ class RigidBody:
         Returns:
             (6, 6), (angular, linear): kg m^2 in the upper left block, kg m off the diagonal, kg in the lower right.
 
+        Raises:
+            InputError: A wrong shape, a NaN or infinity, or a matrix that is no pose.
+
         Reference: Modern Robotics, equations 8.32 and 8.42.
         """
         lever = self.mass * skew(self.com)
@@ -80,7 +90,7 @@ class RigidBody:
         own[3:, 3:] = self.mass * np.eye(3)
         if pose_a_b is None:
             return own
-        back = adjoint(inverse_pose(pose_a_b))
+        back = adjoint(inverse_pose(_pose(pose_a_b)))
         return np.asarray(back.T @ own @ back)
 
     def principal_axes(self) -> tuple[Array, Array]:
@@ -115,7 +125,7 @@ def combined(bodies: Iterable[RigidBody]) -> RigidBody:
         # From the first centre, so that adding nothing changes nothing, to the bit.
         centre = parts[0].com + sum(part.mass * (part.com - parts[0].com) for part in parts[1:]) / mass
     inertia = sum((part.inertia_about(centre) for part in parts), np.zeros((3, 3)))
-    return RigidBody(mass, centre, inertia)
+    return RigidBody(mass, centre, _mean(inertia))  # what cancels must not leave an asymmetry behind
 
 
 def parallel_axis(mass: float, offset: Any) -> Array:
@@ -144,8 +154,12 @@ def cuboid(mass: float, length: float, width: float, height: float) -> RigidBody
     Returns:
         The body.
 
+    Raises:
+        InputError: A mass or size that is negative, or no finite number; all of them at once.
+
     Reference: Modern Robotics, figure 8.5.
     """
+    _check_solid({"mass": mass, "length": length, "width": width, "height": height})
     x, y, z = length**2, width**2, height**2
     return RigidBody(mass, np.zeros(3), mass / 12.0 * np.diag([y + z, x + z, x + y]))
 
@@ -161,8 +175,12 @@ def cylinder(mass: float, radius: float, height: float) -> RigidBody:
     Returns:
         The body.
 
+    Raises:
+        InputError: A mass or size that is negative, or no finite number; all of them at once.
+
     Reference: Modern Robotics, figure 8.5.
     """
+    _check_solid({"mass": mass, "radius": radius, "height": height})
     across = mass * (3.0 * radius**2 + height**2) / 12.0
     return RigidBody(mass, np.zeros(3), np.diag([across, across, 0.5 * mass * radius**2]))
 
@@ -177,8 +195,12 @@ def ellipsoid(mass: float, a: float, b: float, c: float) -> RigidBody:
     Returns:
         The body.
 
+    Raises:
+        InputError: A mass or size that is negative, or no finite number; all of them at once.
+
     Reference: Modern Robotics, figure 8.5.
     """
+    _check_solid({"mass": mass, "a": a, "b": b, "c": c})
     x, y, z = a * a, b * b, c * c
     return RigidBody(mass, np.zeros(3), mass / 5.0 * np.diag([y + z, x + z, x + y]))
 
@@ -223,3 +245,35 @@ def half_axes(mass: float, inertia: Any) -> Array:
     moments = np.linalg.eigvalsh(checked_array(inertia, (3, 3), "inertia"))
     spread = np.clip(0.5 * moments.sum() - moments, 0.0, None)
     return np.asarray(np.sqrt(5.0 * spread / mass))
+
+
+def _symmetric(inertia: Any) -> Array:
+    """The tensor, read-only and exactly symmetric; one that already is stays as it is, to the bit."""
+    tensor = checked_array(inertia, (3, 3), "inertia")
+    if np.abs(tensor - tensor.T).max() > SYMMETRIC * np.abs(tensor).max():
+        raise InputError(Fault("inertia", "must be symmetric", tensor.tolist()))
+    return frozen_array(_mean(tensor), (3, 3), "inertia")
+
+
+def _mean(tensor: Array) -> Array:
+    return np.asarray(0.5 * (tensor + tensor.T))
+
+
+def _pose(pose_a_b: Any) -> Array:
+    matrix = checked_array(pose_a_b, (4, 4), "pose_a_b")
+    if not is_rotation(matrix[:3, :3]) or np.abs(matrix[3] - [0.0, 0.0, 0.0, 1.0]).max() > SYMMETRIC:
+        problem = "must be a pose: a rotation, a point, and a last row of 0 0 0 1"
+        raise InputError(Fault("pose_a_b", problem, matrix.tolist()))
+    return matrix
+
+
+def _check_solid(sizes: dict[str, float]) -> None:
+    faults = []
+    for name, value in sizes.items():
+        try:
+            if checked_array(value, (), name) < 0.0:
+                faults.append(Fault(name, f"must not be negative [{'kg' if name == 'mass' else 'm'}]", value))
+        except InputError as error:
+            faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -173,3 +175,31 @@ def test_bad_numbers_are_refused() -> None:
         RigidBody(1.0, [0, 0], np.eye(3))
     with pytest.raises(InputError, match="inertia"):
         RigidBody(1.0, [0, 0, 0], np.full((3, 3), np.nan))
+
+
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        (lambda: cuboid(-1.0, 1.0, 1.0, 1.0), "mass: must not be negative"),
+        (lambda: cuboid(1.0, -1.0, 1.0, -2.0), "length: must not be negative.*height: must not be negative"),
+        (lambda: cylinder(1.0, float("nan"), 1.0), "radius: must be finite"),
+        (lambda: ellipsoid(1.0, 1.0, float("inf"), 1.0), "b: must be finite"),
+        (lambda: cylinder("heavy", 1.0, 1.0), "mass"),
+        (lambda: RigidBody(1.0, np.zeros(3), [[1.0, 0.1, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "symmetric"),
+        (lambda: cuboid(1.0, 1.0, 1.0, 1.0).seen_from(np.diag([1.0, 1.0, 2.0, 1.0])), "must be a pose"),
+        (lambda: cuboid(1.0, 1.0, 1.0, 1.0).seen_from(np.diag([1.0, 1.0, -1.0, 1.0])), "must be a pose"),
+        (lambda: cuboid(1.0, 1.0, 1.0, 1.0).spatial_inertia(np.diag([1.0, 1.0, 1.0, 2.0])), "must be a pose"),
+    ],
+)
+def test_what_no_body_can_be_is_refused(make, complaint):
+    with pytest.raises(InputError) as told:
+        make()
+    assert re.search(complaint, str(told.value), re.S), str(told.value)
+
+
+def test_what_is_taken_away_again_leaves_no_asymmetry():
+    # A ton far off and turned, added and taken away: what is left is of the size of rounding, and symmetric.
+    rng = np.random.default_rng(31)
+    heavy = cuboid(1e3, 1.0, 2.0, 3.0).seen_from(pose(exp_rotation(rng.normal(size=3)), 10.0 * rng.normal(size=3)))
+    left = combined([heavy, heavy.negative(), cuboid(1e-6, 1e-3, 1e-3, 1e-3)])
+    assert np.array_equal(left.inertia, left.inertia.T)
