@@ -11,6 +11,8 @@ kg], whose origins need not be the centres of mass; ``Slist`` n screw axes in th
 Twists are (angular, linear), wrenches (moment, force). A screw axis that is not unit, as the first in the examples of
 the book's own package, moves its joint that much farther for the same ``theta``, there as here.
 
+One posture may be a list, a vector or a column, as that package takes it in places; what comes back is a vector.
+
 Where this differs from the package ``modern_robotics`` 1.1: rotations below 1e-6 rad are made, not dropped; a mass
 matrix is never inverted; a zero for ``Ftipmat`` is taken as no tip forces, as that package promises and does not do;
 shapes, rotations and inertias are checked, and what is wrong raises ``InputError``.
@@ -45,7 +47,7 @@ def ad(V: Any) -> Array:
 
     Reference: Modern Robotics, equation 8.38.
     """
-    return bracket(V)
+    return bracket(_vector(V))
 
 
 def InverseDynamics(
@@ -69,7 +71,9 @@ def InverseDynamics(
 
     Reference: Modern Robotics, sections 8.3.2 and 8.11.
     """
-    return InverseDynamicsTrajectory(thetalist, dthetalist, ddthetalist, g, Ftip, Mlist, Glist, Slist)
+    chain = _chain(Mlist, Glist, Slist, g)
+    motion = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist, "ddthetalist": ddthetalist})
+    return inverse_dynamics(chain.arm, *motion, tip_wrench=_tip(_vector(Ftip))) * chain.scale
 
 
 def MassMatrix(thetalist: Any, Mlist: Any, Glist: Any, Slist: Any) -> Array:
@@ -90,7 +94,7 @@ def MassMatrix(thetalist: Any, Mlist: Any, Glist: Any, Slist: Any) -> Array:
     Reference: Modern Robotics, sections 8.5 and 8.11.
     """
     chain = _chain(Mlist, Glist, Slist, np.zeros(3))
-    (q,) = _scaled(chain, {"thetalist": thetalist})
+    (q,) = _posture(chain, {"thetalist": thetalist})
     return mass_matrix(chain.arm, q) * np.outer(chain.scale, chain.scale)
 
 
@@ -112,7 +116,7 @@ def VelQuadraticForces(thetalist: Any, dthetalist: Any, Mlist: Any, Glist: Any, 
     Reference: Modern Robotics, sections 8.4 and 8.11.
     """
     chain = _chain(Mlist, Glist, Slist, np.zeros(3))
-    q, qd = _scaled(chain, {"thetalist": thetalist, "dthetalist": dthetalist})
+    q, qd = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist})
     return velocity_torque(chain.arm, q, qd) * chain.scale
 
 
@@ -135,7 +139,7 @@ def GravityForces(thetalist: Any, g: Any, Mlist: Any, Glist: Any, Slist: Any) ->
     Reference: Modern Robotics, sections 8.4 and 8.11.
     """
     chain = _chain(Mlist, Glist, Slist, g)
-    (q,) = _scaled(chain, {"thetalist": thetalist})
+    (q,) = _posture(chain, {"thetalist": thetalist})
     return gravity_torque(chain.arm, q) * chain.scale
 
 
@@ -158,8 +162,8 @@ def EndEffectorForces(thetalist: Any, Ftip: Any, Mlist: Any, Glist: Any, Slist: 
     Reference: Modern Robotics, equation 8.77 and section 8.11.
     """
     chain = _chain(Mlist, Glist, Slist, np.zeros(3))
-    (q,) = _scaled(chain, {"thetalist": thetalist})
-    return tip_torque(chain.arm, q, Ftip) * chain.scale
+    (q,) = _posture(chain, {"thetalist": thetalist})
+    return tip_torque(chain.arm, q, _vector(Ftip)) * chain.scale
 
 
 def ForwardDynamics(
@@ -185,8 +189,8 @@ def ForwardDynamics(
     Reference: Modern Robotics, sections 8.5 and 8.11.
     """
     chain = _chain(Mlist, Glist, Slist, g)
-    q, qd, tau = _scaled(chain, {"thetalist": thetalist, "dthetalist": dthetalist, "taulist": taulist})
-    return articulated_body(chain.arm, q, qd, tau / chain.scale**2, tip_wrench=_tip(Ftip)) / chain.scale
+    q, qd, tau = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist, "taulist": taulist})
+    return articulated_body(chain.arm, q, qd, tau / chain.scale**2, tip_wrench=_tip(_vector(Ftip))) / chain.scale
 
 
 def EulerStep(thetalist: Any, dthetalist: Any, ddthetalist: Any, dt: float) -> tuple[Array, Array]:
@@ -197,12 +201,18 @@ def EulerStep(thetalist: Any, dthetalist: Any, ddthetalist: Any, dt: float) -> t
         dt: The step [s].
 
     Returns:
-        Positions [rad or m] and speeds [rad/s or m/s], (n,) each; the positions by the old speeds.
+        Positions [rad or m] and speeds [rad/s or m/s], as given; the positions by the old speeds.
+
+    Raises:
+        InputError: Three shapes that differ.
 
     Reference: Modern Robotics, section 8.11.
     """
-    speeds = _values(dthetalist)
-    return _values(thetalist) + dt * speeds, speeds + dt * _values(ddthetalist)
+    positions, speeds, accelerations = _values(thetalist), _values(dthetalist), _values(ddthetalist)
+    if not positions.shape == speeds.shape == accelerations.shape:
+        shapes = f"shapes {positions.shape}, {speeds.shape}, {accelerations.shape}"
+        raise InputError(Fault("thetalist, dthetalist, ddthetalist", "must have one shape", shapes))
+    return positions + dt * speeds, speeds + dt * accelerations
 
 
 def InverseDynamicsTrajectory(
@@ -303,7 +313,7 @@ def ForwardDynamicsTrajectory(
     torques = checked_array(taumat, (None, chain.arm.n), "taumat") / chain.scale
     wrenches = _tip(Ftipmat)
     tips = [None] * len(torques) if wrenches is None else checked_array(wrenches, (len(torques), 6), "Ftipmat")
-    start = _scaled(chain, {"thetalist": thetalist, "dthetalist": dthetalist})
+    start = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist})
     q, qd = np.empty((2, *torques.shape))
     q[:1], qd[:1] = start
     for row in range(len(torques) - 1):
@@ -316,6 +326,17 @@ def ForwardDynamicsTrajectory(
 
 def _values(value: Any) -> Array:
     return np.asarray(value, dtype=np.float64)
+
+
+def _vector(value: Any) -> Any:
+    """A column as the vector that is meant; everything else as it is."""
+    return np.ravel(value) if np.ndim(value) == 2 and np.shape(value)[1] == 1 else value
+
+
+def _posture(chain: BookArm, named: dict[str, Any]) -> list[Array]:
+    """As ``_scaled``, where one posture may be a column."""
+    n = chain.arm.n
+    return _scaled(chain, {k: _vector(v) if np.shape(v) == (n, 1) else v for k, v in named.items()})
 
 
 def _scaled(chain: BookArm, named: dict[str, Any]) -> list[Array]:
@@ -338,7 +359,7 @@ def _tip(wrench: Any) -> Any:
 
 
 def _chain(poses: Any, inertias: Any, screws: Any, gravity: Any) -> BookArm:
-    given = (poses, inertias, screws, gravity)
+    given = (poses, inertias, screws, _vector(gravity))
     arrays = [np.ascontiguousarray(value, dtype=np.float64) for value in given]
     return _remembered(*((array.tobytes(), array.shape) for array in arrays))
 

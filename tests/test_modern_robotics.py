@@ -222,3 +222,30 @@ def test_what_is_no_rigid_body(where: tuple[int, int]) -> None:
     inertias = [matrix.copy() for matrix in GLIST]
     inertias[1][where] += 0.5
     assert "Glist[1]" in faults(ours.MassMatrix, Q, MLIST, inertias, SLIST)
+
+
+@pytest.mark.parametrize("n", [1, 2, 6, 7])
+def test_columns_stand_for_vectors(n: int) -> None:
+    chain = random_chain(40 + n, n)
+    q, qd, qdd = np.random.default_rng(n).normal(size=(3, n))
+    g, tip = np.array([1.0, -2.0, -9.0]), np.arange(6.0)
+    calls: list[tuple[str, tuple[object, ...], tuple[object, ...]]] = [
+        ("InverseDynamics", (q, qd, qdd, g, tip), chain),
+        ("MassMatrix", (q,), chain),
+        ("VelQuadraticForces", (q, qd), chain),
+        ("GravityForces", (q, g), chain),
+        ("EndEffectorForces", (q, tip), chain),
+        ("ForwardDynamics", (q, qd, qdd, g, tip), chain),
+        ("ad", (tip,), ()),
+    ]
+    for name, vectors, lists in calls:
+        columns = tuple(np.reshape(v, (-1, 1)) for v in vectors)
+        wanted = getattr(book, name)(*vectors, *lists)
+        near(getattr(ours, name)(*columns, *lists), wanted, 1e-10)
+    # The package itself takes columns for these two, and gives what vectors give.
+    near(ours.MassMatrix(q[:, None], *chain), book.MassMatrix(q[:, None], *chain), 1e-10)
+
+
+def test_an_euler_step_of_different_shapes() -> None:
+    with pytest.raises(InputError, match="must have one shape"):
+        ours.EulerStep([0.0, 0.0], [0.0], [1.0, 2.0], 0.1)
