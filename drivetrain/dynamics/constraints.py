@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -216,7 +216,12 @@ def checked_constraints(arm: Arm, constraints: Any) -> tuple[Constraint, ...]:
     Raises:
         InputError: None, something else, or one that names a link which the arm does not have.
     """
-    several = (constraints,) if isinstance(constraints, Constraint) else tuple(constraints)
+    if isinstance(constraints, Constraint):
+        several: tuple[Any, ...] = (constraints,)
+    elif isinstance(constraints, Iterable):
+        several = tuple(constraints)
+    else:
+        raise InputError(Fault("constraints", "must be a Constraint, or several", constraints))
     if not several:
         raise InputError(Fault("constraints", "must be at least one"))
     faults = []

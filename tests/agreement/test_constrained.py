@@ -408,6 +408,8 @@ def test_wrong_input() -> None:
         constrained_forward_dynamics(arm, [], zero, zero, zero)
     with pytest.raises(InputError, match="must be a Constraint"):
         constrained_forward_dynamics(arm, ["door"], zero, zero, zero)
+    with pytest.raises(InputError, match="must be a Constraint, or several"):
+        constrained_forward_dynamics(arm, 5, zero, zero, zero)
     with pytest.raises(InputError, match="does not have"):
         constrained_forward_dynamics(arm, KnifeEdge(Attachment(6, np.eye(4)), [1, 0, 0]), zero, zero, zero)
     with pytest.raises(InputError, match="two different links"):
