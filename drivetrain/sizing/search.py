@@ -16,6 +16,7 @@ from drivetrain.study.study import Study
 NODE_LIMIT = 200
 ALTERNATIVES = 5
 OPTIMAL = "optimal"
+ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none
 
 Tell = Callable[[int, int, str], None]
 
@@ -105,7 +106,7 @@ def _beside(
 
 def _proof(tree: Tree) -> str:
     """Whether the best set is proven to be, or how far from it the bound is."""
-    if tree.exhausted:
+    if tree.exhausted or tree.objective <= tree.bound * (1.0 + ROUNDING):
         return OPTIMAL
     unit = " kg" if tree.study.objective == "mass" else ""
     bound = f"lower bound {tree.bound:.3g}{unit}"
