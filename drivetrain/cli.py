@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from drivetrain.commands import arm, catalog, sizing
-from drivetrain.commands.session import FITS
+from drivetrain.commands.shared import FITS
 from drivetrain.version import __version__
 
 app = typer.Typer(

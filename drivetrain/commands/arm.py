@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.session import FITS, say, told, working
+from drivetrain.commands.shared import FITS, say, told, working
 
 if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm

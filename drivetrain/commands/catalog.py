@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.session import DOES_NOT_FIT, FITS, lines, listed, say, told
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, lines, listed, say, told
 
 app = typer.Typer(help="Look after catalogues of motors and gears.", no_args_is_help=True, rich_markup_mode="rich")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.session import DOES_NOT_FIT, FITS, listed, say, told, working
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, listed, say, told, working
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation, Selection
