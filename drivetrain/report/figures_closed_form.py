@@ -53,6 +53,7 @@ def figure_stacked(arm: Arm, q: Any) -> Figure:
         panels[4].set_xticks(np.arange(arm.n), labels[: arm.n], fontsize=6)
         panels[4].set_yticks(np.arange(arm.n), labels[: arm.n], fontsize=6)
         panels[0].set_ylabel("links 1 to n, then rotors r1, r2, ...")
+        figure.supxlabel(f"dark is large, each matrix on its own scale of {DECADES} decades; white is zero", fontsize=8)
     return figure
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.tip_motion import skeleton
-from drivetrain.report.quantities import printed_unit
+from drivetrain.report.quantities import axis_name, printed_unit
 from drivetrain.report.svg import BLUE, INK, JOINT_COLOURS, MUTED, TIME_COLOURS, VERMILLION, house_style
 from drivetrain.simulation.recording import Recording
 
@@ -54,6 +54,8 @@ def figure_held_arm(
         top, bottom = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
         corners = skeleton(arm, q) @ view.T
         _postures(picture, corners)
+        picture.set_xlabel(f"{axis_name(view[0])} [m]")
+        picture.set_ylabel(f"{axis_name(view[1])} [m]")
         if hinge is not None:
             _leaves(picture, corners[:, -1], view @ checked_array(hinge, (3,), "hinge"))
         _multipliers(top, recording)
@@ -62,6 +64,7 @@ def figure_held_arm(
             bottom.plot(recording.time, values, color=colour, label=joint.replace("_", " "))
         bottom.set_ylabel("joint speeds [rad/s]" if arm.screws[:, :3].any(axis=1).all() else "joint speeds [SI]")
         bottom.set_xlabel("time [s]")
+        bottom.set_title("how it moves")
         for axes in (top, bottom):
             axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.2)
             axes.set_xlim(recording.time[0], recording.time[-1])
@@ -104,8 +107,7 @@ def _postures(axes: Axes, corners: Array) -> None:
         )
     axes.plot(*corners[0, 0], "^", color=INK, markersize=7, zorder=5)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("[m]")
-    axes.set_ylabel("[m]")
+    axes.set_title("postures from light to dark, path of the tip")
 
 
 def _leaves(axes: Axes, tips: Array, hinge: Array) -> None:
@@ -118,6 +120,7 @@ def _leaves(axes: Axes, tips: Array, hinge: Array) -> None:
 
 def _multipliers(axes: Axes, recording: Recording) -> None:
     names = [name for name in recording.series if ".multiplier_" in name]
+    units = {printed_unit(recording.unit(name)) for name in names}
     for i, name in enumerate(names):
         values, unit = recording[name], recording.unit(name)
         if np.abs(values).max() > 1e-9:
@@ -125,4 +128,5 @@ def _multipliers(axes: Axes, recording: Recording) -> None:
             colour = JOINT_COLOURS[i % len(JOINT_COLOURS)]
             axes.plot(recording.time, values, color=colour, label=f"row {row} [{printed_unit(unit)}]")
     axes.axhline(0.0, color=MUTED, linewidth=0.6)
-    axes.set_ylabel("multipliers")
+    axes.set_ylabel(f"multipliers [{', '.join(sorted(units))}]")
+    axes.set_title("what the constraints carry")

@@ -13,6 +13,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.kinematics import link_poses
 from drivetrain.dynamics.tip_motion import skeleton
+from drivetrain.report.quantities import axis_name
 from drivetrain.report.svg import INK, JOINT_COLOURS, house_style
 from drivetrain.spatial.inertia import half_axes
 
@@ -41,8 +42,9 @@ def figure_links(arms: Mapping[str, Arm], q: Any, *, plane: Any = PLANE_XZ) -> F
         for axes, (title, arm) in zip(row, arms.items(), strict=True):
             _draw(axes, arm, q, view)
             axes.set_title(title)
-            axes.set_xlabel(f"{_name(view[0])} [m]")
-        row[0].set_ylabel(f"{_name(view[1])} [m]")
+            axes.set_xlabel(f"{axis_name(view[0])} [m]")
+        row[0].set_ylabel(f"{axis_name(view[1])} [m]")
+        figure.suptitle("each link as the uniform ellipsoid that has its mass and inertia")
         handles, labels = row[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(labels)))
     return figure
@@ -68,11 +70,3 @@ def _outline(arm: Arm, link: int, place: Array, view: Array) -> Array:
     size, directions = np.linalg.eigh(across @ across.T)
     circle = np.column_stack([np.cos(TURN), np.sin(TURN)]) * np.sqrt(np.clip(size, 0.0, None))
     return np.asarray(circle @ directions.T + view @ place[:3, 3])
-
-
-def _name(direction: Array) -> str:
-    """x, y or z where the direction is one of the base frame's."""
-    for axis, name in zip(np.eye(3), "xyz", strict=True):
-        if np.abs(direction - axis).max() < 1e-9:
-            return name
-    return "(" + ", ".join(f"{value:.3g}" for value in direction) + ")"

@@ -26,6 +26,7 @@ from drivetrain.dynamics.ellipsoids import (
 from drivetrain.dynamics.ratio_sweep import RatioSweep, with_ratio
 from drivetrain.dynamics.tip_motion import skeleton, tip_acceleration_terms
 from drivetrain.errors import Fault, InputError
+from drivetrain.report.quantities import axis_name
 from drivetrain.report.svg import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, TIME_COLOURS, VERMILLION, house_style
 
 PLANE_XY = np.eye(3)[:2]
@@ -34,7 +35,6 @@ NEGLIGIBLE = 1e-9  # of the largest acceleration: rounding, drawn as none
 MOST_POSTURES = 6
 ELLIPSE_RATIOS = (10.0, 100.0, 1000.0)
 ELLIPSE_AT_TIP = 0.25  # of the picture's width: how long the tip's force ellipse is drawn at the arm
-AXIS_NAMES = "xyz"
 
 
 def figure_velocity_accelerations(arm: Arm, q: Any, qd: Any, *, plane: Any = PLANE_XY) -> Figure:
@@ -123,7 +123,7 @@ def figure_tip_mass(arm: Arm, q: Any, *, plane: Any = PLANE_XY) -> Figure:
     """
     view = _checked_view(plane)
     postures = _few_postures(arm, q)
-    x, y = (_axis_name(row) for row in view)
+    x, y = (axis_name(row) for row in view)
     labels = [(f"acceleration {x}", f"acceleration {y}", "m/s²"), (f"force {x}", f"force {y}", "N")]
     accelerations = tip_acceleration_ellipsoid(arm, postures, axes=view)
     forces = tip_force_ellipsoid(arm, postures, axes=view)
@@ -158,6 +158,7 @@ def figure_ratio_sweep(sweeps: Mapping[str, RatioSweep], arm: Arm, q: Any) -> Fi
     with house_style("ratio sweep"):
         figure = Figure(figsize=(9.2, 7.0))
         upper, lower = figure.subfigures(2, 1, height_ratios=(1.0, 1.1), squeeze=False)[:, 0]
+        upper.suptitle("torques that all accelerations of 1 rad/s² take: an ellipse a posture, dark first, light last")
         for axes, ratio in zip(upper.subplots(1, len(ELLIPSE_RATIOS)), ELLIPSE_RATIOS, strict=True):
             _posture_ellipses(axes, with_ratio(arm, ratio), postures)
             axes.set_title(f"{arm.name}, ratio {ratio:g}")
@@ -251,8 +252,8 @@ def _stick(axes: Axes, corners: Array, view: Array) -> None:
     axes.plot(*corners[:-1].T, "o", color=MUTED, markersize=6.0, markerfacecolor="white", zorder=3)
     axes.plot(*corners[-1], "o", color=INK, markersize=5.0, zorder=3)
     axes.set_aspect("equal")
-    axes.set_xlabel(f"{_axis_name(view[0])} [m]")
-    axes.set_ylabel(f"{_axis_name(view[1])} [m]")
+    axes.set_xlabel(f"{axis_name(view[0])} [m]")
+    axes.set_ylabel(f"{axis_name(view[1])} [m]")
 
 
 def _chain(axes: Axes, corners: Array, steps: Array, view: Array) -> None:
@@ -297,14 +298,6 @@ def _printed(matrix: Array) -> str:
         return "infinite in a direction"
     rows = ("  ".join(f"{x + 0.0:.3g}" for x in np.round(row, 9)) for row in matrix)
     return "[" + " ; ".join(rows) + "]"
-
-
-def _axis_name(direction: Array) -> str:
-    """x, y or z for a base axis, else the vector."""
-    for name, axis in zip(AXIS_NAMES, np.eye(3), strict=True):
-        if np.array_equal(direction, axis):
-            return name
-    return "along (" + ", ".join(f"{x:.3g}" for x in direction) + ")"
 
 
 def _checked_view(plane: Any) -> Array:

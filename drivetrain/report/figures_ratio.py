@@ -54,7 +54,7 @@ def figure_ratio(found: RatioStudy, *, name: str = "ratio") -> Figure:
         gear = found.gear or "an ideal gear"
         figure.suptitle(f"{found.joint}: {found.motor} with {gear}, its ratio varied", fontsize=9.5)
         figure.align_ylabels(rows[1:])
-        rows[-1].set_xlabel("gear ratio")
+        rows[-1].set_xlabel("gear ratio [-]")
         rows[-1].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         rows[-1].xaxis.set_major_formatter(lambda value, _: f"{value:g}")
         rows[-1].xaxis.set_minor_formatter(NullFormatter())

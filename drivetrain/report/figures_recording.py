@@ -72,8 +72,9 @@ def figure_step_study(studies: Mapping[str, Sequence[StepResult]], *, unit: str 
                 right.semilogy(time, np.where(values > 0.0, values, np.nan), color=colour)
         left.set_ylabel(f"largest error of a position [{unit}]")
         middle.set_ylabel("largest energy gained or lost [J]")
-        right.set_ylabel("the same over time, coarsest setting [J]")
+        right.set_ylabel("energy gained or lost by then [J]")
         right.set_xlabel("time [s]")
+        right.set_title("coarsest setting of each")
         for axes in (left, middle):
             axes.set_xlabel("evaluations of the right-hand side")
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=len(studies))

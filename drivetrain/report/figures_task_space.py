@@ -46,7 +46,8 @@ def figure_task_space(
             _shade(condition, x, answer)
         inertia.set_ylabel("largest and smallest task inertia [SI]")
         force.set_ylabel("bias and gravity of the task, size [SI]")
-        condition.set_ylabel("condition number")
+        condition.set_ylabel("condition number [-]")
+        condition.set_title("shaded: damped or reduced")
         for axes in (inertia, force, condition):
             axes.set_xlabel(label)
             axes.set_xscale("log" if logarithmic else "linear")

@@ -135,3 +135,18 @@ def percent(share: float | None) -> str:
         return ">\u202f10⁶\u00a0%"
     decimals = 1 if 0.99 < share < 1.01 and share != 1.0 else 0
     return f"{100 * share:,.{decimals}f}\u00a0%".replace(",", "\u202f")
+
+
+def axis_name(direction: Array) -> str:
+    """What to call a direction in a picture.
+
+    Args:
+        direction: Unit vector in the base frame [-], (3,).
+
+    Returns:
+        x, y or z where it is one of the base's axes, else its numbers.
+    """
+    for name, axis in zip("xyz", np.eye(3), strict=True):
+        if np.abs(direction - axis).max() < 1e-9:
+            return name
+    return "along (" + ", ".join(f"{value:.3g}" for value in direction) + ")"

@@ -33,7 +33,7 @@ def test_a_link_is_drawn_as_the_ellipsoid_that_it_is() -> None:
 
 def test_links_without_mass_are_points_and_other_views_are_named() -> None:
     figure = figure_links({"puma": load_arm("puma560")}, np.zeros(6), plane=[[0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
-    assert figure.axes[0].get_xlabel() == "(0.6, 0.8, 0) [m]"
+    assert figure.axes[0].get_xlabel() == "along (0.6, 0.8, 0) [m]"
     with pytest.raises(InputError):
         figure_links({"puma": load_arm("puma560")}, np.zeros(5))
 
