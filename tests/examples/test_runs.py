@@ -52,3 +52,8 @@ def test_chapter_page_runs_and_draws(page: Path, tmp_path: Path, capsys: pytest.
 
 def test_every_section_of_the_chapter_has_a_page() -> None:
     assert {page.stem[:2] for page in PAGES} >= {f"{i:02d}" for i in (1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12)}
+
+
+def test_every_page_stands_in_the_table() -> None:
+    text = (ROOT / "examples" / "chapter8" / "README.md").read_text(encoding="utf-8")
+    assert re.findall(r"^\| `(\S+\.py)` \|", text, re.M) == sorted(page.name for page in PAGES)
