@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, checked_array
 from drivetrain.drive.drive import Drive, motor_torque, shaft_friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.ranges import EFFICIENCY, POSITIVE
@@ -272,7 +272,8 @@ def load_match(
         ratio is motor speed over output speed; the source counts its inverse.
 
     Raises:
-        InputError: A torque or inertia that is not positive, or an efficiency outside 0 to 1.
+        InputError: A torque or inertia that is not positive, an efficiency outside 0 to 1, samples that are not finite
+            or of different numbers, or weights that are negative or all zero.
 
     Reference:
         Giberti, Cinquemani and Legnani: alpha = T_N^2/J, beta = 2 [a_rms T_rms + mean(a T)], and the condition
@@ -281,6 +282,11 @@ def load_match(
     _check_positive({"rated_torque": rated_torque, "rotor_inertia": rotor_inertia})
     if not EFFICIENCY.holds(efficiency):
         raise InputError(Fault("efficiency", EFFICIENCY.words, efficiency))
+    load_torque = checked_array(load_torque, (None,), "load_torque")
+    acceleration = checked_array(acceleration, load_torque.shape, "acceleration")
+    weights = checked_array(weights, load_torque.shape, "weights")
+    if not (weights >= 0.0).all() or not weights.any():
+        raise InputError(Fault("weights", "must not be negative, nor all zero [s]", weights.tolist()[:8]))
     torque = math.sqrt(_mean(load_torque**2, weights)) / efficiency
     accelerated = math.sqrt(_mean(acceleration**2, weights))
     alpha = rated_torque**2 / rotor_inertia

@@ -200,6 +200,12 @@ def test_alpha_beta_at_its_limits() -> None:
         load_match(0.1, 1e-5, one, one, weights, efficiency=1.2)
     with pytest.raises(InputError, match="rated_torque"):
         load_match(0.0, 1e-5, one, one, weights)
+    with pytest.raises(InputError, match=r"load_torque\[0\]: must be finite"):
+        load_match(0.1, 1e-5, np.nan * one, one, weights)
+    with pytest.raises(InputError, match="acceleration: must have shape"):
+        load_match(0.1, 1e-5, one, one[1:], weights)
+    with pytest.raises(InputError, match="weights: must not be negative"):
+        load_match(0.1, 1e-5, one, one, -weights)
 
 
 def test_braking_makes_the_one_efficiency_pessimistic() -> None:
