@@ -68,8 +68,12 @@ def integrate(
         many steps.
 
     Raises:
-        InputError: Times that do not rise, a start that is no finite vector, breakpoints that are no numbers.
+        InputError: Times that do not rise, a start that is no finite vector, breakpoints that are no numbers, a solver
+            that is none.
     """
+    if not isinstance(solver, Solver):
+        problem = "must be a solver, such as RungeKutta4(0.001) or DormandPrince853()"
+        raise InputError(Fault("solver", problem, solver))
     wanted, state = _checked(times, start)
     inner = _inner_points(breakpoints, wanted[0], wanted[-1])
     work, rows = Work(), [state]

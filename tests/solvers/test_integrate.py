@@ -207,3 +207,8 @@ def test_wrong_input() -> None:
             kind(1e-6, 0.0)
         with pytest.raises(InputError, match="largest_step"):
             kind(1e-6, 1e-9, -1.0)
+
+
+def test_a_name_is_no_solver() -> None:
+    with pytest.raises(InputError, match="RungeKutta4"):
+        integrate("rk4", lambda t, y: -y, [1.0], [0.0, 1.0])
