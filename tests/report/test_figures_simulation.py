@@ -92,7 +92,8 @@ def test_held_arm_and_drift() -> None:
     np.testing.assert_allclose(np.array(picture.lines[0].get_data()).T, ends, atol=1e-12)
     np.testing.assert_array_equal(curves(multipliers)["row 1 [N]"], run["constraint_1.multiplier_1"])
     assert len(curves(speeds)) == 6
-    assert (picture.get_xlabel(), picture.get_ylabel(), multipliers.get_ylabel()) == ("x [m]", "y [m]", "multipliers [N]")
+    labels = (picture.get_xlabel(), picture.get_ylabel(), multipliers.get_ylabel())
+    assert labels == ("x [m]", "y [m]", "multipliers [N]")
     drift = figure_drift({"projection": run})
     assert [axes.get_yscale() for axes in drift.axes] == ["log", "log"]
     with house_style("held"):
