@@ -1,12 +1,11 @@
-"""Files written beside their place and then renamed, so that a failure leaves the old one as it was."""
+"""Text files, written whole or not at all."""
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
 from drivetrain.errors import Fault, InputError
+from drivetrain.whole_files import write_whole
 
 
 def write_text(path: str | Path, text: str) -> Path:
@@ -24,23 +23,7 @@ def write_text(path: str | Path, text: str) -> Path:
     """
     place = Path(path)
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
+        write_whole(place, lambda file: file.write(text.encode("utf-8")))
     except OSError as error:
-        raise _refused(place, error) from None
-    beside = Path(name)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.chmod(0o644)
-        beside.replace(place)
-    except OSError as error:
-        raise _refused(place, error) from None
-    finally:
-        beside.unlink(missing_ok=True)
+        raise InputError(Fault("path", f"cannot be written: {error.strerror}", str(place))) from None
     return place
-
-
-def _refused(place: Path, error: OSError) -> InputError:
-    return InputError(Fault("path", f"cannot be written: {error.strerror}", str(place)))

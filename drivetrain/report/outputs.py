@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import os
-import tempfile
 from pathlib import Path
 
 from drivetrain.errors import Fault, InputError
@@ -13,6 +11,7 @@ from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.whole_files import written_beside
 
 FALLEN_COLUMNS = ("joint", "motor", "gear", "check", "required", "available", "unit", "utilisation", "objective")
 
@@ -104,16 +103,5 @@ def write_files(out_dir: str | Path, texts: dict[str, str]) -> dict[str, Path]:
 
 
 def _written_beside(place: Path, text: str) -> Path:
-    """A hidden file in the same folder that holds the text, on the disk."""
-    handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
-    beside = Path(name)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.chmod(0o644)
-    except BaseException:
-        beside.unlink(missing_ok=True)
-        raise
-    return beside
+    """A hidden file in the same folder that holds the text."""
+    return written_beside(place, lambda file: file.write(text.encode("utf-8")))

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,6 +14,7 @@ import pandas as pd
 
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.whole_files import write_whole
 
 FORMAT = 1
 
@@ -138,17 +137,8 @@ class Recording:
         if not target.parent.is_dir():
             raise InputError(Fault("path", "must lie in a folder that exists", str(target)))
         arrays: dict[str, Any] = {f"series {i}": series.values for i, series in enumerate(self.series.values())}
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                np.savez_compressed(file, time=self.time, told=np.array(self._told()), **arrays)
-                file.flush()
-                os.fsync(file.fileno())
-            Path(name).chmod(0o644)  # as other files are, not as temporary ones
-            Path(name).replace(target)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        told = np.array(self._told())
+        write_whole(target, lambda file: np.savez_compressed(file, time=self.time, told=told, **arrays))
         return target
 
     def _find(self, name: str) -> Series:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from pathlib import Path
 
 import pytest
@@ -76,7 +77,7 @@ def test_ctrl_c_while_writing_leaves_no_litter(tmp_path: Path, monkeypatch: pyte
     def interrupted(descriptor: int) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(outputs.os, "fsync", interrupted)
+    monkeypatch.setattr(os, "fsync", interrupted)
     with pytest.raises(KeyboardInterrupt):
         write_files(tmp_path, {"a.txt": "new"})
     assert list(tmp_path.iterdir()) == []
