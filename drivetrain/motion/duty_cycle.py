@@ -1,10 +1,14 @@
-"""The duty cycle: motions, dwells and payloads in the order in which they repeat for ever."""
+"""The duty cycle: motions, dwells and payloads in the order in which they repeat for ever.
+
+A mix of several such cycles, each with its share of the time of use, is one ``Cycle`` too: see ``motion/mix.py``.
+"""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +26,14 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """One period of the repeated task as one run of samples.
+    """One period of the repeated task as one run of samples; of a mix, one period of each of its parts.
+
+    Every part repeats for ever by itself while it is in use, so the last sample of a part is followed by the first of
+    the same part.
 
     Attributes:
         joint_names: (n,).
-        time: From 0, never decreasing [s], (N,).
+        time: From 0, never decreasing [s], (N,); the parts of a mix follow one another.
         position: [rad or m], (N, n); from the integral of speed for a load table.
         velocity: [rad/s or m/s], (N, n).
         acceleration: [rad/s^2 or m/s^2], (N, n).
@@ -36,6 +43,9 @@ class Cycle:
         segment: Index into ``segment_names``, (N,), integers.
         segment_names: Names of motions and dwells in their order.
         notes: Of the motions in it.
+        parts: The samples of each part of a mix, in their order; left out: one part, all samples.
+        shares: Of the time of use, one a part, their sum 1.
+        part_names: One a part; one empty name where the cycle is no mix.
     """
 
     joint_names: tuple[str, ...]
@@ -49,11 +59,45 @@ class Cycle:
     segment: Indices
     segment_names: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    parts: tuple[slice, ...] = ()
+    shares: tuple[float, ...] = (1.0,)
+    part_names: tuple[str, ...] = ("",)
+
+    def __post_init__(self) -> None:
+        if len(self.parts) <= 1:  # also of a cycle that was given other samples
+            object.__setattr__(self, "parts", (slice(0, len(self.time)),))
+        if not len(self.parts) == len(self.shares) == len(self.part_names):
+            raise InputError(Fault("cycle.parts", "needs one share and one name a part", len(self.parts)))
+        if self.parts[-1].stop != len(self.time):
+            raise InputError(Fault("cycle.parts", "must cover all samples", self.parts[-1].stop))
 
     @property
     def duration(self) -> float:
-        """Length of the period [s]."""
+        """Length of the period [s]; of a mix, of one period of each part together."""
         return float(self.time[-1] - self.time[0])
+
+    @cached_property
+    def weights(self) -> Array:
+        """The time that each sample stands for in the mean use [s], (N,); their sum is ``duration``.
+
+        Integrals over the repeated task are sums over the samples with these weights. The samples of a part of a mix
+        share ``duration`` times the part's share of use.
+        """
+        weights = sample_weights(self.time)
+        if len(self.parts) > 1:
+            for part, share in zip(self.parts, self.shares, strict=True):
+                weights[part] *= share * self.duration / float(self.time[part][-1] - self.time[part][0])
+        return _fixed(weights)
+
+    @cached_property
+    def before(self) -> Indices:
+        """Index of the sample before each one, (N,), integers; before the first of a part comes its last."""
+        return np.concatenate([np.roll(np.arange(part.start, part.stop), 1) for part in self.parts])
+
+    @cached_property
+    def after(self) -> Indices:
+        """Index of the sample after each one, (N,), integers; after the last of a part comes its first."""
+        return np.concatenate([np.roll(np.arange(part.start, part.stop), -1) for part in self.parts])
 
 
 @dataclass(frozen=True, eq=False)

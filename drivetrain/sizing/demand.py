@@ -13,7 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.drive.gear import average_torque
-from drivetrain.motion.duty_cycle import Indices, sample_weights
+from drivetrain.motion.duty_cycle import Indices
 from drivetrain.sizing.checks import Peak, peak
 from drivetrain.sizing.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
 from drivetrain.sizing.mounting import seat
@@ -183,7 +183,7 @@ def workload(study: Study) -> Workload:
     Returns:
         The workload.
     """
-    return Workload(study, load_basis(study), sample_weights(study.cycle.time))
+    return Workload(study, load_basis(study), study.cycle.weights)
 
 
 @dataclass(frozen=True, eq=False)

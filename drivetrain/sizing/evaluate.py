@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.sizing.checks import reported
 from drivetrain.sizing.checks_supply import supply_checks
 from drivetrain.sizing.demand import Workload, workload
@@ -108,7 +107,7 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     """
     lacking = [name for name, result in results.items() if not result.judged]
     found = supply_checks(
-        study.supply, study.cycle.time, sample_weights(study.cycle.time),
+        study.supply, study.cycle.time, study.cycle.weights,
         {name: result.series.electrical_power for name, result in results.items()},
         reserve=study.safety.reserve, unknown=", ".join(lacking),
     )  # fmt: skip
