@@ -1,0 +1,111 @@
+"""The same task made harder or easier: payload, pace, supply voltage and air changed, everything else kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.study.study import Study
+
+
+@dataclass(frozen=True)
+class TaskChange:
+    """What is changed of a task; the default changes nothing.
+
+    Attributes:
+        payload: Factor on mass and inertia of payloads: the same shape of another density; 0 or more.
+        time: Factor on the length of the cycle: the same path, uniformly slower or faster; positive.
+        voltage: Factor on the supply's voltage; positive.
+        ambient: Added to the air's temperature [K].
+        payloads: Names of the payloads that ``payload`` scales; empty: all.
+    """
+
+    payload: float = 1.0
+    time: float = 1.0
+    voltage: float = 1.0
+    ambient: float = 0.0
+    payloads: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not (math.isfinite(self.payload) and self.payload >= 0.0):
+            faults.append(Fault("payload", "a factor must be 0 or more", self.payload))
+        for name in ("time", "voltage"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                faults.append(Fault(name, "a factor must be positive", value))
+        if not math.isfinite(self.ambient):
+            faults.append(Fault("ambient", "a difference of temperature must be finite [K]", self.ambient))
+        if faults:
+            raise InputError(faults)
+
+
+def changed(study: Study, change: TaskChange) -> Study:
+    """The task with a change.
+
+    A motion slowed by the factor s passes the same positions at s times the instants, with 1/s of the speed and 1/s^2
+    of the acceleration, dwells included. Torques of a load table are kept, as no law says how they would change.
+
+    Args:
+        study: The task.
+        change: What to change.
+
+    Returns:
+        The changed task; the name of the study and its digest stay.
+
+    Raises:
+        InputError: A payload that the study does not have.
+    """
+    strangers = [name for name in change.payloads if name not in [one.name for one in study.payloads]]
+    if strangers:
+        known = [one.name for one in study.payloads]
+        raise InputError([Fault("payload", "is none of the study's", n, nearest(n, known)) for n in strangers])
+    payloads = tuple(
+        replace(one, mass=one.mass * change.payload, inertia=one.inertia * change.payload)
+        if scales(change.payloads, one.name)
+        else one
+        for one in study.payloads
+    )
+    return replace(
+        study,
+        payloads=payloads,
+        cycle=slowed(study.cycle, change.time),
+        supply=replace(study.supply, voltage=study.supply.voltage * change.voltage),
+        ambient=study.ambient + change.ambient,
+    )
+
+
+def scales(payloads: Collection[str], name: str) -> bool:
+    """Whether a change of some payloads is one of a certain payload.
+
+    Args:
+        payloads: Names of those that change; empty: all.
+        name: Of the payload.
+
+    Returns:
+        True when it changes.
+    """
+    return not payloads or name in payloads
+
+
+def slowed(cycle: Cycle, factor: float) -> Cycle:
+    """The same path in more time, or less.
+
+    Args:
+        cycle: The repeated task.
+        factor: Of its length; 1 keeps it as it is.
+
+    Returns:
+        The cycle: time times the factor, speed over it, acceleration over its square; given torques are kept.
+    """
+    if factor == 1.0:
+        return cycle
+    return replace(
+        cycle,
+        time=cycle.time * factor,
+        velocity=cycle.velocity / factor,
+        acceleration=cycle.acceleration / factor**2,
+    )
