@@ -146,17 +146,24 @@ class _Names:
     @staticmethod
     def _read(value: Any) -> tuple[str, ...]:
         entries = value if isinstance(value, list | tuple) else [value]
-        return tuple(_name(entry) for entry in entries)
+        return tuple(read_name(entry) for entry in entries)
 
 
-def _name(value: Any) -> str:
-    """A name; a number, such as a bare part number, is taken as its text."""
+def read_name(value: Any) -> str:
+    """A name; a number, such as a bare part number, is taken as its text.
+
+    Args:
+        value: As it stands in the file.
+
+    Returns:
+        The name without blanks around it.
+    """
     if isinstance(value, bool) or not isinstance(value, str | int) or not str(value).strip():
         raise refused("must be a name", "put it in quotes" if isinstance(value, bool | float) else "", value)
     return str(value).strip()
 
 
-Name = Annotated[str, BeforeValidator(_name)]
+Name = Annotated[str, BeforeValidator(read_name)]
 Names = Annotated[tuple[str, ...], _Names()]
 Angle = Annotated[float, Quantity("rad")]
 Current = Annotated[float, Quantity("A", above=0.0)]

@@ -14,6 +14,7 @@ from drivetrain.study.resolve_arm import arm_files, resolve_arm, resolve_payload
 from drivetrain.study.resolve_coupling import resolve_coupling
 from drivetrain.study.resolve_cycle import motion_files, resolve_cycle, resolve_motions
 from drivetrain.study.resolve_joints import Surroundings, resolve_joints
+from drivetrain.study.resolve_wanted import resolve_wanted
 from drivetrain.study.rows import catalog_folders, resolve_catalog
 from drivetrain.study.schema import StudyForm
 from drivetrain.study.study import DriveMass, Safety, Study
@@ -43,6 +44,7 @@ def load_study(path: str | Path) -> Study:
     gear_assumptions, motor_assumptions = resolve_assumptions(form.assumptions, ledger)
     names = arm.joint_names if arm else next((motion.joint_names for motion in motions.values()), ())
     joints = resolve_joints(Surroundings(form, arm, catalog, ledger), names)
+    wanted = resolve_wanted(form, names, ledger)
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
@@ -61,8 +63,8 @@ def load_study(path: str | Path) -> Study:
         safety=Safety(**form.safety.model_dump()),
         gear_assumptions=gear_assumptions,
         motor_assumptions=motor_assumptions,
-        objective=form.objective,
         catalog=catalog,
+        wanted=wanted,
         notes=tuple(ledger.notes),
     )
 

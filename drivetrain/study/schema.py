@@ -12,6 +12,7 @@ from drivetrain.study.form import Form
 from drivetrain.study.schema_coupling import CouplingForm
 from drivetrain.study.schema_parts import AmplifierForm, AssumptionsForm, JointForm, SafetyForm, SupplyForm
 from drivetrain.study.schema_rows import GearRow, MotorRow
+from drivetrain.study.schema_selection import Objective, SelectionForm
 
 SCHEMA_VERSION = 1
 DEFAULT = "default"  # the entry of `joints` and of `motions` that holds where the others are silent
@@ -119,7 +120,8 @@ class StudyForm(Form):
     amplifier: AmplifierForm = AmplifierForm()
     ambient: f.Temperature = 25.0
     safety: SafetyForm = SafetyForm()
-    objective: Literal["mass", "price"] = "mass"
+    objective: Objective = "mass"
+    selection: SelectionForm = SelectionForm()
     catalogs: f.Names = ("shipped",)
     motors: dict[str, MotorRow] = Field(default_factory=dict)
     gears: dict[str, GearRow] = Field(default_factory=dict)

@@ -10,6 +10,8 @@ from drivetrain.arrays import Array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
 
 
@@ -159,6 +161,47 @@ class MotorAssumption:
     source: str = ""
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """What a selection minimises and must respect.
+
+    Attributes:
+        weights: What each term counts in the objective: ``mass`` [1/kg], ``price`` [1/unit of the catalogue's price]
+            and ``energy`` [1/J a cycle]; terms that count nothing are left out.
+        most_motor_types, most_gear_types: Different keys over all joints, at most; None: any number.
+        same_family: Groups of joint names whose motors must be of one family, and whose gears too (see ``family``).
+        sets: How many of the best sets are wanted.
+        time_limit: Of the search [s]; what is left unproven then is told.
+        holds: Probability with which the chosen set must hold under the study's tolerances; None: not asked.
+    """
+
+    weights: tuple[tuple[str, float], ...] = (("mass", 1.0),)
+    most_motor_types: int | None = None
+    most_gear_types: int | None = None
+    same_family: tuple[tuple[str, ...], ...] = ()
+    sets: int = 5
+    time_limit: float = 30.0
+    holds: float | None = None
+
+    @property
+    def objective(self) -> str:
+        """``mass``, ``price`` or ``energy`` when that alone counts, as it is; ``weighted`` otherwise."""
+        name, weight = self.weights[0]
+        return name if len(self.weights) == 1 and weight == 1.0 else "weighted"
+
+
+def family(row: Motor | Gear) -> str:
+    """What parts share a family: those of one maker and series; a part whose sheet names no series stands alone.
+
+    Args:
+        row: Of the catalogue.
+
+    Returns:
+        A text that is equal for parts of one family.
+    """
+    return f"{row.maker} {row.series}".strip() if row.series else f"{row.maker} {row.key}".strip()
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
     """Everything one job needs, in SI.
@@ -177,8 +220,8 @@ class Study:
         safety: Factors and reserves.
         gear_assumptions: By gear kind.
         motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
-        objective: What selection minimises: ``mass`` or ``price``.
         catalog: The rows that may be used.
+        wanted: What selection minimises and must respect.
         notes: Doubts raised while reading (arm, motion, catalogue), for the report.
     """
 
@@ -196,6 +239,11 @@ class Study:
     safety: Safety
     gear_assumptions: dict[str, GearAssumption]
     motor_assumptions: dict[str, MotorAssumption]
-    objective: str
     catalog: Catalog
+    wanted: Wanted = Wanted()
     notes: tuple[str, ...] = ()
+
+    @property
+    def objective(self) -> str:
+        """What selection minimises: ``mass``, ``price``, ``energy`` or ``weighted``."""
+        return self.wanted.objective

@@ -73,7 +73,12 @@ ambient: 25 °C
 safety:
   peak_torque: 1.2 # factor on what is required
   reserve: 10 % # a check that passes with less is MARGINAL
-objective: mass # or price
+objective: mass # or price, energy, or a mix by the kg, the unit of price, the J a cycle: {{mass: 1, energy: 0.001}}
+# selection: # what the chosen set must respect, and how far the search goes
+#   sets: 5 # how many of the best sets are wanted
+#   time_limit: 30 s # then the best found is told with the gap that is left
+#   most_motor_types: 3 # fewer spare parts: different motors over all joints, at most; most_gear_types likewise
+#   same_family: [[{pair}]] # groups of joints whose motors, and whose gears, are of one maker's series
 
 # What may drive each joint; a joint's own entry goes over the default one, name by name.
 joints:

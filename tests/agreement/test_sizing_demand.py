@@ -88,7 +88,7 @@ def random_study(
     bodies = tuple(Payload(s, m, rng.normal(size=3) * 0.1, 0.01 * np.eye(3)) for s, m in (("a", 2.0), ("b", 0.5)))
     study = Study(
         "random", "", "", "", arm, drive_mass, bodies, cycle, tuple(tasks), Supply(48.0), 25.0, Safety(), {}, {},
-        "mass", Catalog(),
+        Catalog(),
     )  # fmt: skip
     return study, drives
 
@@ -188,7 +188,7 @@ def test_shoulder_of_a_planar_arm_by_hand() -> None:
     )
     tasks = tuple(JointTask(name, None, (), (), Mount(), None, Friction(), None, Amplifier()) for name in "ab")
     study = Study(
-        "hand", "", "", "", arm, DriveMass.ADDED, (), cycle, tasks, Supply(48.0), 25.0, Safety(), {}, {}, "mass",
+        "hand", "", "", "", arm, DriveMass.ADDED, (), cycle, tasks, Supply(48.0), 25.0, Safety(), {}, {},
         Catalog(),
     )  # fmt: skip
     spin, ratio = 3e-4, 60.0

@@ -149,7 +149,6 @@ def made_up_study() -> Study:
         safety=Safety(peak_torque=1.2, life=20000 * 3600.0),
         gear_assumptions={"strain_wave": GearAssumption(efficiency=0.72, source="range of the sheets")},
         motor_assumptions={"frameless": MotorAssumption(max_winding_temperature=125.0, source="class B")},
-        objective="mass",
         catalog=Catalog(motors, gears, {}, ("confirm against the current data sheet",)),
         notes=("link wrist_3: Izz is implausible",),
     )

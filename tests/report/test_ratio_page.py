@@ -53,7 +53,7 @@ def one_axis(motor: Motor = MOTOR) -> Study:
     return Study(
         name="Door & frame", description="", path="", digest="abc", arm=None, drive_mass=None, payloads=(), cycle=cycle,
         joints=(task,), supply=Supply(48.0), ambient=25.0, safety=Safety(), gear_assumptions={}, motor_assumptions={},
-        objective="mass", catalog=Catalog({motor.key: motor}, gears),
+        catalog=Catalog({motor.key: motor}, gears),
     )  # fmt: skip
 
 

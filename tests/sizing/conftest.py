@@ -104,7 +104,7 @@ def study(cycle: Cycle, arm: Arm | None = None, **changes: Any) -> Study:
         payloads=(), cycle=cycle, joints=tuple(task(name) for name in cycle.joint_names),
         supply=Supply(48.0, peak_power=2000.0, mean_power=500.0, regenerated_power=500.0), ambient=25.0,
         safety=Safety(),
-        gear_assumptions={}, motor_assumptions={}, objective="mass",
+        gear_assumptions={}, motor_assumptions={},
         catalog=Catalog({"m1": MOTOR}, {"g1": GEAR}),
     )  # fmt: skip
     return replace(plain, **changes)

@@ -15,7 +15,7 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.results import Verdict
 from drivetrain.sizing.search import select
-from drivetrain.study.study import DriveMass, Mount
+from drivetrain.study.study import DriveMass, Mount, Wanted
 
 
 def random_catalog(make, rng, motors=3, gears=3, strong=1.0):
@@ -50,7 +50,7 @@ def random_study(make, seed, joints=2, carrier="parent", objective="mass"):
         for i, name in enumerate(cycle.joint_names)
     )
     supply = Supply(48.0, peak_power=float(rng.uniform(60, 600)))
-    return make.study(cycle, arm=arm, joints=tasks, catalog=catalog, supply=supply, objective=objective)
+    return make.study(cycle, arm=arm, joints=tasks, catalog=catalog, supply=supply, wanted=Wanted(((objective, 1.0),)))
 
 
 def brute_force(study):
@@ -219,7 +219,7 @@ def test_missing_data_never_wins(make):
 
 
 def test_price_without_prices_says_so(make):
-    study = replace(feasible_study(make, joints=2), objective="price")
+    study = replace(feasible_study(make, joints=2), wanted=Wanted((("price", 1.0),)))
     motors = {key: replace(m, price=None) for key, m in study.catalog.motors.items()}
     with pytest.raises(InputError, match="known price"):
         select(replace(study, catalog=replace(study.catalog, motors=motors)))

@@ -124,7 +124,7 @@ def test_what_a_study_cannot_do_without_is_asked_for(tmp_path: Path, name: str) 
         ("supply: 48 V", "must be a mapping"),
         ("catalogs: [shipped, 1.5]", "must be a name"),
         ("cycle: [{}]", "one of: motion, dwell"),
-        ("objective: weight", "'mass' or 'price'"),
+        ("objective: weight", "'mass', 'price' or 'energy'"),
         ("gravity: [0, 0, -9.81]", "needs a unit"),
         ("joints: {default: {candidates: {pairs: publishd}}}", "'published'"),
         ("joints: {default: {candidates: {pairs: [{motor: a}]}}}", "is missing"),
