@@ -20,11 +20,11 @@ from drivetrain.sizing.checks_gear import (
 )
 from drivetrain.sizing.checks_motor import motor_speed
 from drivetrain.sizing.demand import JointDemand, JointWork, Workload, workload
-from drivetrain.sizing.evaluate import objective_share
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
 from drivetrain.sizing.load_basis import NUMBERS, drive_numbers, loading_drives
 from drivetrain.sizing.mounting import drive_mass
+from drivetrain.sizing.objectives import drive_price
 from drivetrain.sizing.operation import Operation, operation
 from drivetrain.sizing.results import Check, Fallen, Verdict
 from drivetrain.study.study import DriveMass, JointTask, Study
@@ -283,7 +283,7 @@ def unknown_share(field: Field) -> list[Fallen]:
 def _share(study: Study, drive: Drive) -> float:
     """Of the objective; unknown also where an unknown mass would load the joints before."""
     loads = study.drive_mass in (DriveMass.ADDED, DriveMass.REPLACED)
-    return math.nan if loads and drive_mass(drive) is None else objective_share(study, drive)
+    return math.nan if loads and drive_mass(drive) is None else _objective_share(study, drive)
 
 
 def _available(op: Operation, check: Callable[[Operation], Check]) -> float:
@@ -313,3 +313,9 @@ def _early(study: Study, joint: int, task: JointTask) -> list[Fault]:
 
 def _number(value: float | None) -> float:
     return math.nan if value is None else value
+
+
+def _objective_share(study: Study, drive: Drive) -> float:
+    """What one drive adds to the objective."""
+    found = {"mass": drive_mass(drive), "price": drive_price(drive), "energy": 0.0}
+    return math.fsum(weight * _number(found[name]) for name, weight in study.wanted.weights)

@@ -12,6 +12,7 @@ from drivetrain.sizing.demand import Workload, workload
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import joint_result
 from drivetrain.sizing.mounting import drive_mass
+from drivetrain.sizing.objectives import criteria, weighted
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.results import Check, Evaluation, JointResult
 from drivetrain.study.study import DriveMass, Study
@@ -39,7 +40,22 @@ def evaluate(study: Study, drives: Mapping[str, Given] | None = None) -> Evaluat
     work, shelf = workload(study), Shelf(study)
     mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
     results = {task.name: evaluate_joint(work, mounted, i, keys[task.name]) for i, task in enumerate(study.joints)}
-    return Evaluation(study, results, shared_checks(study, results), objective(study, mounted))
+    return evaluation_of(study, results, shared_checks(study, results))
+
+
+def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
+    """The results of all joints as one evaluation, with what the set is worth.
+
+    Args:
+        study: The task.
+        results: By joint name.
+        shared: Checks of all joints together.
+
+    Returns:
+        The evaluation.
+    """
+    found = criteria(study, results, shared)
+    return Evaluation(study, results, shared, weighted(study.wanted, found), found)
 
 
 def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
@@ -116,36 +132,6 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
         remark = f"unknown at {', '.join(massless)}: the joints before are judged too lightly"
         found += (reported("mass of the drives", "kg", None, remark),)
     return found
-
-
-def objective(study: Study, mounted: Mapping[int, Drive]) -> float:
-    """What selection minimises, for a set of drives.
-
-    Args:
-        study: Its objective.
-        mounted: Drives by joint index.
-
-    Returns:
-        Mass [kg] or price of all of them; NaN where one is unknown.
-    """
-    return float(sum(objective_share(study, drive) for drive in mounted.values()))
-
-
-def objective_share(study: Study, drive: Drive) -> float:
-    """What one drive adds to the objective.
-
-    Args:
-        study: Its objective.
-        drive: Motor and gear.
-
-    Returns:
-        Mass [kg] or price; NaN when unknown.
-    """
-    if study.objective == "mass":
-        mass = drive_mass(drive)
-        return float("nan") if mass is None else mass
-    gear = 0.0 if drive.gear.key == "" else drive.gear.price
-    return float("nan") if drive.motor.price is None or gear is None else drive.motor.price + gear
 
 
 def _unknown_keys(study: Study, joint: str, pair: Pair) -> list[Fault]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from drivetrain.arrays import Array
@@ -150,13 +152,15 @@ class Evaluation:
         study: What was asked.
         joints: By joint name, in the arm's order.
         shared: Checks of all joints together (the supply).
-        objective: Value of the study's objective for these drives (mass [kg] or price); NaN where data are missing.
+        objective: Value of the study's objective for these drives; NaN where data are missing.
+        criteria: ``mass`` [kg], ``price``, ``energy`` of a cycle [J] and largest ``utilisation``; NaN where unknown.
     """
 
     study: Study
     joints: dict[str, JointResult]
     shared: tuple[Check, ...]
     objective: float
+    criteria: dict[str, float] = field(default_factory=dict)
 
     @property
     def verdict(self) -> Verdict:
@@ -181,7 +185,7 @@ class Fallen:
         required, available: Of that check [unit].
         unit: Of both.
         utilisation: Of that check; above 1.
-        objective: Its own share of the objective (mass [kg] or price).
+        objective: Its own share of the objective; NaN where unknown.
     """
 
     joint: str
@@ -196,6 +200,21 @@ class Fallen:
 
 
 @dataclass(frozen=True, eq=False)
+class DriveSet:
+    """One set of drives that holds every check.
+
+    Attributes:
+        drives: Keys of (motor, gear) by joint name.
+        objective: Of the set.
+        criteria: ``mass`` [kg], ``price``, ``energy`` of a cycle [J] and largest ``utilisation``; NaN where unknown.
+    """
+
+    drives: dict[str, tuple[str, str]]
+    objective: float
+    criteria: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
 class Selection:
     """The drives chosen for a study, and why not the others.
 
@@ -205,10 +224,13 @@ class Selection:
         evaluation: Of the chosen drives; when nothing fits, of the nearest candidates.
         objective: Of the chosen drives; NaN when nothing fits.
         proof: ``optimal``, or in words the gap that is left.
-        fallen: Every candidate that fell.
+        fallen: Every candidate that fell, beside the drives chosen after it.
         alternatives: By joint name, the next best (motor, gear, objective share) that also pass.
         advice: When nothing fits: the nearest candidate, the binding check and what would mend it.
         counters: Work done: nodes, candidates judged.
+        sets: The best sets found, best first; the first holds ``drives``. All are proven when the search is finished.
+        bound: No set that holds has a smaller objective; infinite when there is proven to be none.
+        state: What a search that was stopped needs to go on; None when it is finished.
     """
 
     study: Study
@@ -216,10 +238,13 @@ class Selection:
     evaluation: Evaluation
     objective: float
     proof: str
-    fallen: tuple[Fallen, ...]
+    fallen: Sequence[Fallen]
     alternatives: dict[str, tuple[tuple[str, str, float], ...]]
     advice: tuple[str, ...]
     counters: dict[str, int]
+    sets: tuple[DriveSet, ...] = ()
+    bound: float = math.nan
+    state: object | None = None
 
     @property
     def feasible(self) -> bool:

@@ -1,0 +1,86 @@
+"""What a set of drives is worth: its mass, its price, its energy a cycle, and how near it comes to a limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from drivetrain.drive.drive import Drive
+from drivetrain.sizing.mounting import drive_mass
+from drivetrain.sizing.results import Check, JointResult
+from drivetrain.study.study import Study, Wanted
+
+TERMS = ("mass", "price", "energy")
+"""What an objective may be made of; a set's ``utilisation`` is told beside them."""
+
+
+def drive_price(drive: Drive) -> float | None:
+    """Price of motor and gear together; a direct drive's gear costs nothing.
+
+    Args:
+        drive: Motor and gear.
+
+    Returns:
+        In the catalogue's currency; None when one is unknown.
+    """
+    gear = 0.0 if drive.gear.key == "" else drive.gear.price
+    return None if drive.motor.price is None or gear is None else drive.motor.price + gear
+
+
+def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[Check]) -> dict[str, float]:
+    """The figures by which sets of drives are compared.
+
+    Args:
+        study: The task: the time each sample stands for.
+        joints: Results by joint name.
+        shared: Checks of all joints together.
+
+    Returns:
+        ``mass`` [kg] and ``price`` of all drives; ``energy`` drawn by all over one cycle [J], what a drive feeds back
+        credited; ``utilisation``, the largest of any judged check. NaN where something is not known.
+    """
+    results = joints.values()
+    checks = [check for result in results for check in result.checks] + list(shared)
+    used = [check.utilisation for check in checks if check.utilisation is not None]
+    return {
+        "mass": _sum(drive_mass(result.drive) for result in results),
+        "price": _sum(drive_price(result.drive) for result in results),
+        "energy": _sum(_energy(study, result) for result in results),
+        "utilisation": max(used, default=math.nan),
+    }
+
+
+def weighted(wanted: Wanted, found: Mapping[str, float]) -> float:
+    """The objective: the weighted sum of the criteria that count.
+
+    Args:
+        wanted: Its weights.
+        found: From ``criteria``.
+
+    Returns:
+        What a selection minimises; NaN where a criterion that counts is not known.
+    """
+    return math.fsum(weight * found[name] for name, weight in wanted.weights)
+
+
+def weight_of(wanted: Wanted, term: str) -> float:
+    """What one unit of a term counts.
+
+    Args:
+        wanted: Its weights.
+        term: One of ``TERMS``.
+
+    Returns:
+        The weight; 0 for a term that does not count.
+    """
+    return math.fsum(weight for name, weight in wanted.weights if name == term)
+
+
+def _energy(study: Study, result: JointResult) -> float | None:
+    """What one drive draws over one cycle, what it feeds back taken off [J]."""
+    return float(result.series.electrical_power @ study.cycle.weights) if result.judged else None
+
+
+def _sum(values: Iterable[float | None]) -> float:
+    """NaN when one is unknown."""
+    return math.fsum(math.nan if value is None else value for value in values)
