@@ -210,7 +210,7 @@ def _peak_current(op: Operation, name: str, limit: Limit) -> Check:
 
 
 def peak_torque_limit(op: Operation) -> Limit:
-    """Printed peak torque, else what the printed peak current makes, else what nominal voltage makes at stall.
+    """The short-time limit of a drive's motor.
 
     Args:
         op: The drive at its work.
@@ -218,15 +218,26 @@ def peak_torque_limit(op: Operation) -> Limit:
     Returns:
         The limit [N m].
     """
-    motor = op.drive.motor
+    return short_time_limit(op.drive.motor)
+
+
+def short_time_limit(motor: Motor) -> Limit:
+    """Printed peak torque, else what the printed peak current makes, else what nominal voltage makes at stall.
+
+    Args:
+        motor: The sheet.
+
+    Returns:
+        The limit [N m].
+    """
     if motor.peak_torque is not None:
-        return _limit(op, motor.peak_torque, "peak torque")
+        return _printed(motor, motor.peak_torque, "peak torque")
     if motor.peak_current is not None:
-        return _limit(op, motor.torque_constant * motor.peak_current, "torque constant x peak current")
+        return _printed(motor, motor.torque_constant * motor.peak_current, "torque constant x peak current")
     blocked = stall_torque(motor) if motor.stall_torque is None else motor.stall_torque
     if blocked is None:
         return Limit(None, "", f"{NO_SHORT_TIME} and no nominal voltage")
-    return _limit(op, blocked, "stall torque")._replace(
+    return _printed(motor, blocked, "stall torque")._replace(
         remark=f"{NO_SHORT_TIME}: the stall torque at nominal voltage holds, heat and voltage are judged apart"
     )
 
@@ -245,9 +256,13 @@ def _amplifier_limit(value: float | None, what: str) -> Limit:
 
 
 def _limit(op: Operation, value: float | None, what: str) -> Limit:
+    return _printed(op.drive.motor, value, what)
+
+
+def _printed(motor: Motor, value: float | None, what: str) -> Limit:
     """A number of the motor's sheet as a limit."""
     lack = f"the sheet prints no {what}" if value is None else ""
-    return Limit(value, f"{what} of {_name(op.drive.motor)}", lack)
+    return Limit(value, f"{what} of {_name(motor)}", lack)
 
 
 def _unknown(op: Operation) -> str:

@@ -41,16 +41,39 @@ class Shelf:
         Returns:
             The drive, every assumption used told in words.
         """
-        if motor not in self._motors:
-            self._motors[motor] = _filled_motor(self.study.catalog.motors[motor], self.study)
-        if gear not in self._gears:
-            self._gears[gear] = _filled_gear(self.study.catalog.gears[gear], self.study)
-        (row, motor_words), (wheel, gear_words) = self._motors[motor], self._gears[gear]
+        row, wheel = self.motor(motor), self.gear(gear)
+        motor_words, gear_words = self._motors[motor][1], self._gears[gear][1]
         words = [*motor_words, *gear_words]
         if task.motor_friction is None and no_load_friction(row) is None:
             reason = "a frameless motor has no bearings; " if row.frameless else ""
             words.append(f"motor {motor}: {reason}no-load friction is not on the sheet and not counted")
         return Drive(row, wheel, task.friction, task.motor_friction, tuple(words))
+
+    def motor(self, key: str) -> Motor:
+        """One motor.
+
+        Args:
+            key: In the catalogue.
+
+        Returns:
+            Its row, assumptions filled in.
+        """
+        if key not in self._motors:
+            self._motors[key] = _filled_motor(self.study.catalog.motors[key], self.study)
+        return self._motors[key][0]
+
+    def gear(self, key: str) -> Gear:
+        """One gear.
+
+        Args:
+            key: In the catalogue; empty for a direct drive.
+
+        Returns:
+            Its row, assumptions filled in.
+        """
+        if key not in self._gears:
+            self._gears[key] = _filled_gear(self.study.catalog.gears[key], self.study)
+        return self._gears[key][0]
 
 
 def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:

@@ -97,7 +97,7 @@ def drive_body(drive: Drive) -> tuple[float, float, float]:
         Mass [kg]; inertia about the centre, across the axis and along it [kg m^2].
     """
     motor, gear = drive.motor, drive.gear
-    cylinders = [_cylinder(part.mass, part.diameter, part.length) for part in (motor, gear)]
+    cylinders = [cylinder_inertia(part.mass, part.diameter, part.length) for part in (motor, gear)]
     across, along = (sum(values) for values in zip(*cylinders, strict=True))
     mass = (motor.mass or 0.0) + (gear.mass or 0.0)
     return mass, across, along - min(motor.rotor_inertia or 0.0, along)
@@ -232,8 +232,16 @@ def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
     return point
 
 
-def _cylinder(mass: float | None, diameter: float | None, length: float | None) -> tuple[float, float]:
-    """Inertia of a solid cylinder across and along; a size that is unknown follows from DRIVE_DENSITY."""
+def cylinder_inertia(mass: float | None, diameter: float | None, length: float | None) -> tuple[float, float]:
+    """Inertia of a motor or gear as a solid cylinder, about its centre.
+
+    Args:
+        mass: [kg]; one of unknown mass counts nothing.
+        diameter, length: [m]; a size that is unknown follows from DRIVE_DENSITY.
+
+    Returns:
+        Across its axis and along it [kg m^2].
+    """
     if not mass:
         return 0.0, 0.0
     area = 4.0 * mass / (DRIVE_DENSITY * math.pi)  # diameter squared times length
