@@ -1,0 +1,140 @@
+"""Calling compiled functions by their address, so that what calls them is compiled once, whatever they are.
+
+A right-hand side, event values, an event's handler and a Jacobian all look the same from outside:
+
+    void(double t, double* x, double* result, double* numbers, int64* words)
+
+``t`` [s] and ``x`` are the instant and the state; ``result`` is filled; ``numbers`` and ``words`` are the function's own
+data, which it may read, use as scratch and, in a handler, change. A compiled function has no way to raise: what cannot
+be computed it gives as NaN, and the solver tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba as nb
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+
+_DOUBLES = types.CPointer(types.float64)
+SIGNATURE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, types.CPointer(types.int64))
+
+
+def compiled(function: Callable[..., None]) -> Any:
+    """A function (t, x, result, numbers, words) compiled with an address, and kept on disk for the next start.
+
+    Args:
+        function: Its arguments are a float and four pointers, which are indexed like arrays but have no length.
+            A division by zero in it gives infinity, not an error.
+
+    Returns:
+        The compiled function; ``.address`` is where it lies as long as it lives.
+    """
+    return nb.cfunc(SIGNATURE, cache=True, error_model="numpy")(function)
+
+
+def address_of(function: Any, place: str) -> int:
+    """Where a compiled function lies.
+
+    Args:
+        function: What ``compiled`` gave, or an address; None: none.
+        place: What to call it in an error.
+
+    Returns:
+        The address, 0 for none.
+
+    Raises:
+        InputError: Neither a compiled function nor an address.
+    """
+    if function is None:
+        return 0
+    address = getattr(function, "address", function)
+    if isinstance(address, bool) or not isinstance(address, int | np.integer) or address <= 0:
+        hint = "compile it with drivetrain.solvers.compiled_function.compiled"
+        raise InputError(Fault(place, "must be a compiled function or its address", function, hint))
+    return int(address)
+
+
+def _invoke(context: Any, builder: Any, address: Any, t: Any, pointers: list[Any]) -> Any:
+    double, word = ir.DoubleType(), ir.IntType(64)
+    data = double.as_pointer()
+    kind = ir.FunctionType(ir.VoidType(), [double, data, data, data, word.as_pointer()])
+    builder.call(builder.inttoptr(address, kind.as_pointer()), [t, *pointers])
+    return context.get_dummy_value()
+
+
+@intrinsic
+def call(typing: Any, address: Any, t: Any, x: Any, result: Any, numbers: Any, words: Any) -> Any:
+    """Inside compiled code: call the function at an address.
+
+    Args:
+        typing: Filled in by the compiler.
+        address: Where it lies.
+        t: Instant [s].
+        x: State, a contiguous array.
+        result: Where the answer goes, a contiguous array.
+        numbers, words: The function's data, contiguous arrays of float64 and of int64.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    arrays = (x, result, numbers, words)
+    signature = types.void(types.int64, types.float64, *arrays)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        pairs = zip(arrays, args[2:], strict=True)
+        pointers = [make_array(kind)(context, builder, value).data for kind, value in pairs]
+        return _invoke(context, builder, args[0], args[1], pointers)
+
+    return signature, generate
+
+
+@intrinsic
+def call_rows(typing: Any, address: Any, t: Any, block: Any, row: Any, goal: Any, numbers: Any, words: Any) -> Any:
+    """Inside compiled code: call the function at an address, state and answer being rows of one block.
+
+    Args:
+        typing: Filled in by the compiler.
+        address: Where it lies.
+        t: Instant [s].
+        block: A contiguous array of two dimensions.
+        row: Of the state.
+        goal: Row for the answer.
+        numbers, words: The function's data, contiguous arrays of float64 and of int64.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    signature = types.void(types.int64, types.float64, block, types.int64, types.int64, numbers, words)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        array = make_array(block)(context, builder, args[2])
+        width = cgutils.unpack_tuple(builder, array.shape)[1]
+        rows = [builder.gep(array.data, [builder.mul(index, width)]) for index in args[3:5]]
+        data = [make_array(kind)(context, builder, value).data for kind, value in ((numbers, args[5]), (words, args[6]))]
+        return _invoke(context, builder, args[0], args[1], [*rows, *data])
+
+    return signature, generate
+
+
+@nb.njit(cache=True)
+def evaluate(address: int, t: float, x: Array, result: Array, numbers: Array, words: Any) -> None:
+    """From Python: call the function at an address.
+
+    Args:
+        address: Where it lies.
+        t: Instant [s].
+        x: State [its own units].
+        result: Where the answer goes.
+        numbers, words: The function's data.
+    """
+    call(address, t, x, result, numbers, words)
