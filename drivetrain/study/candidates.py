@@ -149,16 +149,26 @@ def _kept(
         wanted = getattr(rules, name)
         if isinstance(wanted, tuple) and wanted and isinstance(wanted[0], str):
             _check_names(name, wanted, rows, ledger, (*place, name))
-        held = [key for key in kept if _holds(name, wanted, key, rows[key])]
+        held = [key for key in kept if keeps(name, wanted, key, rows[key])]
         if len(held) < len(kept):
-            aside.append(f"{len(kept) - len(held)} by '{name}: {_wanted_words(wanted, units.get(name, ''))}'")
+            aside.append(f"{len(kept) - len(held)} by '{name}: {limits_in_words(wanted, units.get(name, ''))}'")
         kept = held
     counted = f"{part}: {len(kept)} of {len(rows)} considered"
     return kept, counted + (f"; put aside {', '.join(aside)}" if aside else "")
 
 
-def _holds(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
-    """Whether a row keeps one rule; a row whose value is unknown does not."""
+def keeps(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
+    """Whether a row keeps one rule; a row whose value is unknown does not.
+
+    Args:
+        name: Of the column, or ``keys``.
+        wanted: What the study allows there: a range in SI, names, or yes and no.
+        key: Of the row.
+        row: Of the catalogue.
+
+    Returns:
+        True when it does.
+    """
     value: Any = key if name == "keys" else getattr(row, name)
     if isinstance(wanted, bool):
         return bool(value) is wanted
@@ -185,7 +195,16 @@ def _check_names(
             )
 
 
-def _wanted_words(wanted: object, unit: str) -> str:
+def limits_in_words(wanted: object, unit: str) -> str:
+    """What a rule allows, as words.
+
+    Args:
+        wanted: A range in SI, names, or yes and no.
+        unit: Of the range, as the catalogue writes it.
+
+    Returns:
+        Such as ``40 to 60 V``.
+    """
     if isinstance(wanted, bool):
         return "yes" if wanted else "no"
     if isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted):

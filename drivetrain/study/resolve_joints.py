@@ -147,6 +147,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         travel_per_turn=_travel(around, index, form, place),
         housing_to_ambient=form.housing_to_ambient,
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
+        rules=form.candidates,
     )
 
 

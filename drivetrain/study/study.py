@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
@@ -13,6 +14,9 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
+
+if TYPE_CHECKING:
+    from drivetrain.study.schema_parts import CandidatesForm
 
 
 class DriveMass(StrEnum):
@@ -87,6 +91,7 @@ class JointTask:
         housing_to_ambient: Thermal resistance that replaces the sheet's [K/W], of the real mounting; None: the sheet's.
         coupled: Names of the joints that its motor drives together with others; empty: this one alone. Friction, speed
             and torque are then those of the shaft behind the gear.
+        rules: By which the pairs were found, as the study file states them; None where it states none.
     """
 
     name: str
@@ -101,6 +106,7 @@ class JointTask:
     travel_per_turn: float | None = None
     housing_to_ambient: float | None = None
     coupled: tuple[str, ...] = ()
+    rules: CandidatesForm | None = None
 
 
 @dataclass(frozen=True)
