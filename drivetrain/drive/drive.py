@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -124,6 +125,7 @@ def motor_torque(
     carrier_acceleration: Array,
     *,
     standstill: Array | None = None,
+    parts: Sequence[slice] = (),
 ) -> MotorTorque:
     """The motor torque that a motion asks for, losses by direction of power, rotor term outside the mesh.
 
@@ -134,6 +136,7 @@ def motor_torque(
         acceleration: Of the gear's output [rad/s^2], (N,).
         carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
         standstill: True where the joint is at rest, (N,); None: where the speed is rounding beside the largest one.
+        parts: Samples that repeat by themselves, one slice each; empty: all together.
 
     Returns:
         The torque and its parts.
@@ -145,14 +148,18 @@ def motor_torque(
         Lynch and Park, Modern Robotics (2017), equation 8.111, with losses on the power that crosses the mesh only.
     """
     at_rest = resting(speed) if standstill is None else standstill
-    speed = loss_speed(speed, acceleration, at_rest)
+    speed = loss_speed(speed, acceleration, at_rest, parts=parts)
     load = np.asarray(gear_torque + friction_torque(drive.joint_friction, speed))
     mesh = mesh_input_torque(drive.gear, load, speed, standstill=speed == 0.0)
     rotor = np.asarray(drive_inertia(drive) * (drive.gear.ratio * acceleration + carrier_acceleration))
     friction = _shaft_torque(drive, drive.gear.ratio * speed)
     total = mesh + rotor + friction
     still = np.where(at_rest, gear_torque, load)
-    return MotorTorque(total, mesh, rotor, friction, _starting(drive, still, speed, rotor, total, at_rest))
+    # Without a load to start against, friction is still to be broken in the direction of the motion that follows.
+    direction = np.where(still != 0.0, np.sign(still), np.sign(rolled(speed, -1, parts)))
+    starting = _starting(drive, still, direction, rotor)
+    stronger = np.logical_and(at_rest, np.abs(starting) > np.abs(total))
+    return MotorTorque(total, mesh, rotor, friction, np.where(stronger, starting, total))
 
 
 def resting(speed: Array) -> Array:
@@ -168,7 +175,23 @@ def resting(speed: Array) -> Array:
     return np.asarray(magnitude <= STANDSTILL * np.max(magnitude, initial=0.0))
 
 
-def loss_speed(speed: Array, acceleration: Array, at_rest: Array) -> Array:
+def rolled(values: Array, places: int, parts: Sequence[slice] = ()) -> Array:
+    """Values moved along samples that repeat: what leaves at one end comes in at the other.
+
+    Args:
+        values: One a sample, (N,).
+        places: By which they move; 1: each sample gets the value before it.
+        parts: Samples that repeat by themselves, one slice each, in their order; empty: all together.
+
+    Returns:
+        (N,).
+    """
+    if len(parts) <= 1:
+        return np.roll(values, places)
+    return np.concatenate([np.roll(values[part], places) for part in parts])
+
+
+def loss_speed(speed: Array, acceleration: Array, at_rest: Array, *, parts: Sequence[slice] = ()) -> Array:
     """The speed whose direction decides the losses.
 
     At the instant at which a motion begins or ends it is that motion's way, too slow to matter: a joint that
@@ -178,13 +201,14 @@ def loss_speed(speed: Array, acceleration: Array, at_rest: Array) -> Array:
         speed: Of the gear's output over a cycle that repeats [rad/s], (N,), in order of time.
         acceleration: [rad/s^2], (N,).
         at_rest: Where the joint is at rest, (N,).
+        parts: Samples that repeat by themselves, one slice each; empty: all together.
 
     Returns:
         [rad/s], (N,); zero where the joint holds still.
     """
     tiny = STANDSTILL * float(np.max(np.abs(speed), initial=0.0))
     way = np.where(at_rest, 0.0, np.sign(speed))
-    after, before, push = np.roll(way, -1), np.roll(way, 1), np.sign(acceleration)
+    after, before, push = rolled(way, -1, parts), rolled(way, 1, parts), np.sign(acceleration)
     sets_off, stops = (push != 0.0) & (after == push), (push != 0.0) & (before == -push)
     return np.where(at_rest, tiny * np.where(sets_off, after, np.where(stops, before, 0.0)), speed)
 
@@ -195,16 +219,13 @@ def _shaft_torque(drive: Drive, motor_speed: Array) -> Array:
     return np.asarray(friction_torque(shaft_friction(drive), motor_speed) + running)
 
 
-def _starting(drive: Drive, load: Array, speed: Array, rotor: Array, total: Array, at_rest: Array) -> Array:
-    """The torque to start against the load where the joint is at rest, ``total`` elsewhere."""
-    # Without a load to start against, friction is still to be broken in the direction of the motion that follows.
-    direction = np.where(load != 0.0, np.sign(load), np.sign(np.roll(speed, -1)))
+def _starting(drive: Drive, load: Array, direction: Array, rotor: Array) -> Array:
+    """The torque to start in a direction against the load where the joint is at rest."""
     pushed = load + breakaway_torque(drive.joint_friction, direction)
     motor_direction = np.sign(drive.gear.ratio) * direction
     shaft = breakaway_torque(shaft_friction(drive), motor_direction)
     shaft = shaft + (drive.gear.no_load_torque or 0.0) * motor_direction
-    start = standstill_interval(drive.gear, pushed).start + shaft + rotor
-    return np.where(at_rest & (np.abs(start) > np.abs(total)), start, total)
+    return np.asarray(standstill_interval(drive.gear, pushed).start + shaft + rotor)
 
 
 def book_current(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -96,10 +96,10 @@ def periodic_temperature(
         """Mean housing temperature when the magnets have a temperature."""
         return network.ambient + float(rise_of(network, weakened(cold, motor, magnets)).mean[1])
 
-    guess, _ = _settled(lambda magnets: mean_housing(magnets, mean_rise), network.ambient)
+    guess, _ = settled(lambda magnets: mean_housing(magnets, mean_rise), network.ambient)
     rise_of = mean_rise if network.winding_capacity is None else periodic_rise
     start = guess if math.isfinite(guess) else network.ambient
-    magnets, converged = _settled(lambda magnets: mean_housing(magnets, rise_of), start)
+    magnets, converged = settled(lambda magnets: mean_housing(magnets, rise_of), start)
     losses = weakened(cold, motor, magnets)
     shown = magnets if math.isfinite(magnets) else network.ambient
     current = torque / torque_constant(motor, shown)
@@ -133,7 +133,14 @@ def temperature_of_current(
     return _result(network, losses, rise, _Electrical(float(np.min(time)), current, magnets, True))
 
 
-def rms_rule_validity(network: ThermalNetwork, time: Array, current: Array, continuous_current: float) -> str | None:
+def rms_rule_validity(
+    network: ThermalNetwork,
+    time: Array,
+    current: Array,
+    continuous_current: float,
+    *,
+    parts: Sequence[slice] = (),
+) -> str | None:
     """What stands against judging a cycle by its RMS current alone: overloads that are long for the winding.
 
     Args:
@@ -141,6 +148,7 @@ def rms_rule_validity(network: ThermalNetwork, time: Array, current: Array, cont
         time: Never decreasing [s], (N,); the cycle ends where it starts again.
         current: [A], (N,), linear between samples.
         continuous_current: Above which the current overloads the motor [A].
+        parts: Samples that repeat by themselves, one slice each; empty: all together.
 
     Returns:
         A remark, or None when the longest overload is at most 5 % of the winding time constant.
@@ -149,7 +157,8 @@ def rms_rule_validity(network: ThermalNetwork, time: Array, current: Array, cont
         Overload periods far shorter than the copper time constant (Parker K series, p. 12); the intermittent-duty
         formula is to be used above about 5 % of the time constant (Danaher; EB-10X, p. 33).
     """
-    longest = _longest_overload(np.asarray(time, dtype=np.float64), np.abs(current) - continuous_current)
+    time, excess = np.asarray(time, dtype=np.float64), np.abs(current) - continuous_current
+    longest = max(_longest_overload(time[part], excess[part]) for part in parts or (slice(None),))
     constant = network.winding_time_constant
     if longest == 0.0 or (constant is not None and longest <= OVERLOAD_SHARE * constant):
         return None
@@ -163,11 +172,18 @@ def rms_rule_validity(network: ThermalNetwork, time: Array, current: Array, cont
     )
 
 
-def _settled(mean_housing: Callable[[float], float], start: float) -> tuple[float, bool]:
-    """The magnet temperature that the mean housing temperature confirms (infinite: none), and whether it was found.
+def settled(mean_housing: Callable[[float], float], start: float) -> tuple[float, bool]:
+    """The magnet temperature that the mean housing temperature confirms.
 
     Weaker magnets heat more, and the more the warmer they are: a convex map, on which the secant from the cold side
     never passes the answer; a slope of 1 or more means there is none.
+
+    Args:
+        mean_housing: Mean housing temperature that magnets of a temperature make [C].
+        start: Below the answer [C].
+
+    Returns:
+        The temperature [C], infinite where there is none, and whether it was found.
     """
     previous, reached = start, mean_housing(start)
     magnets = reached

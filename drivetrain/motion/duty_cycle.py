@@ -99,6 +99,18 @@ class Cycle:
         """Index of the sample after each one, (N,), integers; after the last of a part comes its first."""
         return np.concatenate([np.roll(np.arange(part.start, part.stop), -1) for part in self.parts])
 
+    def part_at(self, time: float) -> int:
+        """The part of a mix in which an instant lies.
+
+        Args:
+            time: On the cycle's own clock [s].
+
+        Returns:
+            Index of the part; where two parts meet, of the first.
+        """
+        ends = [float(self.time[part.stop - 1]) for part in self.parts]
+        return min(int(np.searchsorted(ends, time)), len(ends) - 1)
+
 
 @dataclass(frozen=True, eq=False)
 class Step:

@@ -8,6 +8,7 @@ from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.heat import rms_rule_validity, thermal_network
 from drivetrain.drive.motor import Motor, stall_torque
+from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.sizing.checks import Limit, held, judged, peak, reported
 from drivetrain.sizing.operation import Operation
 from drivetrain.sizing.results import Check, Verdict
@@ -247,7 +248,21 @@ def _rms_remark(op: Operation, continuous: float) -> str:
     network = thermal_network(op.drive.motor, op.ambient, housing_to_ambient=op.task.housing_to_ambient)
     if network is None:
         return "the sheet has no thermal data to tell whether the RMS rule holds"
-    return rms_rule_validity(network, op.demand.time, op.current, continuous) or ""
+    cycle = op.demand.cycle
+    said = rms_rule_validity(network, op.demand.time, op.current, continuous, parts=cycle.parts)
+    return said or _hot_parts(op, continuous)
+
+
+def _hot_parts(op: Operation, continuous: float) -> str:
+    """Which parts of a mix overload the motor if they are run for long."""
+    cycle, square = op.demand.cycle, op.current**2
+    if len(cycle.parts) == 1:
+        return ""
+    weights = [sample_weights(cycle.time[part]) for part in cycle.parts]
+    means = [square[part] @ each / each.sum() for part, each in zip(cycle.parts, weights, strict=True)]
+    hot = [name for name, mean in zip(cycle.part_names, means, strict=True) if mean > continuous**2]
+    told = f"RMS of the mix; {', '.join(hot)} run by itself is above the limit: see the winding temperature"
+    return told if hot else ""
 
 
 def _amplifier_limit(value: float | None, what: str) -> Limit:

@@ -13,7 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.drive.gear import average_torque
-from drivetrain.motion.duty_cycle import Indices
+from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.checks import Peak, peak
 from drivetrain.sizing.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
 from drivetrain.sizing.mounting import seat
@@ -53,6 +53,7 @@ class JointDemand:
         wrench: Six components (moment [N m], force [N]) that the joint passes on, joint frame, (N, 6); None without
             an arm, where the joint slides (its guide carries them) and where the gear is not at the joint (coupled).
         load_inertia: What the gear's output accelerates, own rotor excluded [kg m^2]; None without an arm.
+        cycle: The repeated task, whose parts repeat by themselves.
     """
 
     time: Array
@@ -66,6 +67,7 @@ class JointDemand:
     payload: Indices
     wrench: Array | None
     load_inertia: Array | None
+    cycle: Cycle
 
     @cached_property
     def load_torque(self) -> Array:
@@ -268,7 +270,7 @@ class JointWork:
             given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
             return JointDemand(
                 cycle.time, self.work.weights, position, speed, acceleration, nothing, given, task.friction,
-                cycle.payload, None, None,
+                cycle.payload, None, None, cycle,
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         at = seat(self.joint, task.mount)
@@ -280,7 +282,7 @@ class JointWork:
         across = None if basis.slides or task.coupled else sums.wrench.reshape(-1, 6)
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
-            sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2,
+            sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,
         )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from drivetrain.sizing.checks import reported
 from drivetrain.sizing.checks_supply import supply_checks
 from drivetrain.sizing.demand import Workload, workload
 from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import joint_result
+from drivetrain.sizing.judge import joint_result, placed
 from drivetrain.sizing.mounting import drive_mass
 from drivetrain.sizing.objectives import criteria, weighted
 from drivetrain.sizing.operation import operation
@@ -127,6 +127,7 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
         {name: result.series.electrical_power for name, result in results.items()},
         reserve=study.safety.reserve, unknown=", ".join(lacking),
     )  # fmt: skip
+    found = tuple(placed(study.cycle, check) for check in found)
     massless = [name for name, result in results.items() if drive_mass(result.drive) is None]
     if massless and study.drive_mass in (DriveMass.ADDED, DriveMass.REPLACED):
         remark = f"unknown at {', '.join(massless)}: the joints before are judged too lightly"

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from drivetrain.drive.gear import mesh_factors
+from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.checks_gear import GEAR_CHECKS
 from drivetrain.sizing.checks_motor import ELECTRIC_CHECKS, SPEED_CHECKS, TORQUE_CHECKS
 from drivetrain.sizing.operation import Operation
@@ -61,9 +64,26 @@ def joint_result(operation: Operation, name: str, motor: str, gear: str) -> Join
     Returns:
         The result.
     """
-    return JointResult(
-        name, motor, gear, operation.drive, judge(operation), operation.series(), tuple(_remarks(operation))
-    )
+    checks = tuple(placed(operation.demand.cycle, check) for check in judge(operation))
+    return JointResult(name, motor, gear, operation.drive, checks, operation.series(), tuple(_remarks(operation)))
+
+
+def placed(cycle: Cycle, check: Check) -> Check:
+    """A check that says in which part of a mix its instant lies.
+
+    Args:
+        cycle: The repeated task.
+        check: Of a joint or of all together.
+
+    Returns:
+        The check, with the part in its remark; as it was where the cycle is no mix or it belongs to no instant.
+    """
+    if len(cycle.parts) == 1 or check.time is None:
+        return check
+    part = cycle.part_at(check.time)
+    begin = float(cycle.time[cycle.parts[part].start])
+    said = f"in {cycle.part_names[part]}, {check.time - begin:.4g} s into it"
+    return replace(check, remark=f"{said}; {check.remark}" if check.remark else said)
 
 
 def _remarks(operation: Operation) -> list[str]:

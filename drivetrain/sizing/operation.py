@@ -11,6 +11,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, MotorTorque, PowerBalance, motor_torque, power_balance, shaft_friction
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.heat import PeriodicTemperature, periodic_temperature, thermal_network
+from drivetrain.drive.mixed_heat import Use, mixed_temperature
 from drivetrain.drive.motor import terminal_voltage, torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import SourcedValue, continuous_current
 from drivetrain.sizing.demand import JointDemand
@@ -69,7 +70,7 @@ class Operation:
         demand = self.demand
         return motor_torque(
             self.computed, demand.gear_torque, demand.speed, demand.acceleration, demand.carrier_acceleration,
-            standstill=demand.at_rest,
+            standstill=demand.at_rest, parts=demand.cycle.parts,
         )  # fmt: skip
 
     @cached_property
@@ -85,7 +86,10 @@ class Operation:
         if network is None:
             return None
         loss = friction_torque(shaft_friction(self.drive), self.motor_speed) * self.motor_speed
-        return periodic_temperature(network, motor, self.demand.time, self.torque.total, housing_loss=loss)
+        time, torque, cycle = self.demand.time, self.torque.total, self.demand.cycle
+        if len(cycle.parts) == 1:
+            return periodic_temperature(network, motor, time, torque, housing_loss=loss)
+        return mixed_temperature(network, motor, time, torque, Use(cycle.parts, cycle.shares), housing_loss=loss)
 
     @cached_property
     def magnet_temperature(self) -> float:

@@ -1,0 +1,172 @@
+"""Heat of a mix against exact exponentials of long alternations, and in the limits where it is a plain cycle."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from drivetrain.drive.heat import PeriodicTemperature, periodic_temperature, rms_rule_validity, thermal_network
+from drivetrain.drive.mixed_heat import Use, mixed_temperature
+from drivetrain.drive.motor import Motor
+
+MOTOR = Motor(
+    "m", 0.299, 0.0302, resistance_winding_housing=1.9, resistance_housing_ambient=4.65, winding_time_constant=8.0,
+    housing_time_constant=40000.0, max_winding_temperature=155.0,
+)  # fmt: skip
+AMBIENT = 30.0
+HARD = (np.array([0.0, 1.0, 1.0, 3.0, 4.0]), np.array([4.0, 4.0, -6.0, -2.0, 0.0]))
+MILD = (np.array([0.0, 2.0, 2.5]), np.array([0.5, 1.5, 1.0]))
+LOSS = (np.array([1.0, 1.0, 2.0, 2.0, 0.5]), np.array([0.3, 0.3, 0.3]))
+
+
+def network(motor: Motor = MOTOR):
+    found = thermal_network(motor, AMBIENT)
+    assert found is not None
+    return found
+
+
+def mixed(shares, *, motor: Motor = MOTOR, cycles=(HARD, MILD), losses=LOSS) -> PeriodicTemperature:
+    time = np.concatenate([cycles[0][0], cycles[0][0][-1] + cycles[1][0]])
+    torque = motor.torque_constant * np.concatenate([cycles[0][1], cycles[1][1]])
+    first = len(cycles[0][0])
+    use = Use((slice(0, first), slice(first, len(time))), shares)
+    return mixed_temperature(network(motor), motor, time, torque, use, housing_loss=np.concatenate(losses))
+
+
+def plain(cycle, loss, *, motor: Motor = MOTOR) -> PeriodicTemperature:
+    time, current = cycle
+    return periodic_temperature(network(motor), motor, time, motor.torque_constant * current, housing_loss=loss)
+
+
+def generators(cycle, loss, scale: float):
+    """(step, rate of (winding, housing, 1)) of every interval, from the heat balance; scale: of the current."""
+    steps, winding, housing = np.diff(cycle[0]), 8.0 / 1.9, 40000.0 / 4.65
+    found = []
+    for k in np.flatnonzero(steps):
+        a, b = scale * cycle[1][k : k + 2]
+        copper, lost = 0.299 * (a * a + a * b + b * b) / 3.0, 0.5 * (loss[k] + loss[k + 1])
+        found.append((steps[k], np.array([
+            [(0.0039 * copper - 1 / 1.9) / winding, 1 / 1.9 / winding, copper * (1 - 0.0039 * 25.0) / winding],
+            [1 / 1.9 / housing, -(1 / 1.9 + 1 / 4.65) / housing, (lost + AMBIENT / 4.65) / housing],
+            [0.0, 0.0, 0.0],
+        ])))  # fmt: skip
+    return found
+
+
+def simulated(counts, scale: float, housing: float):
+    """Peak winding temperature and mean housing over the steady alternation of runs of both cycles."""
+    pieces = [generators(HARD, LOSS[0], scale), generators(MILD, LOSS[1], scale)]
+    fine = [[(expm(matrix * step / 40.0), 40) for step, matrix in one] for one in pieces]
+    whole = np.eye(3)
+    for one, count in zip(pieces, counts, strict=True):
+        round_trip = np.eye(3)
+        for step, matrix in one:
+            round_trip = expm(matrix * step) @ round_trip
+        whole = np.linalg.matrix_power(round_trip, count) @ whole
+    state = np.append(np.linalg.solve(np.eye(2) - whole[:2, :2], whole[:2, 2]), 1.0)
+    assert abs(state[1] - housing) < 5.0
+    peak, total = -math.inf, []
+    for one, count in zip(fine, counts, strict=True):
+        for _ in range(count):
+            for matrix, times in one:
+                for _ in range(times):
+                    state = matrix @ state
+                    peak = max(peak, float(state[0]))
+            total.append(float(state[1]))
+    return peak, float(np.mean([min(total), max(total)]))
+
+
+def test_a_long_alternation_is_the_mix():
+    # 40 rounds of 4 s and 128 of 2.5 s: a third and two thirds of the time; twenty time constants of the winding, and
+    # a hundredth of the housing's.
+    found = mixed((1.0 / 3.0, 2.0 / 3.0))
+    scale = 1.0 / (1.0 - 0.001 * (found.magnet_temperature - 25.0))
+    peak, housing = simulated((40, 128), scale, found.mean_housing)
+    # The housing swings by what the two parts bring in over 160 s of 40000 s.
+    assert found.peak_winding == pytest.approx(peak, abs=0.25)
+    assert found.mean_housing == pytest.approx(housing, abs=0.2)
+    assert found.magnet_temperature == pytest.approx(found.mean_housing, abs=1e-5)
+    assert found.converged and not found.runaway
+
+
+@pytest.mark.parametrize("counts", [(1, 3), (2, 6), (10, 32)])
+def test_faster_alternation_is_never_hotter(counts):
+    hard, mild = 4.0 * counts[0], 2.5 * counts[1]
+    found = mixed((hard / (hard + mild), mild / (hard + mild)))
+    scale = 1.0 / (1.0 - 0.001 * (found.magnet_temperature - 25.0))
+    peak, housing = simulated(counts, scale, found.mean_housing)
+    assert peak < found.peak_winding
+    # R(T) ties the mean loss to the ripple: a winding that comes less far from its mean loses a little otherwise.
+    assert housing == pytest.approx(found.mean_housing, abs=0.5)
+
+
+@pytest.mark.parametrize("motor", [
+    MOTOR,
+    dataclasses.replace(MOTOR, winding_time_constant=None),
+    dataclasses.replace(MOTOR, housing_time_constant=None),
+    Motor("l", 0.299, 0.0302, resistance_winding_ambient=6.55, winding_time_constant=300.0),
+    Motor("n", 0.299, 0.0302, resistance_winding_ambient=6.55),
+])  # fmt: skip
+def test_limits_are_the_plain_cycle(motor):
+    expected = plain(HARD, LOSS[0], motor=motor)
+    for shares, cycles, losses in (
+        ((0.3, 0.7), (HARD, HARD), (LOSS[0], LOSS[0])),  # equal parts
+        ((1.0, 0.0), (HARD, MILD), LOSS),  # the milder part is never used
+    ):
+        found = mixed(shares, motor=motor, cycles=cycles, losses=losses)
+        assert found.peak_winding == pytest.approx(expected.peak_winding, rel=1e-9)
+        assert found.mean_housing == pytest.approx(expected.mean_housing, rel=1e-9)
+        assert found.mean_winding == pytest.approx(expected.mean_winding, rel=1e-9)
+        assert found.winding[:5] == pytest.approx(expected.winding, rel=1e-9)
+        assert found.housing[:5] == pytest.approx(expected.housing, rel=1e-9)
+        assert found.ripple_known == expected.ripple_known
+
+
+def test_one_part_is_the_plain_cycle():
+    time, current = HARD
+    torque = MOTOR.torque_constant * current
+    found = mixed_temperature(network(), MOTOR, time, torque, Use((slice(0, 5),), (1.0,)), housing_loss=LOSS[0])
+    expected = plain(HARD, LOSS[0])
+    assert found.winding == pytest.approx(expected.winding, rel=1e-9)
+    assert found.peak_time == pytest.approx(expected.peak_time)
+
+
+def test_a_mix_lies_between_its_parts():
+    hard, mild = plain(HARD, LOSS[0]), plain(MILD, LOSS[1])
+    before = math.inf
+    for share in (0.9, 0.5, 0.1):
+        found = mixed((share, 1.0 - share))
+        assert mild.mean_housing < found.mean_housing < hard.mean_housing
+        assert found.peak_winding < before
+        before = found.peak_winding
+
+
+def test_a_part_that_would_run_away_alone_may_be_used_for_a_while():
+    hot = (HARD[0], 2.2 * HARD[1])
+    assert plain(hot, LOSS[0]).runaway
+    assert mixed((1.0, 0.0), cycles=(hot, MILD)).runaway
+    found = mixed((0.2, 0.8), cycles=(hot, MILD))
+    assert not found.runaway and np.isfinite(found.winding).all()
+    # A current whose winding never settles, whatever the housing does.
+    assert mixed((0.01, 0.99), cycles=((HARD[0], np.full(5, 60.0)), MILD)).runaway
+
+
+def test_one_node_has_no_housing_to_even_heat_out():
+    lumped = Motor("l", 0.299, 0.0302, resistance_winding_ambient=6.55, winding_time_constant=300.0)
+    alone = plain(HARD, LOSS[0], motor=dataclasses.replace(lumped, magnet_coefficient=0.0))
+    found = mixed((0.1, 0.9), motor=dataclasses.replace(lumped, magnet_coefficient=0.0))
+    assert found.peak_winding == pytest.approx(alone.peak_winding)
+
+
+def test_the_rms_rule_looks_at_every_part_by_itself():
+    # Above 5 A at the end of the first part and at the start of the second: two short overloads, not one.
+    time = np.array([0.0, 4.8, 4.8, 5.0, 5.0, 5.2, 5.2, 10.0])
+    current = np.array([1.0, 1.0, 9.0, 9.0, 9.0, 9.0, 1.0, 1.0])
+    parts = (slice(0, 4), slice(4, 8))
+    slow = dataclasses.replace(network(), winding_capacity=5.0 / 1.9)
+    assert rms_rule_validity(slow, time, current, 5.0, parts=parts) is None
+    assert "0.4 s" in (rms_rule_validity(slow, time, current, 5.0) or "")
