@@ -1,0 +1,1 @@
+"""Effects: one physical effect a file, each knowing nothing of the others."""

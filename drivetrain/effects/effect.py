@@ -1,0 +1,330 @@
+"""What an effect is: a small description that says which signals it takes and gives, and a compiled law.
+
+An effect belongs to one joint or to the whole scene. It names what it reads and writes; the plan of a scene gives every
+name a place, orders the effects by who needs whom, and calls the compiled law of all joints with one call. Nothing else
+knows that an effect exists.
+
+The compiled functions all look the same from outside:
+
+    void(double t, double h, double* x, double* rates, double* signals, double* numbers, int64* words)
+
+``words[0]`` is the number of instances, ``words[1]`` the length of the row that each has from ``words[2]`` on: place of
+its constants in ``numbers``, then the places of its states in ``x`` and ``rates``, of its needs, gives and adds in
+``signals``, in the order in which ``ports`` names them.
+
+``compute`` has two modes. At an instant (h = 0) states and signals are those of ``t``; rates are the states' derivatives.
+In a fixed step (h > 0) ``t`` and the signals are those of the middle of the step, own states in ``x`` those of its
+beginning; rates are what the states change by over the whole step, divided by h, and signals given are means over it. An
+effect faster than the step solves its own equation there; any other just adds half a step of its rates.
+
+``account`` is called after motion and forces are known, and tells powers; with h > 0 the step is taken for good, and
+memory may change. ``sample`` is called at the instants of the effect's period, and only changes memory.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numba as nb
+from numba import types
+
+DOUBLES, WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
+SIGNATURE = types.void(types.float64, types.float64, DOUBLES, DOUBLES, DOUBLES, DOUBLES, WORDS)
+
+
+class Compiled:
+    """A law compiled at its first use, or taken from numba's disk cache; used as a decorator.
+
+    Args:
+        function: Its arguments are two floats and five pointers, which are indexed like arrays but have no length.
+    """
+
+    def __init__(self, function: Callable[..., None]):
+        self.function = function
+
+    @cached_property
+    def _library(self) -> Any:
+        return nb.cfunc(SIGNATURE, cache=True, error_model="numpy")(self.function)
+
+    @property
+    def address(self) -> int:
+        """Where the compiled function lies [-]."""
+        return int(self._library.address)
+
+
+@dataclass(frozen=True)
+class State:
+    """A number that an effect remembers.
+
+    Attributes:
+        name: Also the name of a signal that holds its value, which is known before anything is computed.
+        unit: SI.
+        atol: Error that does not matter [unit].
+        memory: True: it does not follow a rate, but changes at samples or after steps.
+    """
+
+    name: str
+    unit: str
+    atol: float = 1e-6
+    memory: bool = False
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A number that effects and mechanics tell one another.
+
+    Attributes:
+        name: Of the joint's own signal; ``scene.`` before it: of the scene's; ``joint:name``: of another joint's.
+        unit: SI.
+        default: Of a need: what holds when nobody gives it; None: somebody must.
+    """
+
+    name: str
+    unit: str
+    default: float | None = None
+
+
+class Role(StrEnum):
+    """What a power is in the balance: SOURCE puts energy in, LOSS takes it out for good."""
+
+    SOURCE = "source"
+    LOSS = "loss"
+
+
+@dataclass(frozen=True)
+class Ports:
+    """All that an effect shows of itself.
+
+    Attributes:
+        states: What it remembers.
+        needs: What it reads; every giver and every adder comes before it.
+        gives: What it alone sets.
+        adds: What it adds to, with others; set to zero before the first.
+        tells: What it sets in ``account``, after motion and forces are known.
+        powers: Roles of those told signals that are powers [W], by name.
+        stores: Those told signals that are stored energies [J].
+    """
+
+    states: tuple[State, ...] = ()
+    needs: tuple[Signal, ...] = ()
+    gives: tuple[Signal, ...] = ()
+    adds: tuple[Signal, ...] = ()
+    tells: tuple[Signal, ...] = ()
+    powers: Mapping[str, Role] | None = None
+    stores: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an effect stands.
+
+    Attributes:
+        joint: Index of its joint; -1 for an effect of the whole scene.
+        name: Of the joint, or ``scene``.
+        joints: Names of all joints.
+        ratios: Motor angle over joint coordinate, one a joint [- or rad/m]; 1 without a gear.
+        turning: Whether a joint turns (or slides), one a joint.
+    """
+
+    joint: int
+    name: str
+    joints: tuple[str, ...]
+    ratios: tuple[float, ...]
+    turning: tuple[bool, ...]
+
+    @property
+    def ratio(self) -> float:
+        """Motor angle over joint coordinate of this joint [- or rad/m]."""
+        return self.ratios[self.joint]
+
+
+@dataclass(frozen=True)
+class TimeScale:
+    """A time in which something happens.
+
+    Attributes:
+        name: What happens.
+        seconds: How fast [s].
+    """
+
+    name: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What dropping an effect is thought to change.
+
+    Attributes:
+        current: Of the peak current, as a share of it [-].
+        torque: Of the RMS torque, as a share of it [-].
+        temperature: Of the winding's rise, as a share of it [-].
+        deviation: Of the joint's position [rad or m].
+        valid: Whether the derivation holds here; False: keep the effect.
+        why: The derivation, in words.
+    """
+
+    current: float = 0.0
+    torque: float = 0.0
+    temperature: float = 0.0
+    deviation: float = 0.0
+    valid: bool = True
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What is known of a joint's task before the forward run, for estimates.
+
+    Attributes:
+        peak_current, rms_current: [A].
+        peak_torque, rms_torque: At the gear's output [N m].
+        peak_speed: Of the joint [rad/s or m/s].
+        move_time: Shortest motion from rest to rest [s].
+        inertia: That the gear's output moves, rotor left out [kg m^2].
+        rotor_inertia: Reflected to the joint [kg m^2].
+        free: Whether nothing touches the arm and the command can be followed.
+    """
+
+    peak_current: float
+    rms_current: float
+    peak_torque: float
+    rms_torque: float
+    peak_speed: float
+    move_time: float
+    inertia: float
+    rotor_inertia: float
+    free: bool = True
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What an effect adds to the mechanics themselves.
+
+    Attributes:
+        ratio: Motor angle over joint coordinate [- or rad/m]; None: says nothing of it.
+        rotor_inertia: About the motor's axis [kg m^2]; None: brings no rotor.
+        full: Whether that rotor is a body on its carrier, or only reflected to its joint.
+        flexible: Whether the rotor moves on its own, behind a spring.
+        deflection: Twist of that spring under a torque, [N m] to [rad].
+    """
+
+    ratio: float | None = None
+    rotor_inertia: float | None = None
+    full: bool = True
+    flexible: bool = False
+    deflection: Callable[[float], float] | None = None
+
+
+NOTHING = Ports()
+NO_SHAPE = Shape()
+
+
+class Effect(ABC):
+    """One effect; every one is a frozen dataclass in a file of its own.
+
+    Attributes:
+        scope: ``joint`` or ``scene``.
+        compute: Gives and adds signals, fills the rates of its states; None: only a shape.
+        account: Tells powers once motion and forces are known; None: nothing to tell.
+        sample: Changes memory at the instants of ``period``; None: not sampled.
+    """
+
+    scope: ClassVar[str] = "joint"
+    compute: ClassVar[Compiled | None] = None
+    account: ClassVar[Compiled | None] = None
+    sample: ClassVar[Compiled | None] = None
+
+    @abstractmethod
+    def ports(self, place: Place) -> Ports:
+        """What it reads, writes and remembers there.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports, each with its unit.
+        """
+
+    @abstractmethod
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The constants of the compiled law.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            SI.
+        """
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        """States that fit the rest of the scene, so that no layer of fast motion begins the run.
+
+        Args:
+            place: Where it stands.
+            signals: All signals at the start, as far as they are known, by full name [SI].
+
+        Returns:
+            One number a state [its unit]; zero unless the effect knows better.
+        """
+        return (0.0,) * len(self.ports(place).states)
+
+    def shape(self, place: Place) -> Shape:
+        """What it adds to the mechanics.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing, for most.
+        """
+        return NO_SHAPE
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        """How fast it is.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its times [s], none for what acts at once.
+        """
+        return ()
+
+    def breakpoints(self) -> Sequence[float]:
+        """Where its law jumps in time.
+
+        Returns:
+            Instants [s].
+        """
+        return ()
+
+    @property
+    def period(self) -> float | None:
+        """Time between two samples [s]; None: it is continuous."""
+        return None
+
+    def quasi_static(self) -> Effect | None:
+        """What takes its place when it is dropped.
+
+        Returns:
+            An effect that gives the same signals without states; None: nothing is needed.
+        """
+        return None
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """What dropping it would change.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            The estimate; one that is not valid unless the effect knows better.
+        """
+        return Estimate(valid=False, why="no estimate: keep it")

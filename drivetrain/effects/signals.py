@@ -1,0 +1,81 @@
+"""The signals between effects and mechanics: names and units, one place for all effects to agree on.
+
+Those of a joint; torques at a sliding joint are forces [N], angles lengths [m]. Coordinates of the joint count at the
+joint, motor coordinates at the motor's shaft.
+"""
+
+from __future__ import annotations
+
+from drivetrain.effects.effect import Signal
+
+# Known before any effect is computed.
+POSITION = Signal("position", "rad")
+SPEED = Signal("speed", "rad/s")
+MOTOR_POSITION = Signal("motor_position", "rad")
+MOTOR_SPEED = Signal("motor_speed", "rad/s")
+DEFLECTION = Signal("deflection", "rad")  # of a flexible joint: motor angle behind the gear, less joint angle
+DEFLECTION_SPEED = Signal("deflection_speed", "rad/s")
+BIAS_TORQUE = Signal("bias_torque", "N m")  # what gravity and speeds ask of the joint
+
+# Added to by effects, taken by the mechanics: smooth torques, and how they fall with speed and position.
+JOINT_TORQUE = Signal("joint_torque", "N m")  # on the link, pushing it forward
+JOINT_DAMPING = Signal("joint_damping", "N m s/rad")
+JOINT_STIFFNESS = Signal("joint_stiffness", "N m/rad")
+MOTOR_TORQUE = Signal("motor_torque", "N m")  # on the rotor
+MOTOR_DAMPING = Signal("motor_damping", "N m s/rad")
+MOTOR_STIFFNESS = Signal("motor_stiffness", "N m/rad")
+GEAR_TORQUE = Signal("gear_torque", "N m")  # through the spring of a flexible joint, pushing the link forward
+GEAR_DAMPING = Signal("gear_damping", "N m s/rad")
+GEAR_STIFFNESS = Signal("gear_stiffness", "N m/rad")
+
+# Bounds of set-valued friction, all positive: what holds at rest, and what slides, for either direction of motion.
+JOINT_HOLD_FORWARD = Signal("joint_hold_forward", "N m")
+JOINT_HOLD_BACKWARD = Signal("joint_hold_backward", "N m")
+JOINT_SLIDE_FORWARD = Signal("joint_slide_forward", "N m")
+JOINT_SLIDE_BACKWARD = Signal("joint_slide_backward", "N m")
+MOTOR_HOLD_FORWARD = Signal("motor_hold_forward", "N m")
+MOTOR_HOLD_BACKWARD = Signal("motor_hold_backward", "N m")
+MOTOR_SLIDE_FORWARD = Signal("motor_slide_forward", "N m")
+MOTOR_SLIDE_BACKWARD = Signal("motor_slide_backward", "N m")
+MESH_DRIVING = Signal("mesh_driving", "-")  # loss over transmitted torque, power to the load
+MESH_DRIVEN = Signal("mesh_driven", "-")  # the same, power from the load; 1 or more locks
+SURFACE_SPEED = Signal("surface_speed", "rad/s")  # of what the joint rubs on
+
+# Told by the mechanics once motion and forces are known.
+ACCELERATION = Signal("acceleration", "rad/s^2")
+MOTOR_ACCELERATION = Signal("motor_acceleration", "rad/s^2")
+JOINT_FRICTION = Signal("joint_friction", "N m")  # taken from the link by dry friction
+MOTOR_FRICTION = Signal("motor_friction", "N m")
+MESH_TORQUE = Signal("mesh_torque", "N m")  # through the mesh, at the output
+MESH_LOSS = Signal("mesh_loss", "N m")  # lost in it, at the output
+JOINT_FRICTION_POWER = Signal("joint_friction_power", "W")
+MOTOR_FRICTION_POWER = Signal("motor_friction_power", "W")
+MESH_POWER = Signal("mesh_power", "W")
+
+# Between effects.
+COMMAND_POSITION = Signal("command_position", "rad")
+COMMAND_SPEED = Signal("command_speed", "rad/s")
+COMMAND_ACCELERATION = Signal("command_acceleration", "rad/s^2")
+CURRENT_COMMAND = Signal("current_command", "A")  # added to by controllers and feed-forward
+CURRENT_DAMPING = Signal("current_damping", "A s/rad")  # how that falls with the motor's speed
+CURRENT_STIFFNESS = Signal("current_stiffness", "A/rad")  # and with its position
+CURRENT = Signal("current", "A")
+VOLTAGE = Signal("voltage", "V")  # between the motor's terminals
+VOLTAGE_LIMIT = Signal("voltage_limit", "V", default=float("inf"))
+WINDING_TEMPERATURE = Signal("winding_temperature", "C")
+HOUSING_TEMPERATURE = Signal("housing_temperature", "C")
+COPPER_LOSS = Signal("copper_loss", "W")
+ELECTRICAL_POWER = Signal("electrical_power", "W")
+
+BEFORE = (POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE)
+TAKEN = (
+    JOINT_TORQUE, JOINT_DAMPING, JOINT_STIFFNESS, MOTOR_TORQUE, MOTOR_DAMPING, MOTOR_STIFFNESS,
+    GEAR_TORQUE, GEAR_DAMPING, GEAR_STIFFNESS,
+    JOINT_HOLD_FORWARD, JOINT_HOLD_BACKWARD, JOINT_SLIDE_FORWARD, JOINT_SLIDE_BACKWARD,
+    MOTOR_HOLD_FORWARD, MOTOR_HOLD_BACKWARD, MOTOR_SLIDE_FORWARD, MOTOR_SLIDE_BACKWARD,
+    MESH_DRIVING, MESH_DRIVEN, SURFACE_SPEED,
+)  # fmt: skip
+AFTER = (
+    ACCELERATION, MOTOR_ACCELERATION, JOINT_FRICTION, MOTOR_FRICTION, MESH_TORQUE, MESH_LOSS,
+    JOINT_FRICTION_POWER, MOTOR_FRICTION_POWER, MESH_POWER,
+)  # fmt: skip
