@@ -13,23 +13,11 @@ import numpy as np
 from numba import njit
 
 from drivetrain.arrays import Array
+from drivetrain.drive.exponentials import first, second
 
-
-@njit(cache=True)
-def _first(x: float) -> float:
-    """(e^x - 1) / x."""
-    if abs(x) < 0.05:  # seven terms: the eighth is below rounding
-        return 1.0 + x / 2.0 * (1.0 + x / 3.0 * (1.0 + x / 4.0 * (1.0 + x / 5.0 * (1.0 + x / 6.0 * (1.0 + x / 7.0)))))
-    return math.expm1(x) / x
-
-
-@njit(cache=True)
-def _second(x: float, first: float) -> float:
-    """((e^x - 1) / x - 1) / x."""
-    if abs(x) < 0.05:
-        inner = 1.0 + x / 5.0 * (1.0 + x / 6.0 * (1.0 + x / 7.0 * (1.0 + x / 8.0)))
-        return 0.5 * (1.0 + x / 3.0 * (1.0 + x / 4.0 * inner))
-    return (first - 1.0) / x
+# Numba's disk cache looks at this file alone. A test holds the CRC-32 of the other file compiled into it, so that who
+# changes it must change this line, and the cache is renewed.
+SOURCES = {"exponentials.py": 4137605713}
 
 
 @njit(cache=True)
@@ -42,10 +30,8 @@ def _integrals(step: float, m00: float, b: float, c: float, m11: float) -> tuple
     spread = math.sqrt(0.25 * (m00 - m11) ** 2 + b * c)
     x1 = (mean + spread) * step
     x2 = (mean - spread) * step
-    f1 = _first(x1)
-    f2 = _first(x2)
-    g1 = _second(x1, f1)
-    g2 = _second(x2, f2)
+    f1, f2 = first(x1), first(x2)
+    g1, g2 = second(x1, f1), second(x2, f2)
     inverse = 0.5 / spread if spread > 0.0 else 0.0
     square = step * step
     return 0.5 * step * (f1 + f2), step * (f1 - f2) * inverse, 0.5 * square * (g1 + g2), square * (g1 - g2) * inverse
