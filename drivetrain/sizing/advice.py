@@ -4,18 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+
+import numpy as np
 
 from drivetrain.drive.drive import Drive
+from drivetrain.sizing.bench import Bench
 from drivetrain.sizing.candidates import Candidate, Field
+from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.judge import ESSENTIAL
 from drivetrain.sizing.results import Check, Evaluation, Verdict
+from drivetrain.sizing.smallest_change import Steps, first_passing
 from drivetrain.sizing.tree import Blocked
+from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.study import Study
 
 SLOWEST = 10.0  # times the cycle's length; slower is another task
 HIGHEST = 10.0  # times the supply's voltage
+STEPS = 32
+ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed digits hold too
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,42 +86,6 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     return (*words, *found)
 
 
-def slowed(study: Study, factor: float) -> Study:
-    """The same task made slower: the same path, in more time.
-
-    Args:
-        study: The task.
-        factor: Of the cycle's length; above 1.
-
-    Returns:
-        The task; torques of a load table are left as they are.
-    """
-    cycle = study.cycle
-    return replace(
-        study,
-        cycle=replace(
-            cycle,
-            time=cycle.time * factor,
-            velocity=cycle.velocity / factor,
-            acceleration=cycle.acceleration / factor**2,
-        ),
-    )
-
-
-def lightened(study: Study, share: float) -> Study:
-    """The same task with a smaller share of its payloads.
-
-    Args:
-        study: The task.
-        share: That is left of every payload's mass and inertia; 1 or less.
-
-    Returns:
-        The task.
-    """
-    payloads = tuple(replace(one, mass=one.mass * share, inertia=one.inertia * share) for one in study.payloads)
-    return replace(study, payloads=payloads)
-
-
 def _first_or_nearest(field: Field, mounted: dict[int, Drive]) -> Candidate:
     """The first candidate that holds, else the one nearest to holding."""
     work = field.work.at(field.joint, mounted)
@@ -172,51 +144,43 @@ def _figures(check: Check) -> str:
 
 
 def _slower(near: Nearest) -> str:
-    found = _least(near, lambda change: slowed(near.study, 1.0 + change), SLOWEST - 1.0)
+    found = _least(near, np.geomspace(1.0, SLOWEST, STEPS), lambda factor: TaskChange(time=factor))
     if found is None:
         return ""
     length = near.study.cycle.duration
     kept = "" if near.study.arm is not None else ", at the table's torques"
     return (
-        f"A slower motion mends it: a cycle of {length * (1.0 + found):.4g} s instead of {length:.4g} s, "
-        f"{100.0 * found:.0f} % longer{kept}."
+        f"A slower motion mends it: a cycle of {length * found:.4g} s instead of {length:.4g} s, "
+        f"{100.0 * (found - 1.0):.3g} % longer{kept}."
     )
 
 
 def _lighter(near: Nearest) -> str:
     if near.study.arm is None or not any(payload.mass > 0.0 for payload in near.study.payloads):
         return ""
-    found = _least(near, lambda change: lightened(near.study, 1.0 - change), 1.0)
+    found = _least(near, np.linspace(1.0, 0.0, STEPS), lambda share: TaskChange(payload=share))
     if found is None:
         return ""
     masses = ", ".join(
-        f"{one.name} {one.mass * (1.0 - found):.3g} kg instead of {one.mass:.3g} kg" for one in near.study.payloads
+        f"{one.name} {one.mass * found:.4g} kg instead of {one.mass:.3g} kg" for one in near.study.payloads
     )
     return f"Less payload mends it: {masses}."
 
 
 def _higher(near: Nearest) -> str:
-    supply = near.study.supply
-    found = _least(
-        near, lambda change: replace(near.study, supply=replace(supply, voltage=supply.voltage * (1.0 + change))),
-        HIGHEST - 1.0,
-    )  # fmt: skip
+    volts = near.study.supply.voltage
+    found = _least(near, np.geomspace(1.0, HIGHEST, STEPS), lambda factor: TaskChange(voltage=factor))
     if found is None:
         return ""
-    return f"More supply voltage mends it: {supply.voltage * (1.0 + found):.4g} V instead of {supply.voltage:g} V."
+    return f"More supply voltage mends it: {volts * found:.4g} V instead of {volts:g} V."
 
 
-def _least(near: Nearest, changed: Callable[[float], Study], most: float) -> float | None:
-    """The smallest change in whole percent that mends the nearest set, by bisection; None when the largest does not."""
-    low, high = 0, round(100.0 * most)
-
-    def mends(percent: int) -> bool:
-        """Whether the set holds with this change."""
-        return evaluate(changed(percent / 100.0), near.keys).feasible
-
-    if not mends(high):
+def _least(near: Nearest, steps: Steps, change: Callable[[float], TaskChange]) -> float | None:
+    """The smallest change that mends the nearest set, a ten-thousandth to the safe side; None when none does."""
+    bench = Bench(WorkFamily(near.study), near.keys)
+    edge = first_passing(lambda factor: bench.set_worst(change(factor)), steps)
+    if edge is None:
         return None
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if mends(middle) else (middle, high)
-    return high / 100.0
+    found = edge.passes + ROUNDED * (edge.passes - 1.0)
+    found = max(found, 0.0)
+    return found if evaluate(changed(near.study, change(found)), near.keys).feasible else None

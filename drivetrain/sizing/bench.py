@@ -1,0 +1,172 @@
+"""A set of drives on the bench: every check of one joint or of all, while the task or a ratio is changed.
+
+Made for searches that ask often: the arm is not run again (see ``changed_work``). The figures are those of
+``evaluate`` for the changed study to rounding, and what a search finds is to be evaluated there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.matching import scaled_gear
+from drivetrain.sizing.changed_work import WorkFamily
+from drivetrain.sizing.demand import Workload
+from drivetrain.sizing.evaluate import shared_checks
+from drivetrain.sizing.fill import Shelf
+from drivetrain.sizing.judge import ESSENTIAL, is_direct, joint_result, judge
+from drivetrain.sizing.operation import Operation, operation
+from drivetrain.sizing.results import Check, JointResult, Verdict
+from drivetrain.study.change import TaskChange
+from drivetrain.study.study import Study
+
+AS_IT_IS = TaskChange()
+
+
+class Worst(NamedTuple):
+    """The check that is closest to its limit, or furthest over it.
+
+    Attributes:
+        check: Its name; empty when none was judged.
+        utilisation: 1 is the limit; infinite when something is without bound.
+    """
+
+    check: str
+    utilisation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A set of drives held against changes of a task.
+
+    Attributes:
+        family: The task, and the work of its changes.
+        keys: Of (motor, gear) by joint name, all joints.
+    """
+
+    family: WorkFamily
+    keys: Mapping[str, tuple[str, str]]
+
+    @property
+    def study(self) -> Study:
+        """The task unchanged."""
+        return self.family.study
+
+    @cached_property
+    def shelf(self) -> Shelf:
+        """The catalogue's rows, assumptions filled in."""
+        return Shelf(self.study)
+
+    @cached_property
+    def mounted(self) -> dict[int, Drive]:
+        """The drives by joint index."""
+        return {i: self.shelf.drive(task, *self.keys[task.name]) for i, task in enumerate(self.study.joints)}
+
+    @cached_property
+    def _work(self) -> Workload:
+        return self.family.at(AS_IT_IS)
+
+    def run(self, joint: int, change: TaskChange = AS_IT_IS, drive: Drive | None = None) -> Operation:
+        """One joint's drive at its work, the other drives in place.
+
+        Args:
+            joint: Index of the joint.
+            change: Of the task.
+            drive: Instead of the joint's own; None: its own.
+
+        Returns:
+            The operation, nothing computed yet.
+        """
+        own = self.mounted[joint] if drive is None else drive
+        work = self._work if change == AS_IT_IS else self.family.at(change)
+        return operation(work.study, joint, work.at(joint, self.mounted).demand(own), own)
+
+    def joint_worst(self, joint: int, change: TaskChange = AS_IT_IS, drive: Drive | None = None) -> Worst:
+        """How near one joint's drive comes to its limits.
+
+        Args:
+            joint: Index of the joint.
+            change: Of the task.
+            drive: Instead of the joint's own; None: its own.
+
+        Returns:
+            The worst of its checks.
+        """
+        return worst_of(judge(self.run(joint, change, drive)))
+
+    def set_worst(self, change: TaskChange = AS_IT_IS) -> Worst:
+        """How near the whole set comes to its limits.
+
+        Args:
+            change: Of the task.
+
+        Returns:
+            The worst of all checks of all joints and of the supply.
+        """
+        work = self.family.at(change)
+        results: dict[str, JointResult] = {}
+        for joint, task in enumerate(work.study.joints):
+            demand = work.at(joint, self.mounted).demand(self.mounted[joint])
+            op = operation(work.study, joint, demand, self.mounted[joint])
+            results[task.name] = joint_result(op, task.name, *self.keys[task.name])
+        own = [check for result in results.values() for check in result.checks]
+        return worst_of([*own, *shared_checks(work.study, results)])
+
+
+def worst_of(checks: Iterable[Check]) -> Worst:
+    """The check of highest utilisation.
+
+    Args:
+        checks: Of one drive or of many.
+
+    Returns:
+        Its name and utilisation; of nothing judged, no name and 0. What is without bound (heat that runs away) is
+        named only where nothing beside it is over its limit: a number says more.
+    """
+    used = [(_number(one.utilisation), one.name) for one in checks if one.utilisation is not None]
+    numbered = [entry for entry in used if math.isfinite(entry[0])]
+    most, name = max(numbered, default=(0.0, ""), key=lambda entry: entry[0])
+    if most <= 1.0 and len(numbered) < len(used):
+        return next(Worst(name, used) for used, name in used if not math.isfinite(used))
+    return Worst(name, most)
+
+
+def lacking(op: Operation, checks: Iterable[Check]) -> tuple[str, ...]:
+    """The essential checks that could not be made; a drive with any is not chosen.
+
+    Args:
+        op: The drive at its work.
+        checks: All of its checks.
+
+    Returns:
+        Their names.
+    """
+    skipped = ("gear repeated peak torque",) if is_direct(op) else ()
+    made = {check.name for check in checks if check.verdict is not Verdict.NOT_CHECKED}
+    return tuple(name for name in ESSENTIAL if name not in made and name not in skipped)
+
+
+def with_ratio(study: Study, gear: str, ratio: float) -> tuple[Study, str]:
+    """The study with one more gear in its catalogue: one of its own at another ratio, its sheet kept otherwise.
+
+    Args:
+        study: The task.
+        gear: Key of the gear that is copied.
+        ratio: Magnitude of the new ratio.
+
+    Returns:
+        The study and the new key; see ``scaled_gear`` for what is kept.
+    """
+    key = f"{gear} at ratio {ratio:.9g}"
+    row = replace(scaled_gear(study.catalog.gears[gear], ratio), key=key)
+    gears = {**study.catalog.gears, key: row}
+    return replace(study, catalog=replace(study.catalog, gears=gears)), key
+
+
+def _number(used: float | None) -> float:
+    """Not a number is a failed check."""
+    return math.inf if used is None or math.isnan(used) else used

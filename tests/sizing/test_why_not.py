@@ -1,0 +1,198 @@
+"""Why a part was not chosen: rules, checks, the smallest change, and what a set with it costs."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.matching import scaled_gear
+from drivetrain.errors import InputError
+from drivetrain.sizing.bench import Bench, Worst, worst_of
+from drivetrain.sizing.changed_work import WorkFamily
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.results import Check, Verdict
+from drivetrain.sizing.smallest_change import first_passing
+from drivetrain.sizing.why_not import why_not
+from drivetrain.sizing.why_not_results import Standing
+from drivetrain.study.change import TaskChange, changed
+
+
+def weak_catalog(make):
+    """A strong pair, a weak motor, a weak gear, a motor without data, and ratios to choose from."""
+    motors = {
+        "strong": replace(make.motor, key="strong", mass=0.8, nominal_current=18.0, peak_current=60.0,
+                          part_number="S-1"),
+        "weak": replace(make.motor, key="weak", mass=0.3, nominal_current=4.0, peak_current=8.0),
+        "unknown": replace(make.motor, key="unknown", rotor_inertia=None),
+        "massless": replace(make.motor, key="massless", mass=None, nominal_current=18.0, peak_current=60.0),
+    }
+    gears = {
+        f"g{ratio}": replace(make.gear, key=f"g{ratio}", ratio=float(ratio), series="G", size=1.0,
+                             repeated_peak_torque=60.0, average_torque_limit=40.0)
+        for ratio in (20, 50, 80, 120)
+    }
+    gears["tiny"] = replace(make.gear, key="tiny", mass=0.1, repeated_peak_torque=0.5, momentary_torque=2.0)
+    return Catalog(motors, gears)
+
+
+@pytest.fixture
+def arm_study(make):
+    catalog = weak_catalog(make)
+    pairs = tuple(itertools.product(catalog.motors, catalog.gears))
+    cycle = replace(make.sines(2, samples=61, duration=2.5, size=0.8), payload=np.zeros(61, dtype=int),
+                    payload_names=("part",))  # fmt: skip
+    tasks = tuple(make.task(name, drive=None, pairs=pairs) for name in cycle.joint_names)
+    return make.study(
+        cycle, arm=make.planar_arm([0.4, 0.3], [1.0, 0.6]), joints=tasks, catalog=catalog,
+        payloads=(make.payload(1.5),),
+    )  # fmt: skip
+
+
+def utilisation(evaluation, joint):
+    return worst_of(evaluation.joints[joint].checks).utilisation
+
+
+def test_a_smallest_change_passes_and_a_little_less_does_not(arm_study):
+    found = why_not(arm_study, "j1", "weak", "g50", cost=False)
+    (answer,) = found.answers
+    assert answer.standing is Standing.FALLS and answer.felled is not None
+    assert answer.felled.utilisation > 1.0
+    keys = {name: (one.motor, one.gear) for name, one in found.selection.evaluation.joints.items()}
+    keys["j1"] = ("weak", "g50")
+    made = {
+        "payload": lambda value: changed(arm_study, TaskChange(payload=value / 1.5)),
+        "cycle time": lambda value: changed(arm_study, TaskChange(time=value / 2.5)),
+        "supply voltage": lambda value: changed(arm_study, TaskChange(voltage=value / 48.0)),
+    }
+    mended = 0
+    for change in answer.changes:
+        if change.after is None:
+            assert change.reason
+            continue
+        mended += 1
+        assert change.after == pytest.approx(change.short, rel=1e-5)
+        if change.what == "gear ratio":
+            row = arm_study.catalog.gears["g50"]
+            studies = []
+            for value in (change.after, change.short):
+                gears = {**arm_study.catalog.gears, "new": replace(scaled_gear(row, value), key="new")}
+                studies.append(replace(arm_study, catalog=replace(arm_study.catalog, gears=gears)))
+            pairs = {**keys, "j1": ("weak", "new")}
+        else:
+            studies, pairs = [made[change.what](value) for value in (change.after, change.short)], keys
+        assert utilisation(evaluate(studies[0], pairs), "j1") <= 1.0
+        assert utilisation(evaluate(studies[1], pairs), "j1") > 1.0
+        assert change.set_holds == evaluate(studies[0], pairs).feasible
+    assert mended >= 2
+
+
+def test_what_voltage_cannot_mend_is_told(arm_study):
+    (answer,) = why_not(arm_study, "j1", "weak", "g50", cost=False).answers
+    voltage = next(change for change in answer.changes if change.what == "supply voltage")
+    assert voltage.after is None and "does not depend on it" in voltage.reason
+
+
+def test_static_torque_no_slowness_mends(arm_study):
+    (answer,) = why_not(arm_study, "j1", "strong", "tiny", cost=False).answers
+    time = next(change for change in answer.changes if change.what == "cycle time")
+    assert time.after is None and "standing still" in time.reason
+    ratio = next(change for change in answer.changes if change.what == "gear ratio")
+    assert ratio.after is None and "whatever the ratio" in ratio.reason
+
+
+def test_the_nearest_gear_of_the_catalogue_passes_with_its_own_sheet(arm_study):
+    found = why_not(arm_study, "j1", "weak", "g20", cost=False)
+    (answer,) = found.answers
+    ratio = answer.changes[0]
+    if ratio.gear is not None:
+        keys = {name: (one.motor, one.gear) for name, one in found.selection.evaluation.joints.items()}
+        result = evaluate(arm_study, {**keys, "j1": ("weak", ratio.gear.key)}).joints["j1"]
+        assert result.verdict is not Verdict.FAIL
+
+
+def test_what_holds_tells_what_the_best_set_with_it_costs(arm_study):
+    found = why_not(arm_study, "j2", "strong", "g80")
+    (answer,) = found.answers
+    assert answer.standing is Standing.HOLDS and answer.changes == ()
+    assert answer.best is not None and answer.best.feasible
+    assert answer.best.drives["j2"] == ("strong", "g80")
+    assert answer.best.objective >= found.selection.objective
+    expected = math.inf
+    for keys in arm_study.joints[0].pairs:
+        evaluation = evaluate(arm_study, {"j1": keys, "j2": ("strong", "g80")})
+        if evaluation.feasible and not math.isnan(evaluation.objective):
+            expected = min(expected, evaluation.objective)
+    assert answer.best.objective == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_chosen_one_is_chosen_also_when_only_its_motor_is_named(arm_study):
+    found = why_not(arm_study, "j2", "weak")
+    motor, gear = found.selection.drives["j2"]
+    (answer,) = why_not(arm_study, "j2", motor, selection=found.selection).answers
+    assert answer.standing is Standing.CHOSEN and (answer.motor, answer.gear) == (motor, gear)
+
+
+def test_one_answer_a_joint_when_none_is_named(arm_study):
+    found = why_not(arm_study, gear="tiny", cost=False)
+    assert [one.joint for one in found.answers] == ["j1", "j2"]
+    assert all(one.partners == 4 for one in found.answers)
+
+
+def test_missing_data_are_named(arm_study):
+    (answer,) = why_not(arm_study, "j1", "unknown", "g50").answers
+    assert answer.standing is Standing.NOT_JUDGED
+    assert "motor peak torque" in answer.lacking
+    assert not why_not(arm_study, "j1", "unknown", "g50").holds
+    (massless,) = why_not(arm_study, "j2", "massless", "g50", cost=False).answers
+    assert any("mass is unknown" in word for word in massless.passed_over)
+
+
+def test_a_part_number_names_its_row_and_unknown_names_are_told_together(arm_study):
+    assert why_not(arm_study, "j1", "s-1", "g50", cost=False).motor == "strong"
+    with pytest.raises(InputError) as error:
+        why_not(arm_study, "j9", "wek", "g51")
+    text = str(error.value)
+    assert len(error.value.faults) == 3
+    assert "'weak'" in text and "'g50'" in text and "j1" in text
+    with pytest.raises(InputError, match="name a motor"):
+        why_not(arm_study, "j1")
+
+
+def test_bench_is_evaluate(arm_study):
+    keys = {"j1": ("strong", "g80"), "j2": ("weak", "g50")}
+    bench = Bench(WorkFamily(arm_study), keys)
+    for change in (TaskChange(), TaskChange(payload=0.4, time=1.3, voltage=0.8, ambient=10.0)):
+        evaluation = evaluate(changed(arm_study, change), keys)
+        for joint, name in enumerate(keys):
+            # The same sums in another order.
+            expected = utilisation(evaluation, name)
+            assert bench.joint_worst(joint, change).utilisation == pytest.approx(expected, rel=1e-9)
+        everything = [c for one in evaluation.joints.values() for c in one.checks] + list(evaluation.shared)
+        assert bench.set_worst(change).utilisation == pytest.approx(worst_of(everything).utilisation, rel=1e-9)
+
+
+def test_first_passing_finds_the_nearest_edge():
+    asked = []
+
+    def at(value):
+        asked.append(value)
+        return Worst("x", 0.5 if 2.0 <= value <= 3.0 or value > 8.0 else 2.0)
+
+    edge = first_passing(at, list(np.geomspace(1.0, 10.0, 20)))
+    assert edge.passes == pytest.approx(2.0, rel=1e-6) and edge.passes >= 2.0 > edge.falls
+    assert len(asked) < 60
+    assert first_passing(lambda value: Worst("x", 2.0), [1.0, 2.0]) is None
+
+
+def test_what_runs_away_is_named_only_when_nothing_else_is_over():
+    hot = Check("heat", math.inf, 100.0, "C", math.inf, Verdict.FAIL)
+    over, under = (Check("x", used, 1.0, "", used, Verdict.FAIL) for used in (1.2, 0.9))
+    assert worst_of([hot, over]) == ("x", 1.2)
+    assert worst_of([hot, under]) == ("heat", math.inf)
+    assert worst_of([Check("x", None, None, "", None, Verdict.NOT_CHECKED)]) == ("", 0.0)
+    assert worst_of([Check("x", 1.0, 1.0, "", math.nan, Verdict.FAIL)]).utilisation == math.inf
