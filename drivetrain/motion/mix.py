@@ -57,7 +57,7 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
         payload_names=payload_names,
         segment=_joined_indices([cycle.segment + first for cycle, first in zip(cycles, segments, strict=False)]),
         segment_names=tuple(name for cycle in cycles for name in cycle.segment_names),
-        notes=tuple(f"{name}: {note}" for name, cycle in zip(called, cycles, strict=True) for note in cycle.notes),
+        notes=tuple(_said(name, note) for name, cycle in zip(called, cycles, strict=True) for note in cycle.notes),
         parts=tuple(slice(first, stop) for first, stop in itertools.pairwise(stops)),
         shares=tuple(float(share) / total for share in shares),
         part_names=tuple(called),
@@ -104,6 +104,12 @@ def _faults(cycles: Sequence[Cycle], shares: list[float], names: list[str]) -> l
         if (cycle.torque is None) != (cycles[0].torque is None):
             faults.append(Fault(f"mix[{i}]", "mixes motions of an arm with load tables"))
     return faults
+
+
+def _said(name: str, note: str) -> str:
+    """A note of a part, with its name; a doubt still begins as one."""
+    doubt = "doubt: "
+    return f"{doubt}{name}: {note.removeprefix(doubt)}" if note.startswith(doubt) else f"{name}: {note}"
 
 
 def _joined(arrays: Sequence[Array]) -> Array:

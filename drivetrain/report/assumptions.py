@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 from drivetrain.drive.friction import Friction
-from drivetrain.report.quantities import number, with_unit
+from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.words import DRIVE_MASS, safety_lines
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.study import GearAssumption, JointTask, MotorAssumption, Study
@@ -66,7 +66,11 @@ def _task(study: Study) -> Group:
         gravity = ", ".join(f"{value:g}" for value in study.arm.gravity)
         lines.append(("arm", f"{study.arm.name}, {study.arm.n} joints"))
         lines.append(("gravity in the base frame", f"({gravity}) m/s²"))
-    lines.append(("cycle", f"{number(cycle.duration)} s, {len(cycle.time)} samples, repeated for ever"))
+    for part, share, name in zip(cycle.parts, cycle.shares, cycle.part_names, strict=True):
+        length = number(float(cycle.time[part.stop - 1] - cycle.time[part.start]))
+        used = "for ever" if len(cycle.parts) == 1 else f"for {percent(share)} of the time"
+        told = f"{length} s, {part.stop - part.start} samples, repeated {used}"
+        lines.append(("cycle" if len(cycle.parts) == 1 else f"part of the mix: {name}", told))
     lines.append(("segments", ", ".join(cycle.segment_names)))
     lines += [("payload", f"{body.name}, {with_unit(body.mass, 'kg')}") for body in study.payloads]
     notes = () if study.drive_mass is None else (DRIVE_MASS[study.drive_mass],)

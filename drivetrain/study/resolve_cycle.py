@@ -8,6 +8,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.errors import nearest
 from drivetrain.motion.duty_cycle import Cycle, Step, build_cycle
 from drivetrain.motion.limits import limit_notes
+from drivetrain.motion.mix import build_mix, share_faults
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.read import read_load_table, read_motion
 from drivetrain.motion.smoothing import Parabolas, SavitzkyGolay, Smoothing
@@ -15,7 +16,7 @@ from drivetrain.motion.straight_lines import sampled
 from drivetrain.study.document import Place
 from drivetrain.study.ledger import Ledger
 from drivetrain.study.resolve_waypoints import JointAxes, resolve_waypoints
-from drivetrain.study.schema import DEFAULT, CycleForm, MotionForm, StudyForm
+from drivetrain.study.schema import DEFAULT, CycleForm, MixForm, MotionForm, StudyForm
 
 KINDS: dict[str, frozenset[str]] = {
     "file": frozenset({"smoothing"}),
@@ -80,33 +81,69 @@ def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | 
     Returns:
         The cycle; None when it cannot be built.
     """
-    entries = form.cycle
-    if entries is None:
-        entries = _only_motion(form, ledger)
-    elif not entries:
-        ledger.fault(("cycle",), "must have at least one motion")
+    if form.mix is not None:
+        cycle = _mix(form, form.mix, motions, ledger)
+    else:
+        entries = form.cycle
+        if entries is None:
+            entries = _only_motion(form, ledger)
+        elif not entries:
+            ledger.fault(("cycle",), "must have at least one motion")
+        cycle = _cycle(form, entries, ("cycle",), motions, ledger)
+    run = [entry for part in form.mix for entry in part.cycle] if form.mix is not None else form.cycle
+    if run is not None:
+        unused = {name for name in form.motions if name != DEFAULT} - {entry.motion for entry in run}
+        if unused:
+            ledger.note([f"doubt: motions that the cycle does not run: {', '.join(sorted(unused))}"])
+    if cycle is not None:
+        ledger.note(note for note in cycle.notes if note.startswith("doubt:"))
+    return cycle
+
+
+def _mix(form: StudyForm, parts: list[MixForm], motions: Motions, ledger: Ledger) -> Cycle | None:
+    """Several cycles with their shares of use; None after a fault."""
+    if form.cycle is not None:
+        ledger.fault(("mix",), "cannot stand beside cycle", hint="make the cycle one part of the mix")
+    if not parts:
+        ledger.fault(("mix",), "must have at least one part")
+    shares = [part.share for part in parts]
+    for fault in share_faults(shares):
+        ledger.fault(("mix", len(parts) - 1, "share"), fault.problem, fault.value, fault.hint)
+    names = [part.name or f"part {i + 1}" for i, part in enumerate(parts)]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            ledger.fault(("mix", i, "name"), "stands twice in the mix", name)
+    cycles = [_cycle(form, part.cycle, ("mix", i, "cycle"), motions, ledger) for i, part in enumerate(parts)]
+    ready = [cycle for cycle in cycles if cycle is not None]
+    if not parts or len(ready) < len(parts) or ledger.spoiled(("mix",)):
+        return None
+    mixed: Cycle | None = None
+    with ledger.gather(("mix",)):
+        mixed = build_mix(ready, shares, names=names)
+    return mixed
+
+
+def _cycle(
+    form: StudyForm, entries: list[CycleForm], place: Place, motions: Motions, ledger: Ledger
+) -> Cycle | None:
+    """One repeated run of motions; None after a fault."""
     known = len(ledger.faults)
     names = [name for name in form.motions if name != DEFAULT]
     written = ledger.document.data.get("payloads")
     payloads = list(written) if isinstance(written, dict) else []  # those at fault are told elsewhere
     for i, entry in enumerate(entries):
         if entry.motion is not None and entry.motion not in names:
-            ledger.fault(
-                ("cycle", i, "motion"), "is no motion of this study", entry.motion, nearest(entry.motion, names)
-            )
+            hint = nearest(entry.motion, names)
+            ledger.fault((*place, i, "motion"), "is no motion of this study", entry.motion, hint)
         if entry.payload is not None and entry.payload not in payloads:
             hint = nearest(entry.payload, payloads)
-            ledger.fault(("cycle", i, "payload"), "is no payload of this study", entry.payload, hint)
-    unused = set(names) - {entry.motion for entry in entries}
-    if unused:
-        ledger.note([f"doubt: motions that the cycle does not run: {', '.join(sorted(unused))}"])
+            ledger.fault((*place, i, "payload"), "is no payload of this study", entry.payload, hint)
     ready = all(entry.motion is None or entry.motion in motions for entry in entries)
     if not entries or not ready or len(ledger.faults) > known:
         return None
     cycle: Cycle | None = None
-    with ledger.gather(("cycle",)):
+    with ledger.gather(place):
         cycle = build_cycle([_step(entry, motions) for entry in entries], may_stay_open=form.open_cycle)
-        ledger.note(note for note in cycle.notes if note.startswith("doubt:"))
     return cycle
 
 

@@ -96,6 +96,14 @@ class CycleForm(Form):
         return self
 
 
+class MixForm(Form):
+    """One part of a mix: a cycle that repeats by itself, and its share of the time of use."""
+
+    name: f.Name | None = Field(default=None, description="in reports; default part 1 and so on")
+    share: f.Share = Field(description="of the time of use; all parts together 100 %")
+    cycle: Annotated[list[CycleForm], Field(min_length=1)]
+
+
 def _arm(value: Any) -> Any:
     """`arm: ur5` is short for `arm: {source: ur5}`."""
     return {"source": value} if isinstance(value, str) else value
@@ -115,6 +123,7 @@ class StudyForm(Form):
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
     motions: dict[str, MotionForm]
     cycle: list[CycleForm] | None = None
+    mix: list[MixForm] | None = Field(default=None, description="instead of cycle: several, with shares of use")
     open_cycle: bool = Field(default=False, description="true: the task need not end where it starts")
     supply: SupplyForm
     amplifier: AmplifierForm = AmplifierForm()

@@ -21,6 +21,7 @@ _WORDS = {
     "model_attributes_type": "must be a mapping of names to values",
     "list_type": "must be a list",
     "string_type": "must be a text",
+    "too_short": "must have at least one entry",
     "bool_type": "must be true or false",
     "bool_parsing": "must be true or false",
     "int_type": "must be a whole number",
