@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands import arm, catalog, sizing
+from drivetrain.commands import answers, arm, catalog, sizing
 from drivetrain.commands.shared import FITS
 from drivetrain.version import __version__
 
@@ -22,6 +22,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 app.add_typer(sizing.app)
+app.add_typer(answers.app)
 app.add_typer(arm.app)
 app.add_typer(catalog.app, name="catalog")
 

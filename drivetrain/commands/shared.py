@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -86,6 +87,18 @@ def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
         screen.print("compiling the dynamics once (about half a minute) ...")
     with progress(screen, text) as step:
         yield step
+
+
+def report_folder(name: str) -> Path:
+    """The folder for what a command writes when none is named.
+
+    Args:
+        name: Of the study.
+
+    Returns:
+        ``<study name>_report`` in the working directory.
+    """
+    return Path(re.sub(r"[^\w.-]+", "_", name).strip("_.") + "_report")
 
 
 def _must_compile() -> bool:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, listed, say, told, working
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, listed, report_folder, say, told, working
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation, Selection
@@ -97,7 +96,7 @@ def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> N
         loaded = load_study(study)
         with working("judging the given drives"):
             result = evaluate(loaded)
-        raise typer.Exit(_deliver(result, out or _default_out(loaded), as_json=as_json))
+        raise typer.Exit(_deliver(result, out or report_folder(loaded.name), as_json=as_json))
 
 
 @app.command("select")
@@ -107,7 +106,7 @@ def _select(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) ->
         from drivetrain.study.load import load_study
 
         loaded = load_study(study)
-        raise typer.Exit(_deliver(_selected(loaded), out or _default_out(loaded), as_json=as_json))
+        raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
 
 
 @app.command("currents")
@@ -152,7 +151,7 @@ def _ratio(
             drives = chosen_drives(loaded) if joint else None
             found = [ratio_study(loaded, name, drives=drives) for name in joint or ()] or list(ratio_studies(loaded))
             page = ratio_report(found)
-        folder = out or _default_out(loaded)
+        folder = out or report_folder(loaded.name)
         written = write_files(folder, {"ratio.html": page, "ratio.json": ratio_json(found)})
         for one in found:
             say(f"{one.joint}: {ratio_sentence(one)}")
@@ -166,11 +165,6 @@ def _selected(study: Study) -> Selection:
 
     with working("searching the catalogues") as step:
         return search(study, progress=step)
-
-
-def _default_out(study: Study) -> Path:
-    """``<study name>_report`` in the working directory."""
-    return Path(re.sub(r"[^\w.-]+", "_", study.name).strip("_.") + "_report")
 
 
 def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int:
