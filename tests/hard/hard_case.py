@@ -133,4 +133,6 @@ def short(value: float) -> str:
     if value == int(value) and abs(value) < 1e6:
         return str(int(value))
     size = abs(value)
-    return f"{value:.1e}".replace("e-0", "e-").replace("e+0", "e") if size < 1e-2 or size >= 1e4 else f"{value:.3g}"
+    if size < 1e-2 or size >= 1e4:
+        return f"{value:.1e}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+    return f"{value:.0f}" if size >= 100.0 else f"{value:.3g}"

@@ -1,0 +1,169 @@
+"""Constraints told twice, or that contradict each other, and how far a loop opens over a hundred thousand steps."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hard_case import Figure, hard_case
+from random_arms import error, motion, random_arm
+
+from drivetrain.arm.arm import Arm
+from drivetrain.dynamics.bias import bias_torque
+from drivetrain.dynamics.closures import ClosingJoint, LoopClosure
+from drivetrain.dynamics.constrained import closed_position, constrained_forward_dynamics
+from drivetrain.dynamics.constraints import Attachment, CallableConstraint
+from drivetrain.dynamics.contacts import Plane, PointOnSurface
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.errors import InputError
+from drivetrain.simulation.constrained import simulate_constrained
+from drivetrain.simulation.stabilisation import Baumgarte, Drifting
+from drivetrain.solvers.explicit import RungeKutta4, SemiImplicitEuler
+
+
+def exact(matrix: np.ndarray, force: np.ndarray, rows: np.ndarray, drift: np.ndarray) -> np.ndarray:
+    """x of ``M x + A' lambda = f``, ``A x = -d`` for independent rows, with 60 digits."""
+    with mp.workdps(60):
+        m, a = mp.matrix(matrix.tolist()), mp.matrix(rows.tolist())
+        n, k = m.rows, a.rows
+        whole, right = mp.zeros(n + k), mp.matrix([*force.tolist(), *(-drift).tolist()])
+        whole[:n, :n], whole[:n, n:], whole[n:, :n] = m, a.T, a
+        return np.array(mp.lu_solve(whole, right)[:n].tolist(), dtype=float).ravel()
+
+
+def by_inverses(matrix: np.ndarray, force: np.ndarray, rows: np.ndarray, drift: np.ndarray) -> np.ndarray:
+    """Equations 8.95 to 8.97 as they are printed."""
+    inverse = np.linalg.inv(matrix)
+    multipliers = np.linalg.inv(rows @ inverse @ rows.T) @ (rows @ inverse @ force + drift)
+    return inverse @ (force - rows.T @ multipliers)
+
+
+@hard_case(
+    "T34",
+    "redundant rows",
+    setup="six-axis arm, three rows and five sums of them, against 60 digits, 20 states",
+    naive="inv(A inv(M) A')",
+)
+def test_redundant_rows() -> list[Figure]:
+    worst, worst_least, naive_worst, crashes = 0.0, 0.0, 0.0, 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        arm = random_arm(seed)
+        q, qd, tau = (values[0] for values in motion(seed, 6, 1))
+        three, lean, mix = rng.normal(size=(3, 6)), rng.normal(size=3), rng.integers(-2, 3, (5, 3)).astype(float)
+        rows, drift = np.vstack([three, mix @ three]), np.concatenate([lean, mix @ lean])
+        held = CallableConstraint(lambda _, rows=rows: rows, lambda *_, drift=drift: drift, 8)
+        found = constrained_forward_dynamics(arm, held, q, qd, tau)
+        assert found.rank == 3
+        matrix, force = mass_matrix(arm, q), tau - bias_torque(arm, q, qd)
+        wanted = exact(matrix, force, three, lean)
+        worst = max(worst, error(found.acceleration, wanted))
+        least = np.linalg.lstsq(rows.T, force - matrix @ wanted, rcond=1e-9)[0]
+        worst_least = max(worst_least, error(found.multipliers, least))
+        try:
+            naive_worst = max(naive_worst, error(by_inverses(matrix, force, rows, drift), wanted))
+        except np.linalg.LinAlgError:
+            crashes += 1
+    return [
+        Figure(
+            "error of the accelerations",
+            worst,
+            math.nan if crashes == 20 else naive_worst,
+            at_most=1e-12,
+            naive_says=f"LinAlgError in {crashes} of 20" if crashes == 20 else "",
+        ),
+        # As good as the least squares that it is held against.
+        Figure("distance from the multipliers of least norm", worst_least, at_most=1e-9),
+    ]
+
+
+def four_bar() -> tuple[Arm, LoopClosure, np.ndarray]:
+    """Crank, coupler and rocker of 0.4, 1.0 and 0.8 m, the far pin 0.9 m away."""
+    lengths, masses = np.array([0.4, 1.0, 0.8]), np.array([1.0, 2.0, 1.5])
+    ends = np.concatenate([[0.0], np.cumsum(lengths)])
+    homes = np.tile(np.eye(4), (3, 1, 1))
+    homes[:, 0, 3] = 0.5 * (ends[1:] + ends[:-1])
+    screws = np.zeros((3, 6))
+    screws[:, 2], screws[:, 4] = 1.0, -ends[:-1]
+    moments = masses * lengths**2 / 12.0
+    tip, ground = np.eye(4), np.eye(4)
+    tip[0, 3], ground[0, 3] = ends[-1], 0.9
+    arm = Arm.from_screws(homes, screws, masses, [np.diag([0.0, m, m]) for m in moments], tip, (0.0, -9.81, 0.0))
+    loop = LoopClosure(Attachment.tip(arm), Attachment.base(ground), ClosingJoint.HINGE)
+    return arm, loop, closed_position(arm, loop, [1.2, -0.9, -1.5])
+
+
+@hard_case(
+    "T35",
+    "drift over 100 000 constrained steps",
+    setup="a falling four-bar loop, 50 s at 0.5 ms, RK4 and projection",
+    naive="accelerations alone, semi-implicit Euler, 5 s",
+)
+def test_drift() -> list[Figure]:
+    arm, loop, q = four_bar()
+    run = simulate_constrained(arm, loop, q, np.zeros(3), 50.0, solver=RungeKutta4(5e-4), interval=0.05)
+    assert run.counters["steps"] == 100_000
+    assert (run["rank"] == 2.0).all()
+    alone = simulate_constrained(
+        arm, loop, q, np.zeros(3), 5.0, solver=SemiImplicitEuler(5e-4), stabilisation=Drifting(), interval=0.05
+    )
+    scale = run["kinetic_energy"].max()
+    energies = [float(np.abs(one["energy_error"]).max() / scale) for one in (run, alone)]
+    return [
+        Figure("gap", run["constraint_error"].max(), alone["constraint_error"].max(), at_most=1e-10, unit="m"),
+        Figure("energy error", *energies, at_most=1e-6),
+    ]
+
+
+def test_a_spring_as_stiff_as_the_step_diverges_and_is_told() -> None:
+    """Baumgarte's way with its rate at the inverse of the step: the recording stops and names a joint."""
+    arm, loop, q = four_bar()
+    run = simulate_constrained(
+        arm, loop, q, np.zeros(3), 5.0, solver=SemiImplicitEuler(2e-3), stabilisation=Baumgarte(1000.0), interval=0.05
+    )
+    assert run.stopped_by is not None
+    assert run.stopped_by.name == "diverged"
+    assert run.stopped_by.detail.startswith("joint_")
+    assert all(np.isfinite(run[name]).all() for name in run.series)
+
+
+@hard_case(
+    "T36",
+    "constraints that contradict each other",
+    setup="a tip on two parallel planes 0.1 m apart, and on one that lifts at 1 m/s² and one that does not",
+    naive="pseudo-inverse of the rows",
+)
+def test_contradictions() -> list[Figure]:
+    arm, told = random_arm(8), 0
+    q, qd, tau = (values[0] for values in motion(8, 6, 1))
+    tip = Attachment.tip(arm)
+    floors = [PointOnSurface(tip, Plane([0, 0, 1], [0, 0, height])) for height in (0.2, 0.3)]
+    try:
+        closed_position(arm, floors, q)
+    except InputError as fault:
+        told += "no position near it meets the constraints" in str(fault)
+
+    def jacobian(position: np.ndarray) -> np.ndarray:
+        return floors[0].rows(arm, position[None], np.zeros((1, 6))).jacobian[0]
+
+    def drift(position: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        return floors[0].rows(arm, position[None], speed[None]).drift[0] + 1.0
+
+    found = constrained_forward_dynamics(arm, [floors[0], CallableConstraint(jacobian, drift, 1)], q, qd, tau)
+    told += bool(found.rank == 1 and found.missed > 0.5)
+    rows = np.vstack([jacobian(q)] * 2)
+    lean = np.concatenate([drift(q, qd) - 1.0, drift(q, qd)])
+    answer = -np.linalg.pinv(rows) @ lean  # finite, and nothing said
+    assert np.isfinite(answer).all()
+    assert np.abs(rows @ answer + lean).max() > 0.4
+    return [Figure("contradictions told, of 2", float(told), 0.0, at_least=2.0)]
+
+
+def test_a_loop_that_cannot_close_is_an_error() -> None:
+    arm, _, _ = four_bar()
+    far = np.eye(4)
+    far[0, 3] = 5.0
+    with pytest.raises(InputError, match="no position near it"):
+        closed_position(arm, LoopClosure(Attachment.tip(arm), Attachment.base(far), ClosingJoint.HINGE), np.ones(3))

@@ -1,0 +1,82 @@
+"""Joints that have turned a hundred thousand times: what is left of a deflection of a tenth of a milliradian."""
+
+from __future__ import annotations
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hard_case import Figure, hard_case
+
+from drivetrain.arm.load import load_arm
+from drivetrain.arrays import Array
+from drivetrain.drive.gear import Gear, wind_up
+from drivetrain.drive.gear_stiffness import spring_torque
+from drivetrain.dynamics.articulated_body import articulated_body
+from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.solvers.explicit import RungeKutta4
+from drivetrain.solvers.integrate import integrate
+
+RATIO, STIFFNESS, ROTOR, LINK, PUSH = 100.0, 1e6, 2.0, 1.0, 300.0
+SPRING = Gear("stiff", RATIO, stiffness_1=STIFFNESS)
+TIMES = np.linspace(0.0, 0.1, 101)
+
+
+def law(deflection: float) -> float:
+    torque = spring_torque(SPRING, np.array(deflection))
+    assert torque is not None
+    return float(torque)
+
+
+def by_deflection(start: float) -> Array:
+    """Spring torque over time; the states are deflection, joint angle, and their rates."""
+
+    def rates(t: float, y: Array) -> Array:
+        torque = law(y[0])
+        link = torque / LINK
+        return np.array([y[2], y[3], (PUSH - torque) / ROTOR - link, link])
+
+    found = integrate(RungeKutta4(1e-5), rates, [0.0, start, 0.0, 1.0], TIMES)
+    return np.array([law(row[0]) for row in found.states])
+
+
+def by_angles(start: float) -> Array:
+    """The same by rotor and joint angle."""
+
+    def rates(t: float, y: Array) -> Array:
+        torque = law(y[0] / RATIO - y[1])
+        return np.array([y[2], y[3], RATIO * (PUSH - torque) / ROTOR, torque / LINK])
+
+    found = integrate(RungeKutta4(1e-5), rates, [RATIO * start, start, RATIO, 1.0], TIMES)
+    return np.array([law(row[0] / RATIO - row[1]) for row in found.states])
+
+
+@hard_case(
+    "T30",
+    "a spring of 1e6 N m/rad at a joint angle of 1e6 rad",
+    setup="300 N m on a geared rotor and a link, 0.1 s; the same as from angle 0",
+    naive="torque from rotor angle / ratio - joint angle",
+)
+def test_spring_far_out() -> list[Figure]:
+    scale = float(np.abs(by_deflection(0.0)).max())
+    ours, naive = (float(np.abs(way(1e6) - way(0.0)).max()) / scale for way in (by_deflection, by_angles))
+    arm, rng = load_arm("ur5"), np.random.default_rng(0)
+    q, qd, tau = rng.uniform(5e5, 1e6, (50, 6)), rng.normal(size=(50, 6)), 20.0 * rng.normal(size=(50, 6))
+    with mp.workdps(40):
+        near = np.array([[float(mp.fmod(mp.mpf(float(x)), 2 * mp.pi)) for x in row] for row in q])
+    worst = 0.0
+    for way in (inverse_dynamics, articulated_body):
+        wanted = way(arm, near, qd, tau)
+        worst = max(worst, float(np.abs(way(arm, q, qd, tau) - wanted).max() / np.abs(wanted).max()))
+    return [
+        Figure("noise in the spring's torque", ours, naive, at_most=1e-9),
+        Figure("change of a six-axis arm's dynamics", worst, at_most=1e-12),
+    ]
+
+
+def test_the_spring_is_the_wind_up_turned_round() -> None:
+    gear = Gear("harmonic", 100.0, stiffness_1=1e4, stiffness_2=1.6e4, stiffness_3=2e4, torque_1=14.0, torque_2=48.0)
+    torque = np.concatenate([-np.geomspace(1e-6, 1e3, 200), [0.0, 14.0, -48.0], np.geomspace(1e-6, 1e3, 200)])
+    twist = wind_up(gear, torque)
+    assert twist is not None
+    assert spring_torque(gear, twist) == pytest.approx(torque, rel=1e-13)
+    assert spring_torque(Gear("rigid", 100.0), twist) is None
