@@ -36,11 +36,25 @@ def evaluate(study: Study, drives: Mapping[str, Given] | None = None) -> Evaluat
     Raises:
         InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
     """
-    keys = given_drives(study, drives or {})
-    work, shelf = workload(study), Shelf(study)
-    mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
-    results = {task.name: evaluate_joint(work, mounted, i, keys[task.name]) for i, task in enumerate(study.joints)}
-    return evaluation_of(study, results, shared_checks(study, results))
+    return evaluated(workload(study), given_drives(study, drives or {}))
+
+
+def evaluated(work: Workload, keys: Mapping[str, Pair], more: tuple[Check, ...] = ()) -> Evaluation:
+    """Drives held against a task that is already prepared.
+
+    Args:
+        work: The task.
+        keys: Of motor and gear by joint name, all known; a joint that is not named has no drive and is not judged.
+        more: Checks of all joints together that are to be told before those of the supply.
+
+    Returns:
+        Every check of every joint and of the supply.
+    """
+    study, shelf = work.study, Shelf(work.study)
+    tasks = {i: task for i, task in enumerate(study.joints) if task.name in keys}
+    mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in tasks.items()}
+    results = {task.name: evaluate_joint(work, mounted, i, keys[task.name]) for i, task in tasks.items()}
+    return evaluation_of(study, results, more + (shared_checks(study, results) if results else ()))
 
 
 def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
