@@ -11,6 +11,7 @@ from scipy.integrate import DOP853, LSODA, RK45, Radau
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
+from drivetrain.solvers.layout import DORMAND_PRINCE
 from drivetrain.solvers.solver import Rates, Solver, SolverStopped, Stepper, Work, check_positive
 
 SMALLEST_RTOL = 100.0 * float(np.finfo(np.float64).eps)  # below this scipy raises it, with a warning
@@ -125,10 +126,22 @@ class Adaptive(Solver):
 
 @dataclass(frozen=True)
 class DormandPrince54(Adaptive):
-    """Dormand and Prince's explicit method of order 5 with a fourth-order check (scipy's RK45)."""
+    """Dormand and Prince's explicit method of order 5 with a fourth-order check (scipy's RK45, or compiled)."""
 
     def _method(self) -> Any:
         return RK45
+
+    def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
+        """What the compiled loop needs to know.
+
+        Args:
+            size: Number of states.
+
+        Returns:
+            Method, atol a state, settings; see ``layout``.
+        """
+        largest = np.inf if self.largest_step is None else self.largest_step
+        return DORMAND_PRINCE, np.full(size, self.atol), np.array([self.rtol, largest, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ A right-hand side, event values, an event's handler and a Jacobian all look the 
 
     void(double t, double* x, double* result, double* numbers, int64* words)
 
-``t`` [s] and ``x`` are the instant and the state; ``result`` is filled; ``numbers`` and ``words`` are the function's own
-data, which it may read, use as scratch and, in a handler, change. A compiled function has no way to raise: what cannot
-be computed it gives as NaN, and the solver tells.
+``t`` [s] and ``x`` are the instant and the state; ``result`` is filled; ``numbers`` and ``words`` are the function's
+own data, which it may read, use as scratch and, in a handler, change. A compiled function has no way to raise: what
+cannot be computed it gives as NaN, and the solver tells.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from numba.np.arrayobj import make_array
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 
+_intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
 _DOUBLES = types.CPointer(types.float64)
 SIGNATURE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, types.CPointer(types.int64))
 
@@ -72,7 +73,7 @@ def _invoke(context: Any, builder: Any, address: Any, t: Any, pointers: list[Any
     return context.get_dummy_value()
 
 
-@intrinsic
+@_intrinsic
 def call(typing: Any, address: Any, t: Any, x: Any, result: Any, numbers: Any, words: Any) -> Any:
     """Inside compiled code: call the function at an address.
 
@@ -98,30 +99,34 @@ def call(typing: Any, address: Any, t: Any, x: Any, result: Any, numbers: Any, w
     return signature, generate
 
 
-@intrinsic
-def call_rows(typing: Any, address: Any, t: Any, block: Any, row: Any, goal: Any, numbers: Any, words: Any) -> Any:
-    """Inside compiled code: call the function at an address, state and answer being rows of one block.
+@_intrinsic
+def call_rows(typing: Any, address: Any, t: Any, block: Any, row: Any, target: Any, goal: Any, data: Any) -> Any:
+    """Inside compiled code: call the function at an address, state and answer being rows of contiguous blocks.
 
     Args:
         typing: Filled in by the compiler.
         address: Where it lies.
         t: Instant [s].
-        block: A contiguous array of two dimensions.
-        row: Of the state.
-        goal: Row for the answer.
-        numbers, words: The function's data, contiguous arrays of float64 and of int64.
+        block, row: Where the state stands.
+        target, goal: Block and row for the answer.
+        data: The function's numbers and words: a pair of contiguous arrays of float64 and of int64.
 
     Returns:
         What the compiler needs to know.
     """
-    signature = types.void(types.int64, types.float64, block, types.int64, types.int64, numbers, words)
+    signature = types.void(types.int64, types.float64, block, types.int64, target, types.int64, data)
+
+    def row_of(context: Any, builder: Any, kind: Any, value: Any, index: Any) -> Any:
+        array = make_array(kind)(context, builder, value)
+        width = cgutils.unpack_tuple(builder, array.shape)[1]
+        return builder.gep(array.data, [builder.mul(index, width)])
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        array = make_array(block)(context, builder, args[2])
-        width = cgutils.unpack_tuple(builder, array.shape)[1]
-        rows = [builder.gep(array.data, [builder.mul(index, width)]) for index in args[3:5]]
-        data = [make_array(kind)(context, builder, value).data for kind, value in ((numbers, args[5]), (words, args[6]))]
-        return _invoke(context, builder, args[0], args[1], [*rows, *data])
+        state = row_of(context, builder, block, args[2], args[3])
+        answer = row_of(context, builder, target, args[4], args[5])
+        parts = zip(data.types, cgutils.unpack_tuple(builder, args[6]), strict=True)
+        own = [make_array(kind)(context, builder, value).data for kind, value in parts]
+        return _invoke(context, builder, args[0], args[1], [state, answer, *own])
 
     return signature, generate
 

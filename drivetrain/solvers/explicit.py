@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.solvers.layout import EULER, RUNGE_KUTTA
 from drivetrain.solvers.solver import Rates, Solver, Stepper, Work, check_positive
 
 
@@ -123,6 +124,17 @@ class Euler(Solver):
     def __post_init__(self) -> None:
         check_positive("Euler.step", self.step, "s")
 
+    def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
+        """What the compiled loop needs to know.
+
+        Args:
+            size: Number of states.
+
+        Returns:
+            Method, atol a state, settings; see ``layout``.
+        """
+        return EULER, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step])
+
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         """A stepper; see Solver.
 
@@ -185,6 +197,17 @@ class RungeKutta4(Solver):
 
     def __post_init__(self) -> None:
         check_positive("RungeKutta4.step", self.step, "s")
+
+    def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
+        """What the compiled loop needs to know.
+
+        Args:
+            size: Number of states.
+
+        Returns:
+            Method, atol a state, settings; see ``layout``.
+        """
+        return RUNGE_KUTTA, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step])
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         """A stepper; see Solver.

@@ -74,8 +74,8 @@ def integrate(
     if not isinstance(solver, Solver):
         problem = "must be a solver, such as RungeKutta4(0.001) or DormandPrince853()"
         raise InputError(Fault("solver", problem, solver))
-    wanted, state = _checked(times, start)
-    inner = _inner_points(breakpoints, wanted[0], wanted[-1])
+    wanted, state = wanted_and_start(times, start)
+    inner = inner_points(breakpoints, wanted[0], wanted[-1])
     work, rows = Work(), [state]
     ends = [*inner, float(wanted[-1])]
     t = float(wanted[0])
@@ -114,7 +114,19 @@ def _run(stepper: Stepper, wanted: Array, rows: list[Array], correct: Correct | 
     return ""
 
 
-def _checked(times: Any, start: Any) -> tuple[Array, Array]:
+def wanted_and_start(times: Any, start: Any) -> tuple[Array, Array]:
+    """The wanted instants and a copy of the start, checked.
+
+    Args:
+        times: Wanted instants, rising [s], (N,), N >= 2.
+        start: State at the first instant [its own units], (m,).
+
+    Returns:
+        Both as arrays.
+
+    Raises:
+        InputError: Times that do not rise, a start that is no finite vector.
+    """
     faults: list[Fault] = []
     wanted = state = np.empty(0)
     try:
@@ -132,7 +144,19 @@ def _checked(times: Any, start: Any) -> tuple[Array, Array]:
     return wanted, state
 
 
-def _inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
+def inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
+    """The breakpoints that split an interval.
+
+    Args:
+        breakpoints: In any order, also twice [s].
+        first, last: Ends of the interval [s].
+
+    Returns:
+        Those strictly inside, rising, each once [s].
+
+    Raises:
+        InputError: Breakpoints that are no finite numbers.
+    """
     points = checked_array(np.asarray(breakpoints, dtype=np.float64).reshape(-1), (None,), "breakpoints")
     return [float(point) for point in np.unique(points) if first < point < last]
 

@@ -33,11 +33,19 @@ class Work:
         rates: Evaluations of the right-hand side [-], exactly.
         steps: Steps that were kept [-].
         restarts: Times the state was changed from outside, so that memory of earlier steps was dropped [-].
+        rejected: Steps that were tried and not kept [-]; counted by the methods that say so.
+        jacobians: Jacobians [-]; the evaluations that differences cost are in ``rates`` too.
+        factorisations: Of matrices [-].
+        event_values: Evaluations of the values of events [-].
     """
 
     rates: int = 0
     steps: int = 0
     restarts: int = 0
+    rejected: int = 0
+    jacobians: int = 0
+    factorisations: int = 0
+    event_values: int = 0
 
 
 class Stepper(ABC):

@@ -1,0 +1,208 @@
+"""What the compiled solvers are given: a right-hand side by address, its data, its events, what is known of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.errors import Fault, InputError
+from drivetrain.solvers.compiled_function import address_of, evaluate
+from drivetrain.solvers.layout import EITHER, FALLING, GUARD, RISING
+from drivetrain.solvers.solver import Rates
+
+_NONE = np.zeros(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Events:
+    """Instants that a solver must find and stop at.
+
+    Attributes:
+        values: Compiled function that fills the values of all events; each happens where its value crosses zero.
+        kinds: FALLING, EITHER, RISING: which way it must cross; GUARD: it must not be negative, and one that is
+            negative at once, after a jump or a change of mode, happens at once. (m,), see ``layout``.
+        terminal: Whether the integration ends there, (m,); None: none does.
+        handler: Compiled function called at an event, to change state, numbers and words: its ``result`` tells by +1
+            (rising) and -1 (falling) which values have crossed. It must force the change that belongs to the event:
+            one that asks anew "which mode?" at v = 0 can go to and fro for ever. None: nothing is changed.
+        names: What to call them, (m,).
+    """
+
+    values: Any
+    kinds: tuple[int, ...]
+    terminal: tuple[bool, ...] | None = None
+    handler: Any = None
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        address_of(self.values, "events.values")
+        address_of(self.handler, "events.handler")
+        if not self.kinds or any(kind not in (FALLING, EITHER, RISING, GUARD) for kind in self.kinds):
+            raise InputError(Fault("events.kinds", "must be one or more of -1, 0, 1 and 2", self.kinds))
+        for name, given in (("terminal", self.terminal), ("names", self.names)):
+            if given and len(given) != len(self.kinds):
+                raise InputError(Fault(f"events.{name}", f"must have {len(self.kinds)} entries, as kinds has", given))
+
+    def name(self, index: int) -> str:
+        """What to call an event.
+
+        Args:
+            index: Of the event.
+
+        Returns:
+            Its name, or its number.
+        """
+        return self.names[index] if self.names else f"event {index}"
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledProblem:
+    """A right-hand side by address, and what belongs to it.
+
+    Attributes:
+        rates: Compiled function that fills dx/dt [per s]; see ``compiled_function``.
+        size: Number of states n.
+        numbers: Its own float64 data; copied for each run.
+        words: Its own int64 data; copied for each run.
+        jacobian: Compiled function that fills n + 1 columns of n: the derivatives by each state, then by time.
+            None: differences.
+        sparsity: Where the Jacobian can differ from zero, (n, n) of bool, for differences in few groups; None:
+            anywhere. One that leaves out an entry costs accuracy that no tolerance sees.
+        events: Or None.
+        names: What to call the states in messages, (n,).
+        segment_word: Index of the word that is told the number of the segment between breakpoints, so that a
+            right-hand side can keep to its side by number; -1: none is. All can rely on the time they see anyway.
+        declares_smooth: The author's word that between breakpoints and events the rates do not jump, as sign() does.
+            Adaptive methods refuse a problem that cannot give it.
+    """
+
+    rates: Any
+    size: int
+    numbers: Array = field(default_factory=lambda: np.zeros(1))
+    words: Any = field(default_factory=lambda: np.zeros(1, dtype=np.int64))
+    jacobian: Any = None
+    sparsity: Any = None
+    events: Events | None = None
+    names: tuple[str, ...] = ()
+    segment_word: int = -1
+    declares_smooth: bool = True
+
+    def __post_init__(self) -> None:
+        address_of(self.rates, "problem.rates")
+        address_of(self.jacobian, "problem.jacobian")
+        if isinstance(self.size, bool) or not isinstance(self.size, int) or self.size < 1:
+            raise InputError(Fault("problem.size", "must be a whole number, 1 or more", self.size))
+        object.__setattr__(self, "numbers", frozen_array(self.numbers, (None,), "problem.numbers"))
+        words = np.array(self.words)
+        if words.ndim != 1 or words.dtype.kind not in "iu":
+            raise InputError(Fault("problem.words", "must be whole numbers, one axis", self.words))
+        object.__setattr__(self, "words", words.astype(np.int64))
+        self.words.setflags(write=False)
+        if not -1 <= self.segment_word < len(words):
+            raise InputError(Fault("problem.segment_word", f"must be below {len(words)}, or -1", self.segment_word))
+        if self.sparsity is not None and np.shape(self.sparsity) != (self.size, self.size):
+            shape = np.shape(self.sparsity)
+            raise InputError(Fault("problem.sparsity", f"must have shape ({self.size}, {self.size})", f"shape {shape}"))
+        if self.names and len(self.names) != self.size:
+            raise InputError(Fault("problem.names", f"must have {self.size} entries", self.names))
+
+    def name(self, index: int) -> str:
+        """What to call a state.
+
+        Args:
+            index: Of the state.
+
+        Returns:
+            Its name, or its number.
+        """
+        return f"state {self.names[index]!r}" if self.names else f"state {index}"
+
+    def addresses(self) -> Any:
+        """Where its functions lie.
+
+        Returns:
+            Of rates, Jacobian, event values and handler; 0 for none; (4,) of int64.
+        """
+        events = self.events
+        own = [address_of(self.rates, "rates"), address_of(self.jacobian, "jacobian")]
+        return np.array([*own, *([address_of(events.values, "values"), address_of(events.handler, "handler")]
+                                 if events else [0, 0])], dtype=np.int64)  # fmt: skip
+
+
+def python_rates(problem: CompiledProblem) -> Rates:
+    """A compiled right-hand side as one for solvers in Python, such as scipy's.
+
+    Args:
+        problem: The right-hand side.
+
+    Returns:
+        f(t, y) [per s]; numbers and words are a copy of the problem's.
+    """
+    address, numbers, words = address_of(problem.rates, "rates"), problem.numbers.copy(), problem.words.copy()
+
+    def rates(t: float, y: Array) -> Array:
+        result = np.empty(problem.size)
+        evaluate(address, t, y, result, numbers, words)
+        return result
+
+    return rates
+
+
+def detect_sparsity(problem: CompiledProblem, t: float, states: Array) -> Any:
+    """Where the Jacobian differs from zero at some states: a state that is no number makes rates that are none.
+
+    A dependence that only another branch has is not seen: give states of every mode. What stands in a comparison alone
+    is not seen either, nor has it a derivative.
+
+    Args:
+        problem: The right-hand side.
+        t: Instant [s].
+        states: Some states [their own units], (k, n).
+
+    Returns:
+        (n, n) of bool, rows are rates; the diagonal is always in it.
+    """
+    found, rates = np.eye(problem.size, dtype=bool), python_rates(problem)
+    for state in checked_array(states, (None, problem.size), "states"):
+        usual = np.isnan(rates(t, state))
+        for j in range(problem.size):
+            moved = state.copy()
+            moved[j] = np.nan
+            found[:, j] |= np.isnan(rates(t, moved)) & ~usual
+    return found
+
+
+def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
+    """Groups of columns that share no row, so that one difference serves them all.
+
+    Args:
+        sparsity: (n, n) of bool, or None for a full Jacobian.
+        size: n.
+
+    Returns:
+        Where each group starts in the list of columns, that list, where each column starts in the list of rows, and
+        that list; all of int64.
+
+    Reference: Curtis, Powell, Reid, J. Inst. Maths Applics 13 (1974) 117; the largest columns first.
+    """
+    full = np.ones((size, size), dtype=bool) if sparsity is None else np.asarray(sparsity, dtype=bool)
+    groups: list[list[int]] = []
+    taken: list[Any] = []
+    for j in sorted(range(size), key=lambda j: -int(full[:, j].sum())):
+        fits = [k for k, rows in enumerate(taken) if not (rows & full[:, j]).any()]
+        if fits:
+            groups[fits[0]].append(j)
+            taken[fits[0]] = taken[fits[0]] | full[:, j]
+        elif full[:, j].any():
+            groups.append([j])
+            taken.append(full[:, j].copy())
+    rows = [np.flatnonzero(full[:, j]) for j in range(size)]
+    return (
+        np.cumsum([0, *(len(group) for group in groups)], dtype=np.int64),
+        np.array([j for group in groups for j in group], dtype=np.int64),
+        np.cumsum([0, *(len(r) for r in rows)], dtype=np.int64),
+        np.concatenate(rows).astype(np.int64),
+    )

@@ -1,0 +1,353 @@
+"""The compiled loop: step, error, event, change of mode, go on; for RODAS and for the explicit methods beside it.
+
+It is compiled once: right-hand side, Jacobian, events and their handler are addresses. All that it knows between two
+steps lies in the arrays it is given, so it can come back after any step and go on later, to the last bit the same.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba as nb
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.solvers.compiled_events import BRACKET, LATER, NEW, OLD, event_values, fires, first_event
+from drivetrain.solvers.compiled_function import call_rows
+from drivetrain.solvers.compiled_jacobian import fill_jacobian
+from drivetrain.solvers.compiled_steps import rates, trial, within
+from drivetrain.solvers.layout import (
+    BUDGET,
+    BUSY,
+    CULPRIT,
+    DONE,
+    DORMAND_PRINCE,
+    EULER,
+    EVENTS,
+    F0,
+    F1,
+    FIRED,
+    FRESH,
+    FRESH_JACOBIAN,
+    GUARD,
+    INNER,
+    JUMP,
+    JUMP_AT,
+    LAST_EVENT,
+    LIMIT,
+    LOGGED,
+    MOST_STEPS,
+    NEXT,
+    NO_NUMBER,
+    OPEN,
+    ORIGIN,
+    PAUSED,
+    RESTARTS,
+    RODAS4,
+    ROWS,
+    RTOL,
+    RUNS_AWAY,
+    SEGMENT,
+    SEGMENT_WORD,
+    STARTED,
+    STEP,
+    STEPS,
+    STRIDES,
+    TERMINAL,
+    TIME,
+    TOLERANCE,
+    TOO_MANY,
+    USED,
+    ZENO,
+    X,
+)
+from drivetrain.solvers.step_control import choose, first_step, largest_error, next_step, refuse
+
+# Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
+# who changes them must change this line, and the cache is renewed.
+SOURCES = {
+    "compiled_events.py": 3539138061,
+    "compiled_function.py": 4181512506,
+    "compiled_guard.py": 3933024385,
+    "compiled_jacobian.py": 3467440936,
+    "compiled_steps.py": 2252302812,
+    "layout.py": 3383083453,
+    "rodas4_table.py": 1645622007,
+    "step_control.py": 1394330494,
+}
+_EPSILON = float(np.finfo(np.float64).eps)
+_BUSY = 50  # events without progress of time
+_SLACK = 1e-12
+
+
+@nb.njit(cache=True)
+def _emit(until: float, h: float, wanted: Array, rows: Array, block: Array, clock: Array, count: Any) -> None:
+    """Rows at the wanted instants before the end of the step; row X is still its beginning."""
+    until -= _SLACK * max(1.0, abs(until))
+    while count[ROWS] < len(wanted) and wanted[count[ROWS]] < until:
+        within((wanted[count[ROWS]] - clock[TIME]) / h, block, INNER)
+        for i in range(block.shape[1]):
+            rows[count[ROWS], i] = block[INNER, i]
+        count[ROWS] += 1
+
+
+@nb.njit(cache=True)
+def _emit_here(wanted: Array, rows: Array, block: Array, clock: Array, count: Any) -> None:
+    """Rows at the wanted instants that are now."""
+    until = clock[TIME] + _SLACK * max(1.0, abs(clock[TIME]))
+    while count[ROWS] < len(wanted) and wanted[count[ROWS]] <= until:
+        for i in range(block.shape[1]):
+            rows[count[ROWS], i] = block[X, i]
+        count[ROWS] += 1
+
+
+@nb.njit(cache=True)
+def _commit(method: int, h: float, later: float, block: Array, clock: Array, count: Any) -> None:
+    """The end of the step becomes the state."""
+    keeps = method != RODAS4 and method != EULER
+    for i in range(block.shape[1]):
+        block[X, i] = block[NEXT, i]
+        if keeps:
+            block[F0, i] = block[F1, i]
+    clock[TIME], clock[USED] = later, h
+    count[FRESH] = 1 if keeps else 0
+    count[FRESH_JACOBIAN] = 0
+    count[STEPS] += 1
+    count[STRIDES] += 1
+
+
+@nb.njit(cache=True)
+def _handle(
+    addresses: Any,
+    kinds: Any,
+    terminal: Any,
+    values: Array,
+    log: Any,
+    block: Array,
+    data: Any,
+    clock: Array,
+    count: Any,
+) -> int:
+    """Events fire at the present state: log them, let the handler change it, look again. RODAS4 = 0: go on."""
+    t, ends = clock[TIME], False
+    event_values(addresses[2], t, block, X, values, NEW, data, count)
+    for k in range(len(kinds)):
+        held = kinds[k] == GUARD and values[NEW, k] < 0.0
+        fired = k == count[FIRED] or held or fires(kinds[k], values[OLD, k], values[NEW, k])
+        values[LATER, k] = 0.0
+        if fired:
+            values[LATER, k] = 1.0 if values[OLD, k] < 0.0 else -1.0
+            ends = ends or terminal[k] != 0
+            if count[LOGGED] < len(log[0]):
+                log[0][count[LOGGED]], log[1][count[LOGGED]] = t, k
+                count[LOGGED] += 1
+            count[EVENTS] += 1
+    busy = abs(t - clock[LAST_EVENT]) <= _SLACK * max(1.0, abs(t))
+    count[BUSY] = count[BUSY] + 1 if busy else 0
+    clock[LAST_EVENT] = t
+    if addresses[3]:
+        call_rows(addresses[3], t, block, X, values, LATER, data)
+        count[FRESH] = count[FRESH_JACOBIAN] = 0
+        count[RESTARTS] += 1
+        clock[ORIGIN], count[STRIDES] = t, 0
+        event_values(addresses[2], t, block, X, values, OLD, data, count)
+    else:
+        for k in range(len(kinds)):
+            values[OLD, k] = values[NEW, k]
+    for k in range(len(kinds)):
+        # What has just crossed may be left a rounding short of it; at zero it is not armed again until it has moved.
+        if values[LATER, k] * values[OLD, k] < 0.0 and kinds[k] != GUARD:
+            values[OLD, k] = 0.0
+    count[CULPRIT] = count[FIRED]
+    if ends:
+        return TERMINAL
+    return ZENO if count[BUSY] > _BUSY else DONE
+
+
+@nb.njit(cache=True)
+def _open(
+    addresses: Any,
+    kinds: Any,
+    terminal: Any,
+    values: Array,
+    log: Any,
+    block: Array,
+    data: Any,
+    clock: Array,
+    count: Any,
+) -> int:
+    """A segment begins: tell the right-hand side which, and see what the jump at its beginning sets off."""
+    if count[SEGMENT_WORD] >= 0:
+        data[1][count[SEGMENT_WORD]] = count[SEGMENT]
+    count[OPEN], count[FRESH], count[FRESH_JACOBIAN], count[STRIDES] = 1, 0, 0, 0
+    clock[ORIGIN] = clock[TIME]
+    m, fired = len(kinds), False
+    if m:
+        event_values(addresses[2], clock[TIME], block, X, values, NEW, data, count)
+        for k in range(m):
+            if not count[STARTED]:
+                values[OLD, k] = values[NEW, k]
+            held = kinds[k] == GUARD and values[NEW, k] < 0.0
+            fired = fired or held or fires(kinds[k], values[OLD, k], values[NEW, k])
+        count[FIRED] = -1
+        if fired:
+            return _handle(addresses, kinds, terminal, values, log, block, data, clock, count)
+        for k in range(m):
+            values[OLD, k] = values[NEW, k]
+    return DONE
+
+
+@nb.njit(cache=True)
+def _shorten(
+    method: int,
+    share: float,
+    h: float,
+    addresses: Any,
+    data: Any,
+    block: Array,
+    matrices: Any,
+    order: Any,
+    values: Array,
+    clock: Array,
+    count: Any,
+) -> float:
+    """Take the step again so that it ends at the event: found on the polynomial, mended on the method itself."""
+    k, t, used = count[FIRED], clock[TIME], share * h
+    for turn in range(4):
+        trial(method, addresses[0], used, block, matrices[0], matrices[1], order, data, clock, count)
+        if turn == 3:
+            break
+        later = min(t + used, clock[LIMIT])
+        event_values(addresses[2], later, block, NEXT, values, NEW, data, count)
+        within(1.0 - 1e-4, block, INNER)
+        event_values(addresses[2], later - 1e-4 * used, block, INNER, values, BRACKET, data, count)
+        slope = (values[NEW, k] - values[BRACKET, k]) / (1e-4 * used)
+        shift = -values[NEW, k] / slope if slope != 0.0 else 0.0
+        moved = min(used + shift, h)
+        if not abs(shift) < 0.1 * used or abs(shift) <= _EPSILON * max(abs(t), used) or moved == used:
+            break
+        used = moved
+    return used
+
+
+@nb.njit(cache=True)
+def _refresh(address: int, block: Array, data: Any, clock: Array, count: Any) -> int:
+    """Rates at the present state, if they are numbers."""
+    n = block.shape[1]
+    rates(address, clock[TIME], X, F0, block, data, count)
+    count[FRESH] = 1
+    for i in range(n):
+        if not np.isfinite(block[F0, i]):
+            count[CULPRIT] = i
+            return NO_NUMBER
+    return DONE
+
+
+# long kernel: the loop as it runs, its parts above
+@nb.njit(cache=True)
+def advance(
+    method: int,
+    addresses: Any,
+    data: Any,
+    block: Array,
+    matrices: Any,
+    order: Any,
+    pattern: Any,
+    atol: Array,
+    settings: Array,
+    segments: Any,
+    wanted: Array,
+    rows: Array,
+    kinds: Any,
+    terminal: Any,
+    values: Array,
+    log: Any,
+    clock: Array,
+    count: Any,
+) -> int:
+    """Go on from where the arrays say, until the end, the budget of steps, a terminal event or a reason to stop.
+
+    Args:
+        method: RODAS4, DORMAND_PRINCE, RUNGE_KUTTA or EULER of ``layout``.
+        addresses: Of the right-hand side, its Jacobian, the event values and the handler, (4,); 0 for none.
+        data: The functions' numbers and words.
+        block: Vectors of the length of the state, (BLOCK_ROWS, n); row X is the state.
+        matrices: Jacobian (n, n), its factors (n, n), and room for the exact one (n + 1, n).
+        order: Room for the factors' order, (n,).
+        pattern: Groups of columns that are differenced together, and the rows of each column: starts and indices.
+        atol: Error allowed in a step where a state is near zero [the state's own unit], (n,).
+        settings: See ``layout``.
+        segments: Ends of the segments [s], and the last instant that each may see [s].
+        wanted, rows: Instants wanted [s] and the states there, (N, n).
+        kinds, terminal: Of the events, see ``layout``, (m,).
+        values: Event values, (VALUE_ROWS, m).
+        log: Instants [s] and indices of events.
+        clock, count: See ``layout``.
+
+    Returns:
+        Why it came back, see ``layout``.
+    """
+    address, rtol, adaptive = addresses[0], settings[RTOL], method <= DORMAND_PRINCE
+    while count[SEGMENT] < len(segments[0]):
+        end = segments[0][count[SEGMENT]]
+        clock[LIMIT] = segments[1][count[SEGMENT]]
+        if not count[OPEN]:
+            code = _open(addresses, kinds, terminal, values, log, block, data, clock, count)
+            if code != DONE:
+                return code
+            if not count[STARTED]:
+                count[STARTED] = 1
+                _emit_here(wanted, rows, block, clock, count)
+        while clock[TIME] < end:
+            if count[BUDGET] <= 0 or (len(log[0]) and len(log[0]) - count[LOGGED] < len(kinds)):
+                return PAUSED
+            if count[STEPS] >= count[MOST_STEPS]:
+                return TOO_MANY
+            count[BUDGET] -= 1
+            if not count[FRESH] and _refresh(address, block, data, clock, count) != DONE:
+                return NO_NUMBER
+            for i in range(block.shape[1]):
+                block[TOLERANCE, i] = atol[i] + rtol * abs(block[X, i])
+            if adaptive and clock[STEP] <= 0.0:
+                clock[STEP] = first_step(address, settings, block, end, data, clock, count)
+            h = choose(method, end, settings, clock, count)
+            if method == RODAS4 and not count[FRESH_JACOBIAN]:
+                count[FRESH_JACOBIAN] = 1
+                if not fill_jacobian(
+                    addresses, h, block, matrices[0], matrices[2], pattern, atol, rtol, data, clock, count
+                ):
+                    clock[JUMP_AT] = clock[TIME]
+                    return JUMP
+            trial(method, address, h, block, matrices[0], matrices[1], order, data, clock, count)
+            error = largest_error(block, atol, rtol, count)
+            if error > 1.0 and adaptive:
+                code = refuse(address, h, error, settings, block, data, clock, count)
+                if code != DONE:
+                    return code
+                continue
+            if not error < np.inf:
+                return RUNS_AWAY
+            later = end if h == end - clock[TIME] else clock[TIME] + h
+            if adaptive:
+                next_step(method, h, error, clock, count)
+            share = 2.0
+            if len(kinds):
+                share = first_event(addresses[2], h, kinds, block, values, data, clock, count)
+                if 0.0 < share <= 1.0:
+                    h = _shorten(method, share, h, addresses, data, block, matrices, order, values, clock, count)
+                    later = min(clock[TIME] + h, end)
+            if share > 0.0:
+                _emit(later, h, wanted, rows, block, clock, count)
+                _commit(method, h, later, block, clock, count)
+            if share <= 1.0:
+                code = _handle(addresses, kinds, terminal, values, log, block, data, clock, count)
+                if code != DONE:
+                    _emit_here(wanted, rows, block, clock, count)
+                    return code
+            else:
+                for k in range(len(kinds)):
+                    values[OLD, k] = values[NEW, k]
+            _emit_here(wanted, rows, block, clock, count)
+        count[SEGMENT] += 1
+        count[OPEN] = 0
+    return DONE
