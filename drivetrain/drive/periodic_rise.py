@@ -13,7 +13,7 @@ from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant, w
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.errors import Fault, InputError
 
-_STEADY = 1e4  # cycles that a housing of unknown capacity outlasts: it rests at its mean
+STEADY = 1e4  # cycles that a housing of unknown capacity outlasts: it rests at its mean
 
 GROWN_BEYOND = 1e100  # a map of a cycle whose losses run away at once; squares of less are still numbers
 
@@ -181,7 +181,7 @@ def kernel_input(network: ThermalNetwork, losses: CycleLosses) -> tuple[Array, A
         rate = 1.0 / (outer * capacity)
         source = (losses.copper + losses.housing) / capacity
         return losses.steps, growth, source, np.zeros_like(source), np.array([rate, 0.0, 0.0, rate])
-    housing = network.housing_capacity or _STEADY * float(losses.steps.sum()) / outer
+    housing = network.housing_capacity or STEADY * float(losses.steps.sum()) / outer
     exchange = 1.0 / inner
     rates = np.array([exchange / capacity, exchange / capacity, exchange / housing, (exchange + 1.0 / outer) / housing])
     return losses.steps, growth, losses.copper / capacity, losses.housing / housing, rates

@@ -7,115 +7,91 @@ they leave, and ``may_hold`` rules out the pairs that no torque within it lets h
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.load_basis import NUMBERS
-from drivetrain.sizing.packed_task import PackedTask
+from drivetrain.drive.heat_state import MAGNETS
+from drivetrain.sizing.bound_kernels import least_energy, may_hold
+from drivetrain.sizing.check_kernels import (
+    CLOSE,
+    MOTOR_TORQUE,
+    REPEATED_PEAK,
+    UNCHECKED,
+    USED,
+    VOLTAGE,
+    current_checks,
+    electric_checks,
+    essential_lack,
+    gear_checks,
+    held,
+    holds_speed,
+    new_state,
+    speed_checks,
+    torque_check,
+    torque_unknown,
+    warm_up,
+)
+from drivetrain.sizing.load_kernels import (
+    CHECKS,
+    FORCE,
+    PEAK_LOAD,
+    JointBounds,
+    JointLoad,
+    bound_joint,
+    compiled,
+    fast,
+    load_force,
+    load_joint,
+    new_bounds,
+    new_load,
+    sum_up,
+)
+from drivetrain.sizing.packed_rows import DIRECT_DRIVE, INNER, MAGNET, MOMENTARY, RATIO, REPEATED
+from drivetrain.sizing.packed_task import AMBIENT, PEAK_FACTOR, SPEED, VOLTAGE_FACTOR, VOLTS, WEIGHT, PackedTask
+from drivetrain.sizing.torque_kernels import TOTAL, WINDING, constant_at, pair_torque, resistance, voltage_peak
+
+__all__ = [
+    "ASK", "FALLS", "HOLDS", "JointBounds", "JointLoad", "bound_joint", "figures", "holds_speed", "judge_exact",
+    "least_energy", "load_force", "load_joint", "may_hold", "new_bounds", "new_load", "pair_power",
+]  # fmt: skip
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
-
-# Rows of the series and of the numbers of a load.
-FORCE, DRIVING_LOAD, DRIVEN_LOAD, HELD_LOAD, START_LOAD, START_WAY, LOAD_SERIES = range(7)
-PEAK_LOAD, TILT, PUSH, SIDE, MOST_INERTIA, LOAD_NUMBERS = range(6)  # then one average torque an exponent
+LACKS = 100  # added to the number of a check that could not be made
 
 
-class JointLoad(NamedTuple):
-    """The work of one joint with the drives that load it in place; memory that is filled again and again.
-
-    Attributes:
-        series: Rows as above [N m], (LOAD_SERIES, N).
-        numbers: Largest values and averages, as above, SI; NaN: not yet needed, (LOAD_NUMBERS + E,).
-        drives: Numbers of the drives in place, (n, NUMBERS).
-        scratch: (8, N).
-    """
-
-    series: Array
-    numbers: Array
-    drives: Array
-    scratch: Array
+@compiled
+def _felled(used: float) -> bool:
+    """Whether a utilisation is above 1 beyond rounding, or not a number."""
+    return not used <= 1.0 + CLOSE
 
 
-class JointBounds(NamedTuple):
-    """The interval in which a joint's torque lies; memory that is filled again and again.
-
-    Attributes:
-        low, high: Torque at the gear's output, joint friction not in it [N m], (N,).
-        numbers: What is asked at least, as in ``JointLoad``, (LOAD_NUMBERS + E,).
-        scratch: (8, N).
-    """
-
-    low: Array
-    high: Array
-    numbers: Array
-    scratch: Array
+@compiled
+def _worst(load: JointLoad, first: int, last: int) -> int:
+    """The check of largest utilisation among some."""
+    found = first
+    for check in range(first, last):
+        if load.checks[check, USED] > load.checks[found, USED]:
+            found = check
+    return found
 
 
-def new_load(task: PackedTask) -> JointLoad:
-    """Memory for the load of one joint.
-
-    Args:
-        task: The packed study.
-
-    Returns:
-        Nothing in it yet.
-    """
-    n, _, samples = task.series.shape
-    count = LOAD_NUMBERS + len(task.exponents)
-    return JointLoad(np.zeros((LOAD_SERIES, samples)), np.zeros(count), np.zeros((n, NUMBERS)), np.zeros((8, samples)))
-
-
-def new_bounds(task: PackedTask) -> JointBounds:
-    """Memory for the bounds of one joint.
-
-    Args:
-        task: The packed study.
-
-    Returns:
-        Nothing in it yet.
-    """
-    samples = task.series.shape[2]
-    count = LOAD_NUMBERS + len(task.exponents)
-    return JointBounds(np.zeros(samples), np.zeros(samples), np.zeros(count), np.zeros((8, samples)))
-
-
-@nb.njit(cache=True, error_model="numpy", nogil=True)
-def load_force(task: PackedTask, joint: int, drives: Array, force: Array) -> None:
-    """The torque at a joint's gear, without what its own drive adds.
+@compiled
+def own_load(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
+    """Add what the joint's own drive asks of it, where it rides on the link that it moves.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
-        drives: Numbers of the drives in place, zeros where there is none, (n, NUMBERS).
-        force: Takes it [N m], (N,).
+        pair: Index into ``task.pairs``.
+        load: From ``load_joint``.
     """
-    force[:] = task.bare[joint]
-    for k in range(drives.shape[0]):
-        row = task.offsets[joint, k]
-        if row >= 0 and k != joint:
-            for i in range(NUMBERS):
-                if drives[k, i] != 0.0:
-                    force += drives[k, i] * task.force[row + i]
+    if task.offsets[joint, joint] >= 0:
+        load.drives[joint] = task.numbers[pair]
+        load_force(task, joint, load.drives, load.series[FORCE])
+        sum_up(task, joint, load)
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
-def load_joint(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> None:
-    """What is asked of a joint with the drives after it in place.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        drives: Their numbers, zeros where there is none, (n, NUMBERS).
-        load: Takes the result.
-    """
-    load.drives[:] = drives
-    load_force(task, joint, drives, load.series[FORCE])
-
-
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@compiled
 def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tuple[int, int, float]:
     """Whether a pair holds at a joint: every check of ``judge.py`` until one fails.
 
@@ -126,86 +102,109 @@ def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tup
         load: From ``load_joint``.
 
     Returns:
-        HOLDS, FALLS or ASK; the check that felled it or is too close, or that binds; its utilisation.
+        HOLDS, FALLS or ASK; the check that felled it (LACKS more where it could not be made), that is too close, or
+        that binds; its utilisation.
     """
-    return ASK, 0, 1.0
+    row, which = task.pairs[pair, 1], task.exponent_of[task.pairs[pair, 1]]
+    m, g, limits = task.motors[joint, task.pairs[pair, 0]], task.gears[row], task.tasks[joint]
+    lack = essential_lack(m, g)
+    if lack >= 0:
+        return FALLS, lack + LACKS, np.inf
+    own_load(task, joint, pair, load)
+    if g[DIRECT_DRIVE] == 0.0:
+        peak = limits[PEAK_FACTOR] * load.numbers[PEAK_LOAD]
+        if peak > g[REPEATED] * (1.0 + CLOSE) or peak > g[MOMENTARY] * (1.0 + CLOSE):
+            return FALLS, REPEATED_PEAK, peak / g[REPEATED]
+    load.checks[:, USED] = UNCHECKED
+    if _felled(speed_checks(task, joint, m, g, load)) or _felled(gear_checks(task, joint, g, which, load)):
+        found = _worst(load, 0, MOTOR_TORQUE)
+        return FALLS, found, load.checks[found, USED]
+    largest, square = pair_torque(task, joint, m, g, load)
+    peak, count, used = torque_check(task, joint, m, g, load, largest)
+    ambient = limits[AMBIENT]
+    cold = constant_at(m, ambient)
+    # Warm magnets only add to the current, so what is too much for cold ones is known before the heat is.
+    if m[MAGNET] <= 0.0 or np.isnan(m[INNER]):
+        used = max(used, current_checks(task, joint, m, load, peak, square, cold))
+    if not _felled(used):
+        volts = limits[VOLTAGE_FACTOR] * voltage_peak(task, joint, m, g, load, 0.0, cold)
+        used = max(used, held(load.checks, VOLTAGE, volts, limits[VOLTS]))
+    if not _felled(used):
+        used = electric_checks(task, joint, m, g, load, (peak, square, count), new_state())
+    found = _worst(load, 0, CHECKS)
+    worst = load.checks[found, USED]
+    if _felled(used):
+        return FALLS, found, max(used, worst)
+    return (ASK if worst > 1.0 - CLOSE else HOLDS), found, worst
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
-def pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: Array) -> float:
-    """Electrical power of a pair that holds.
+@compiled
+def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> int:
+    """Every check of a pair with its numbers, stage by stage as ``judge.py`` makes them.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
         pair: Index into ``task.pairs``.
+        load: From ``load_joint``; takes the figures in ``checks``.
+        full: Make every check, also after one has failed.
+
+    Returns:
+        The failed check of highest utilisation in the stage where the first failed; a check that could not be made
+        but must be, LACKS more; -1 for a pair that holds.
+    """
+    row, which = task.pairs[pair, 1], task.exponent_of[task.pairs[pair, 1]]
+    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[row]
+    own_load(task, joint, pair, load)
+    load.checks[:] = np.nan
+    load.checks[:, USED] = UNCHECKED
+    felled = -1
+    if not gear_checks(task, joint, g, which, load) <= 1.0:
+        felled = _worst(load, 0, MOTOR_TORQUE)
+        if not full:
+            return felled
+    if not speed_checks(task, joint, m, g, load) <= 1.0 and felled < 0:
+        felled = _worst(load, 0, MOTOR_TORQUE)
+        if not full:
+            return felled
+    if not torque_unknown(m, g):
+        largest, square = pair_torque(task, joint, m, g, load)
+        peak, count, used = torque_check(task, joint, m, g, load, largest)
+        if not used <= 1.0 and felled < 0:
+            felled = MOTOR_TORQUE
+            if not full:
+                return felled
+        if not electric_checks(task, joint, m, g, load, (peak, square, count), new_state()) <= 1.0 and felled < 0:
+            felled = _worst(load, MOTOR_TORQUE + 1, CHECKS)
+    lack = essential_lack(m, g)
+    return felled if felled >= 0 else (lack + LACKS if lack >= 0 else -1)
+
+
+@fast
+def pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: Array) -> float:
+    """Electrical power of a pair at work.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        pair: Index into ``task.pairs``; its torque can be computed.
         load: From ``load_joint``.
         power: Takes it at each sample, negative when regenerating [W], (N,).
 
     Returns:
         Energy over the cycle, what goes back credited [J].
     """
-    power[:] = 0.0
-    return np.nan
-
-
-@nb.njit(cache=True, error_model="numpy", nogil=True)
-def bound_joint(task: PackedTask, joint: int, low: Array, high: Array, bounds: JointBounds) -> None:
-    """What is asked of a joint at least when its torque lies in an interval.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        low, high: Torque at the gear's output without joint friction and without what the joint's own drive adds
-            [N m], (N,).
-        bounds: Takes the result.
-    """
-    bounds.low[:] = low
-    bounds.high[:] = high
-
-
-@nb.njit(cache=True, error_model="numpy", nogil=True)
-def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
-    """Whether a pair may hold with some torque history within bounds.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        bounds: From ``bound_joint``.
-
-    Returns:
-        False only if no history with ``low <= torque <= high`` at each sample lets every check hold.
-    """
-    return True
-
-
-@nb.njit(cache=True, error_model="numpy", nogil=True)
-def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> float:
-    """A lower bound of a pair's electrical energy over the cycle with any torque history within bounds.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        bounds: From ``bound_joint``.
-
-    Returns:
-        [J]; minus infinity where nothing is known.
-    """
-    return -np.inf
-
-
-@nb.njit(cache=True, error_model="numpy", nogil=True)
-def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
-    """Whether a pair holds every limit of speed, which no other drive changes.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-
-    Returns:
-        False when one fails beyond rounding.
-    """
-    return True
+    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
+    own_load(task, joint, pair, load)
+    pair_torque(task, joint, m, g, load)
+    state = new_state()
+    warm_up(task, joint, m, g, load, state)
+    constant = constant_at(m, state[MAGNETS])
+    speed, weight = task.series[joint, SPEED], task.series[joint, WEIGHT]
+    total, winding = load.scratch[TOTAL], load.scratch[WINDING]
+    energy, square = 0.0, 1.0 / (constant * constant)
+    zero, gain = resistance(m, 0.0), resistance(m, 1.0) - resistance(m, 0.0)
+    for t in range(len(power)):
+        power[t] = total[t] * (g[RATIO] * speed[t]) + (zero + gain * winding[t]) * total[t] * total[t] * square
+        energy += weight[t] * power[t]
+    return energy

@@ -43,15 +43,15 @@ Indices = NDArray[np.int64]
 # Rows of a joint's series, each (N,).
 (
     SPEED, ACCELERATION, CARRIER, LOSS_SPEED, WAY, FRICTION, LOSS_FRICTION, AT_REST, NEXT_WAY, WEIGHT,
-    RATE_BEFORE, RATE_AT, RATE_AFTER, STEP, SERIES,
-) = range(15)  # fmt: skip
+    RATE_BEFORE, RATE_AT, RATE_AFTER, STEP, STEP_SHARE, SERIES,
+) = range(16)  # fmt: skip
 
 # Numbers of a joint.
 (
     PEAK_FACTOR, RMS_FACTOR, SPEED_FACTOR, VOLTAGE_FACTOR, TEMPERATURE_MARGIN, RATIO_LIMIT, LIFE, AMBIENT, VOLTS,
     AMPLIFIER_PEAK, AMPLIFIER_CONTINUOUS, TRAVEL, MOVES, FASTEST, MEAN_SPEED, BREAK_FORWARD, BREAK_BACK, BEARING,
-    INERTIA, CURVED, DURATION, TASK,
-) = range(22)  # fmt: skip
+    INERTIA, CURVED, DURATION, STEP_SPEED, STEP_SQUARE, TASK,
+) = range(24)  # fmt: skip
 
 NOBODY = Drive(Motor("", 1.0, 1.0), DIRECT)  # weighs nothing and turns nothing
 
@@ -77,6 +77,9 @@ class PackedTask(NamedTuple):
         first: Pairs of joint j are ``first[j]`` to ``first[j + 1]``, (n + 1,).
         pairs: Row of the motor and of the gear of each pair, (P, 2).
         numbers: Through which each pair loads the joints before it, the units of ``drive_numbers``, (P, NUMBERS).
+        rests: Samples at which each joint is at rest, -1 after the last, (n, N).
+        edges: First sample of each part of a mix, and the number of samples, (parts + 1,).
+        shares: Of the parts in the time of use, (parts,).
     """
 
     series: Array
@@ -95,6 +98,9 @@ class PackedTask(NamedTuple):
     first: Indices
     pairs: Indices
     numbers: Array
+    rests: Indices
+    edges: Indices
+    shares: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +173,9 @@ def pack(study: Study, work: Workload | None = None) -> Packed:
         first=first,
         pairs=pairs,
         numbers=numbers,
+        rests=np.array([_rests(demand) for demand in demands]),
+        edges=np.array([*(part.start for part in study.cycle.parts), len(study.cycle.time)], dtype=np.int64),
+        shares=np.array(study.cycle.shares, dtype=np.float64),
     )
     return Packed(study, work, task, motor_keys, gear_keys, mass, price)
 
@@ -242,14 +251,34 @@ def _series(study: Study, demand: JointDemand) -> Array:
     cycle = study.cycle
     slow = loss_speed(demand.speed, demand.acceleration, demand.at_rest, parts=cycle.parts)
     before, at, after = _rates(study, demand)
-    steps = np.append(np.diff(demand.time), 0.0)
+    steps, step_shares = _steps(study)
     return np.array(
         [
             demand.speed, demand.acceleration, demand.carrier_acceleration, slow, np.sign(slow),
             friction_torque(demand.friction, demand.speed), friction_torque(demand.friction, slow),
             demand.at_rest.astype(float), np.sign(slow[cycle.after]), demand.weights, before, at, after, steps,
+            step_shares,
         ]
     )  # fmt: skip
+
+
+def _steps(study: Study) -> tuple[Array, Array]:
+    """From each sample to the next of its part [s], and the share of the time of use that lies between them."""
+    cycle = study.cycle
+    steps = np.append(np.diff(cycle.time), 0.0)
+    steps[[part.stop - 1 for part in cycle.parts]] = 0.0
+    shares = np.zeros_like(steps)
+    for part, share in zip(cycle.parts, cycle.shares, strict=True):
+        length = float(steps[part].sum())
+        shares[part] = share * steps[part] / length if length > 0.0 else 0.0
+    return steps, shares
+
+
+def _rests(demand: JointDemand) -> Indices:
+    found = np.full(len(demand.time), -1, dtype=np.int64)
+    still = np.flatnonzero(demand.at_rest)
+    found[: len(still)] = still
+    return found
 
 
 def _rates(study: Study, demand: JointDemand) -> tuple[Array, Array, Array]:
@@ -266,6 +295,8 @@ def _rates(study: Study, demand: JointDemand) -> tuple[Array, Array, Array]:
 
 
 def _task(study: Study, task: JointTask, demand: JointDemand) -> Array:
+    between = _steps(study)[1][:-1]
+    speed = np.abs(demand.speed)
     safety, amplifier = study.safety, task.amplifier
     law = task.motor_friction
     curved = law is not None and (
@@ -278,6 +309,7 @@ def _task(study: Study, task: JointTask, demand: JointDemand) -> Array:
         demand.mean_speed, float(breakaway_torque(task.friction, np.array(1.0))),
         -float(breakaway_torque(task.friction, np.array(-1.0))), float(demand.wrench is not None),
         float(demand.load_inertia is not None), float(curved), float(demand.weights.sum()),
+        float(between @ (speed[1:] + speed[:-1])) / 2.0, float(between @ (speed[1:] ** 2 + speed[:-1] ** 2)) / 2.0,
     )  # fmt: skip
     return _known(list(values))
 

@@ -1,0 +1,374 @@
+"""The checks of ``checks_gear.py`` and ``checks_motor.py`` on packed rows: required, available and utilisation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.heat_state import MAGNETS, PEAK_WINDING, RUNAWAY, STATE
+from drivetrain.sizing.load_kernels import (
+    CHECKS,
+    PEAK_LOAD,
+    PUSH,
+    SIDE,
+    TILT,
+    JointLoad,
+    average,
+    bearing_peaks,
+    compiled,
+    inertia_peak,
+)
+from drivetrain.sizing.packed_rows import (
+    AVERAGE,
+    AXIAL,
+    CONTINUOUS,
+    DIRECT_DRIVE,
+    EXPONENT,
+    INNER,
+    INPUT_INERTIA,
+    MAX_INPUT,
+    MAX_SPEED,
+    MAX_WINDING,
+    MEAN_INPUT,
+    MOMENTARY,
+    PEAK_CURRENT,
+    PEAK_TORQUE,
+    RADIAL,
+    RATED_LIFE,
+    RATED_SPEED,
+    RATED_TORQUE,
+    RATIO,
+    REPEATED,
+    ROTOR,
+    TILTING,
+    UNKNOWN,
+)
+from drivetrain.sizing.packed_task import (
+    AMBIENT,
+    AMPLIFIER_CONTINUOUS,
+    AMPLIFIER_PEAK,
+    BEARING,
+    DURATION,
+    FASTEST,
+    INERTIA,
+    LIFE,
+    MEAN_SPEED,
+    MOVES,
+    PEAK_FACTOR,
+    RATIO_LIMIT,
+    RMS_FACTOR,
+    SPEED_FACTOR,
+    TEMPERATURE_MARGIN,
+    VOLTAGE_FACTOR,
+    VOLTS,
+    PackedTask,
+)
+from drivetrain.sizing.torque_kernels import WINDING, constant_at, pair_heat, start_torque, start_voltage, voltage_peak
+
+HOUR = 3600.0  # s
+
+# Checks in the order of ``judge.STAGES``.
+(
+    REPEATED_PEAK, MOMENTARY_PEAK, AVERAGE_TORQUE, MAXIMUM_INPUT, MEAN_INPUT_SPEED, GEAR_LIFE, TILTING_MOMENT,
+    AXIAL_LOAD, RADIAL_LOAD, MOTOR_SPEED, INERTIA_RATIO, MOTOR_TORQUE, MOTOR_CURRENT, AMPLIFIER_CURRENT, VOLTAGE,
+    RMS_CURRENT, TEMPERATURE, AMPLIFIER_RMS,
+) = range(CHECKS)  # fmt: skip
+
+NAMES = (
+    "gear repeated peak torque", "gear momentary peak torque", "gear average torque", "gear maximum input speed",
+    "gear mean input speed", "gear life L10", "output bearing tilting moment", "output bearing axial load",
+    "output bearing radial load", "motor speed", "inertia ratio", "motor peak torque", "motor peak current",
+    "amplifier peak current", "motor voltage", "motor RMS current", "winding temperature",
+    "amplifier continuous current",
+)  # fmt: skip
+UNITS = ("N m", "N m", "N m", "rad/s", "rad/s", "h", "N m", "N", "N", "rad/s", "1", "N m", "A", "A", "V", "A", "C", "A")
+
+CLOSE = 1e-9  # of a utilisation to 1: rounding, which the Python road decides
+UNCHECKED = -1.0  # in place of a utilisation
+REQUIRED, AVAILABLE, USED = 0, 1, 2
+
+
+@compiled
+def held(checks: Array, check: int, required: float, available: float) -> float:
+    """A requirement held against a limit.
+
+    Args:
+        checks: Takes required, available and utilisation in the row of the check, (CHECKS, 3).
+        check: Which.
+        required: What the task asks; NaN where it could not be computed.
+        available: What the part can do; NaN where nobody says.
+
+    Returns:
+        The utilisation; UNCHECKED where one side is not known.
+    """
+    checks[check, REQUIRED], checks[check, AVAILABLE] = required, available
+    if np.isnan(required) or np.isnan(available):
+        used = UNCHECKED
+    elif available > 0.0:
+        used = required / available
+    else:
+        used = 0.0 if required <= 0.0 else np.inf
+    checks[check, USED] = used
+    return used
+
+
+@compiled
+def gear_checks(task: PackedTask, joint: int, g: Array, which: int, load: JointLoad) -> float:
+    """The gear's limits.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        g: The gear's row.
+        which: Index of its exponent.
+        load: The joint's; takes the figures.
+
+    Returns:
+        The largest utilisation.
+    """
+    if g[DIRECT_DRIVE] != 0.0:
+        return UNCHECKED
+    limits, checks = task.tasks[joint], load.checks
+    peak = limits[PEAK_FACTOR] * load.numbers[PEAK_LOAD]
+    worst = max(held(checks, REPEATED_PEAK, peak, g[REPEATED]), held(checks, MOMENTARY_PEAK, peak, g[MOMENTARY]))
+    lives = not (np.isnan(g[RATED_LIFE]) or np.isnan(g[RATED_SPEED]) or np.isnan(g[RATED_TORQUE]))
+    lives = lives and not np.isnan(limits[LIFE])
+    if lives or not np.isnan(g[AVERAGE]):
+        mean = average(task, joint, which, load)
+        worst = max(worst, held(checks, AVERAGE_TORQUE, mean, g[AVERAGE]))
+        if lives:
+            worst = max(worst, held(checks, GEAR_LIFE, limits[LIFE] / HOUR, life(limits, g, mean) / HOUR))
+    worst = max(worst, gear_speeds(limits, g, checks))
+    if limits[BEARING] != 0.0 and not (np.isnan(g[TILTING]) and np.isnan(g[AXIAL]) and np.isnan(g[RADIAL])):
+        bearing_peaks(task, joint, load)
+        factor = limits[PEAK_FACTOR]
+        worst = max(worst, held(checks, TILTING_MOMENT, factor * load.numbers[TILT], g[TILTING]))
+        worst = max(worst, held(checks, AXIAL_LOAD, factor * load.numbers[PUSH], g[AXIAL]))
+        worst = max(worst, held(checks, RADIAL_LOAD, factor * load.numbers[SIDE], g[RADIAL]))
+    return worst
+
+
+@compiled
+def life(limits: Array, g: Array, mean: float) -> float:
+    """``gear_life``.
+
+    Args:
+        limits: The joint's numbers.
+        g: The gear's row, its rated life, speed and torque known.
+        mean: Average torque [N m].
+
+    Returns:
+        [s].
+    """
+    load = (abs(g[RATIO]) * limits[MEAN_SPEED] / g[RATED_SPEED]) * (mean / g[RATED_TORQUE]) ** g[EXPONENT]
+    return np.inf if load == 0.0 else float(g[RATED_LIFE] / load)
+
+
+@compiled
+def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
+    """The gear's limits of speed.
+
+    Args:
+        limits: The joint's numbers.
+        g: The gear's row, not that of a direct drive.
+        checks: Takes the figures, (CHECKS, 3).
+
+    Returns:
+        The largest utilisation.
+    """
+    factor = limits[SPEED_FACTOR] * abs(g[RATIO])
+    largest = held(checks, MAXIMUM_INPUT, factor * limits[FASTEST], g[MAX_INPUT])
+    return max(largest, held(checks, MEAN_INPUT_SPEED, factor * limits[MEAN_SPEED], g[MEAN_INPUT]))
+
+
+@compiled
+def speed_checks(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> float:
+    """The motor's limits that need no torque.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        m, g: Rows of motor and gear.
+        load: The joint's; takes the figures.
+
+    Returns:
+        The largest utilisation.
+    """
+    limits, checks = task.tasks[joint], load.checks
+    worst = held(checks, MOTOR_SPEED, limits[SPEED_FACTOR] * abs(g[RATIO]) * limits[FASTEST], m[MAX_SPEED])
+    if limits[INERTIA] != 0.0 and not np.isnan(limits[RATIO_LIMIT]) and not np.isnan(m[ROTOR]):
+        ratio = inertia_peak(task, joint, load) / (g[RATIO] ** 2 * (m[ROTOR] + g[INPUT_INERTIA]))
+        worst = max(worst, held(checks, INERTIA_RATIO, ratio, limits[RATIO_LIMIT]))
+    return worst
+
+
+@compiled
+def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
+    """Whether a pair holds every limit of speed, which no other drive changes.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        pair: Index into ``task.pairs``.
+
+    Returns:
+        False when one fails beyond rounding.
+    """
+    m, g, limits = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]], task.tasks[joint]
+    input_speed = limits[SPEED_FACTOR] * abs(g[RATIO])
+    fastest, mean, over = input_speed * limits[FASTEST], input_speed * limits[MEAN_SPEED], 1.0 + CLOSE
+    if fastest > m[MAX_SPEED] * over:
+        return False
+    return g[DIRECT_DRIVE] != 0.0 or not (fastest > g[MAX_INPUT] * over or mean > g[MEAN_INPUT] * over)
+
+
+@compiled
+def essential_lack(m: Array, g: Array) -> int:
+    """The first of the ESSENTIAL checks that cannot be made.
+
+    Args:
+        m, g: Rows of motor and gear.
+
+    Returns:
+        The check; -1 where all can be made.
+    """
+    if g[DIRECT_DRIVE] == 0.0 and np.isnan(g[REPEATED]):
+        return REPEATED_PEAK
+    if g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR]) or np.isnan(m[PEAK_TORQUE]):
+        return MOTOR_TORQUE
+    return RMS_CURRENT if np.isnan(m[CONTINUOUS]) else -1
+
+
+@compiled
+def torque_unknown(m: Array, g: Array) -> bool:
+    """Whether the sheets lack what the motor's torque is computed from.
+
+    Args:
+        m, g: Rows of motor and gear.
+
+    Returns:
+        True for ``Operation.missing``.
+    """
+    return g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR])
+
+
+@compiled
+def torque_check(
+    task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, peak: float
+) -> tuple[float, int, float]:
+    """The motor's peak torque.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        m, g: Rows of motor and gear.
+        load: The joint's, TOTAL filled; takes the figures.
+        peak: Of TOTAL [N m].
+
+    Returns:
+        The largest torque with starting [N m], how many samples start, the utilisation.
+    """
+    limits, count = task.tasks[joint], 0
+    if limits[MOVES] != 0.0:
+        start, count = start_torque(task, joint, m, g, load)
+        peak = max(peak, start)
+    used = held(load.checks, MOTOR_TORQUE, limits[PEAK_FACTOR] * peak, m[PEAK_TORQUE])
+    return peak, count, used
+
+
+@compiled
+def current_checks(
+    task: PackedTask, joint: int, m: Array, load: JointLoad, peak: float, square: float, constant: float
+) -> float:
+    """The limits of current with one torque constant.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        m: The motor's row.
+        load: Takes the figures.
+        peak: Largest torque, starting included [N m].
+        square: Sum of weight times square of the torque [N^2 m^2 s].
+        constant: Torque constant [N m/A].
+
+    Returns:
+        The largest utilisation.
+    """
+    limits, checks = task.tasks[joint], load.checks
+    largest = limits[PEAK_FACTOR] * peak / abs(constant)
+    rms = limits[RMS_FACTOR] * math.sqrt(square / limits[DURATION]) / abs(constant)
+    worst = max(
+        held(checks, MOTOR_CURRENT, largest, m[PEAK_CURRENT]),
+        held(checks, AMPLIFIER_CURRENT, largest, limits[AMPLIFIER_PEAK]),
+    )
+    worst = max(worst, held(checks, RMS_CURRENT, rms, m[CONTINUOUS]))
+    return max(worst, held(checks, AMPLIFIER_RMS, rms, limits[AMPLIFIER_CONTINUOUS]))
+
+
+@compiled
+def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, state: Array) -> None:
+    """The temperatures of the pair at work, those of the winding into WINDING.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        m, g: Rows of motor and gear.
+        load: The joint's, TOTAL filled.
+        state: Takes what ``heat_state`` finds; where nothing is known, or heat runs away, magnets at ambient
+            temperature and the winding at its limit, (STATE,).
+    """
+    ambient = task.tasks[joint, AMBIENT]
+    state[MAGNETS], state[RUNAWAY] = ambient, 0.0
+    if not np.isnan(m[INNER]):
+        pair_heat(task, joint, m, g, load, state)
+    if np.isnan(m[INNER]) or state[RUNAWAY] != 0.0:
+        state[MAGNETS] = ambient
+        load.scratch[WINDING, :] = ambient if np.isnan(m[MAX_WINDING]) else m[MAX_WINDING]
+
+
+@compiled
+def electric_checks(
+    task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, int], state: Array
+) -> float:
+    """The limits of current, voltage and heat of the warm motor.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        m, g: Rows of motor and gear.
+        load: The joint's, TOTAL and START filled; takes the figures.
+        torque: Largest with starting [N m], sum of weight times square [N^2 m^2 s], how many samples start.
+        state: Takes what ``heat_state`` finds, with magnets at ambient temperature where nothing is known, (STATE,).
+
+    Returns:
+        The largest utilisation.
+    """
+    limits, checks, ambient = task.tasks[joint], load.checks, task.tasks[joint, AMBIENT]
+    known = not np.isnan(m[INNER])
+    warm_up(task, joint, m, g, load, state)
+    warm, cold = constant_at(m, state[MAGNETS]), constant_at(m, ambient)
+    worst = current_checks(task, joint, m, load, torque[0], torque[1], warm)
+    volts = max(voltage_peak(task, joint, m, g, load, warm, cold), start_voltage(task, joint, m, load, warm, torque[2]))
+    worst = max(worst, held(checks, VOLTAGE, limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
+    if known and not np.isnan(m[MAX_WINDING]):
+        allowed = m[MAX_WINDING] - limits[TEMPERATURE_MARGIN]
+        used = np.inf
+        if state[RUNAWAY] == 0.0 and allowed > ambient:
+            used = (state[PEAK_WINDING] - ambient) / (allowed - ambient)
+        hottest = np.inf if state[RUNAWAY] != 0.0 else state[PEAK_WINDING]
+        checks[TEMPERATURE, REQUIRED], checks[TEMPERATURE, AVAILABLE] = hottest, allowed
+        checks[TEMPERATURE, USED] = used
+        worst = max(worst, used)
+    return worst
+
+
+@compiled
+def new_state() -> Array:
+    """Memory for what ``heat_state`` finds.
+
+    Returns:
+        (STATE,), SI and [C].
+    """
+    return np.zeros(STATE)
