@@ -17,7 +17,9 @@ from drivetrain.study.resolve_joints import Surroundings, resolve_joints
 from drivetrain.study.resolve_wanted import resolve_wanted
 from drivetrain.study.rows import catalog_folders, resolve_catalog
 from drivetrain.study.schema import StudyForm
+from drivetrain.study.schema_tolerances import TolerancesForm
 from drivetrain.study.study import DriveMass, Safety, Study
+from drivetrain.study.tolerances import Tolerances
 from drivetrain.study.validate import read_form
 
 
@@ -33,7 +35,21 @@ def load_study(path: str | Path) -> Study:
     Raises:
         InputError: Every fault found, with place, line, value, what is allowed and the nearest known name.
     """
-    document = read_document(path)
+    return study_from(read_document(path))
+
+
+def study_from(document: Document) -> Study:
+    """A study from its file as read, or as changed since.
+
+    Args:
+        document: The file.
+
+    Returns:
+        The study; doubts are in its notes.
+
+    Raises:
+        InputError: As ``load_study``.
+    """
     form, faults, places = read_form(document)
     ledger = Ledger(document, faults, places)
     arm = resolve_coupling(form, resolve_arm(form, ledger), ledger)
@@ -49,9 +65,9 @@ def load_study(path: str | Path) -> Study:
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
     return Study(
-        name=form.name or Path(path).stem,
+        name=form.name or document.path.stem,
         description=form.description.strip(),
-        path=str(path),
+        path=str(document.path),
         digest=study_digest(document, named_files(form, document)),
         arm=arm,
         drive_mass=None if form.drive_mass is None else DriveMass(form.drive_mass),
@@ -65,8 +81,14 @@ def load_study(path: str | Path) -> Study:
         motor_assumptions=motor_assumptions,
         catalog=catalog,
         wanted=wanted,
+        tolerances=_tolerances(form),
         notes=tuple(ledger.notes),
     )
+
+
+def _tolerances(form: StudyForm) -> Tolerances:
+    """What scatters."""
+    return Tolerances(**{name: getattr(form.tolerances, name) for name in TolerancesForm.model_fields})
 
 
 def named_files(form: StudyForm, document: Document) -> list[Path]:

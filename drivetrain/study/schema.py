@@ -13,6 +13,7 @@ from drivetrain.study.schema_coupling import CouplingForm
 from drivetrain.study.schema_parts import AmplifierForm, AssumptionsForm, JointForm, SafetyForm, SupplyForm
 from drivetrain.study.schema_rows import GearRow, MotorRow
 from drivetrain.study.schema_selection import Objective, SelectionForm
+from drivetrain.study.schema_tolerances import TolerancesForm
 
 SCHEMA_VERSION = 1
 DEFAULT = "default"  # the entry of `joints` and of `motions` that holds where the others are silent
@@ -136,6 +137,7 @@ class StudyForm(Form):
     gears: dict[str, GearRow] = Field(default_factory=dict)
     joints: dict[str, JointForm]
     assumptions: AssumptionsForm = AssumptionsForm()
+    tolerances: TolerancesForm = TolerancesForm()
 
 
 def json_schema() -> dict[str, Any]:

@@ -14,6 +14,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.study.tolerances import EXACT, Tolerances
 
 if TYPE_CHECKING:
     from drivetrain.study.schema_parts import CandidatesForm
@@ -228,6 +229,7 @@ class Study:
         motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
         catalog: The rows that may be used.
         wanted: What selection minimises and must respect.
+        tolerances: How far what is built may lie from these numbers.
         notes: Doubts raised while reading (arm, motion, catalogue), for the report.
     """
 
@@ -247,6 +249,7 @@ class Study:
     motor_assumptions: dict[str, MotorAssumption]
     catalog: Catalog
     wanted: Wanted = Wanted()
+    tolerances: Tolerances = EXACT
     notes: tuple[str, ...] = ()
 
     @property

@@ -72,7 +72,7 @@ def test_every_fault_at_once(load: Any) -> None:
     ([{"cycle": ROUND}], "mix[0].share", "missing"),
     ([{"share": 1, "cycle": ROUND, "nme": "x"}], "mix[0].nme", "name"),
     ([{"share": 1, "cycle": [{"motion": "there"}]}], "mix[0].cycle", "close"),
-    ([{"share": 0.5, "cycle": ROUND, "name": "a"}, {"share": 0.5, "cycle": ROUND, "name": "a"}], "mix[1].name", "twice"),
+    ([{"share": 0.5, "cycle": ROUND, "name": "a"}] * 2, "mix[1].name", "twice"),
 ])  # fmt: skip
 def test_single_faults(load: Any, mix: list[dict[str, Any]], place: str, words: str) -> None:
     found = faults_of(load, {"cycle": None, "mix": mix})
