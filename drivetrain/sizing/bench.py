@@ -16,11 +16,11 @@ from drivetrain.drive.drive import Drive
 from drivetrain.drive.matching import scaled_gear
 from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.demand import Workload
-from drivetrain.sizing.evaluate import shared_checks
+from drivetrain.sizing.evaluate import evaluated
 from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import ESSENTIAL, is_direct, joint_result, judge
+from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
 from drivetrain.sizing.operation import Operation, operation
-from drivetrain.sizing.results import Check, JointResult, Verdict
+from drivetrain.sizing.results import Check, Evaluation, Verdict
 from drivetrain.study.change import TaskChange
 from drivetrain.study.study import Study
 
@@ -33,10 +33,12 @@ class Worst(NamedTuple):
     Attributes:
         check: Its name; empty when none was judged.
         utilisation: 1 is the limit; infinite when something is without bound.
+        place: The joint, or ``supply``; empty where only one place was looked at.
     """
 
     check: str
     utilisation: float
+    place: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +100,17 @@ class Bench:
         """
         return worst_of(judge(self.run(joint, change, drive)))
 
+    def evaluation(self, change: TaskChange = AS_IT_IS) -> Evaluation:
+        """The whole set at a change.
+
+        Args:
+            change: Of the task.
+
+        Returns:
+            What ``evaluate`` gives for the changed study, to rounding.
+        """
+        return evaluated(self.family.at(change), self.keys)
+
     def set_worst(self, change: TaskChange = AS_IT_IS) -> Worst:
         """How near the whole set comes to its limits.
 
@@ -107,14 +120,24 @@ class Bench:
         Returns:
             The worst of all checks of all joints and of the supply.
         """
-        work = self.family.at(change)
-        results: dict[str, JointResult] = {}
-        for joint, task in enumerate(work.study.joints):
-            demand = work.at(joint, self.mounted).demand(self.mounted[joint])
-            op = operation(work.study, joint, demand, self.mounted[joint])
-            results[task.name] = joint_result(op, task.name, *self.keys[task.name])
-        own = [check for result in results.values() for check in result.checks]
-        return worst_of([*own, *shared_checks(work.study, results)])
+        return worst_of_set(self.evaluation(change))
+
+
+def worst_of_set(evaluation: Evaluation) -> Worst:
+    """The check of highest utilisation of a set, and where it is.
+
+    Args:
+        evaluation: Of the set.
+
+    Returns:
+        Its name and utilisation; its place is the joint's name, or ``supply``.
+    """
+    places = [worst_of(one.checks)._replace(place=name) for name, one in evaluation.joints.items()]
+    places.append(worst_of(evaluation.shared)._replace(place="supply"))
+    numbered = [one for one in places if math.isfinite(one.utilisation)]
+    most = max(numbered, key=lambda one: one.utilisation, default=places[0])
+    beyond = [one for one in places if not math.isfinite(one.utilisation)]
+    return beyond[0] if beyond and most.utilisation <= 1.0 else most
 
 
 def worst_of(checks: Iterable[Check]) -> Worst:

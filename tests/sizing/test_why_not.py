@@ -192,7 +192,7 @@ def test_first_passing_finds_the_nearest_edge():
 def test_what_runs_away_is_named_only_when_nothing_else_is_over():
     hot = Check("heat", math.inf, 100.0, "C", math.inf, Verdict.FAIL)
     over, under = (Check("x", used, 1.0, "", used, Verdict.FAIL) for used in (1.2, 0.9))
-    assert worst_of([hot, over]) == ("x", 1.2)
-    assert worst_of([hot, under]) == ("heat", math.inf)
-    assert worst_of([Check("x", None, None, "", None, Verdict.NOT_CHECKED)]) == ("", 0.0)
+    assert worst_of([hot, over]) [:2] == ("x", 1.2)
+    assert worst_of([hot, under]) [:2] == ("heat", math.inf)
+    assert worst_of([Check("x", None, None, "", None, Verdict.NOT_CHECKED)]) [:2] == ("", 0.0)
     assert worst_of([Check("x", 1.0, 1.0, "", math.nan, Verdict.FAIL)]).utilisation == math.inf

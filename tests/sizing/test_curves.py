@@ -1,0 +1,126 @@
+"""The curve of the optimum against brute force at values of its own, and where its pieces end."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Supply
+from drivetrain.errors import InputError
+from drivetrain.sizing.curve_results import Vary
+from drivetrain.sizing.curves import optimum_curve
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.study.change import TaskChange, changed
+from drivetrain.study.study import Wanted
+
+
+def small_study(make, seed, objective="mass"):
+    rng = np.random.default_rng(seed)
+    motors, gears = {}, {}
+    for i, size in enumerate((0.7, 1.4, 2.4)):
+        motors[f"m{i}"] = replace(
+            make.motor, key=f"m{i}", mass=0.4 * size * rng.uniform(0.9, 1.1), nominal_current=6.0 * size,
+            peak_current=22.0 * size, rotor_inertia=2e-5 * size**2, resistance=0.3 / size,
+            price=float(rng.uniform(50, 200)),
+        )  # fmt: skip
+    for i, size in enumerate((0.9, 2.2)):
+        gears[f"g{i}"] = replace(
+            make.gear, key=f"g{i}", ratio=60.0, mass=0.4 * size, repeated_peak_torque=35.0 * size,
+            average_torque_limit=25.0 * size, momentary_torque=80.0 * size, price=float(rng.uniform(40, 150)),
+        )  # fmt: skip
+    pairs = tuple(itertools.product(motors, gears))
+    cycle = replace(make.sines(2, samples=41, duration=2.0, size=0.8), payload=np.zeros(41, dtype=int),
+                    payload_names=("part",))  # fmt: skip
+    tasks = tuple(make.task(name, drive=None, pairs=pairs) for name in cycle.joint_names)
+    return make.study(
+        cycle, arm=make.planar_arm([0.4, 0.3], [1.0, 0.6]), joints=tasks, catalog=Catalog(motors, gears),
+        payloads=(make.payload(2.0),), supply=Supply(48.0, peak_power=2000.0), wanted=Wanted(((objective, 1.0),)),
+    )  # fmt: skip
+
+
+def brute_force(study):
+    best = math.inf
+    for pairs in itertools.product(*(task.pairs for task in study.joints)):
+        evaluation = evaluate(study, dict(zip(study.cycle.joint_names, pairs, strict=True)))
+        if evaluation.feasible:
+            best = min(best, evaluation.objective)
+    return best
+
+
+CASES = [
+    (0, Vary.PAYLOAD, (0.0, 8.0), "mass", lambda v: TaskChange(payload=v / 2.0)),
+    (1, Vary.CYCLE_TIME, (0.9, 3.0), "mass", lambda v: TaskChange(time=v / 2.0)),
+    (2, Vary.PAYLOAD, (0.5, 6.0), "price", lambda v: TaskChange(payload=v / 2.0)),
+    (3, Vary.VOLTAGE, (10.0, 60.0), "mass", lambda v: TaskChange(voltage=v / 48.0)),
+    (4, Vary.AMBIENT, (0.0, 110.0), "mass", lambda v: TaskChange(ambient=v - 25.0)),
+]
+
+
+@pytest.mark.parametrize(("seed", "vary", "span", "objective", "change"), CASES)
+def test_every_value_has_the_optimum_of_brute_force(make, seed, vary, span, objective, change):
+    study = small_study(make, seed, objective)
+    curve = optimum_curve(study, vary, span, points=5)
+    assert curve.pieces[0].low == span[0] and curve.pieces[-1].high == span[1]
+    assert all(a.high == b.low for a, b in itertools.pairwise(curve.pieces))
+    assert len(curve.pieces) >= 2 or vary is Vary.VOLTAGE
+    values = np.random.default_rng(seed).uniform(*span, 6)
+    for value in values:
+        piece = next(one for one in curve.pieces if one.low <= value <= one.high)
+        expected = brute_force(changed(study, change(value)))
+        own = evaluate(changed(study, change(value)), piece.drives) if piece.drives else None
+        found = own.objective if own is not None and own.feasible else math.inf
+        assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_breakpoint_parts_what_holds_from_what_does_not(make):
+    study = small_study(make, 0)
+    curve = optimum_curve(study, "payload", (0.0, 8.0), points=5)
+    assert curve.proven
+    checked = 0
+    for piece in curve.pieces:
+        if not piece.drives or not piece.high_ends_by or piece.high_ends_by == "another set is better":
+            continue
+        below, above = (
+            evaluate(changed(study, TaskChange(payload=(piece.high + way * 2.0 * curve.tolerance) / 2.0)), piece.drives)
+            for way in (-1, 1)
+        )
+        assert below.feasible and not above.feasible
+        check, place = piece.high_ends_by.split(" at ")
+        failed = [one for one in above.joints[place].checks if one.name == check]
+        assert failed[0].utilisation > 1.0
+        checked += 1
+    assert checked >= 1
+
+
+def test_the_infeasible_end_is_marked_with_its_check(make):
+    curve = optimum_curve(small_study(make, 0), "payload", (0.0, 60.0), points=5)
+    last = curve.pieces[-1]
+    assert not last.drives and last.points == ()
+    assert curve.pieces[-2].drives and curve.pieces[-2].high_ends_by
+    assert curve.feasible
+
+
+def test_nothing_fits_anywhere(make):
+    curve = optimum_curve(small_study(make, 0), "payload", (100.0, 120.0), points=3)
+    assert not curve.feasible and len(curve.pieces) == 1
+
+
+def test_wrong_input_is_told(make):
+    study = small_study(make, 0)
+    for arguments, word in (
+        (("paylaod", (0.0, 1.0)), "payload"),
+        (("payload", (1.0, 1.0)), "rise"),
+        (("payload", (-1.0, 1.0)), "0 or more"),
+        (("cycle_time", (0.0, 1.0)), "positive"),
+    ):
+        with pytest.raises(InputError, match=word):
+            optimum_curve(study, *arguments)
+    with pytest.raises(InputError, match="part"):
+        optimum_curve(study, "payload", (0.0, 1.0), payload="prt")
+    with pytest.raises(InputError, match="carries none"):
+        optimum_curve(replace(study, payloads=()), "payload", (0.0, 1.0))
