@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
+from drivetrain.arrays import Array
+from drivetrain.report.colours import BLUE, GREEN, INK, MUTED, ORANGE, VERMILLION
+from drivetrain.report.panel import Panel, panel
+from drivetrain.report.picture import TICK, Font, Key, Pen, Picture
 from drivetrain.report.quantities import convert, printed_unit, scaled, with_unit
-from drivetrain.report.svg import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    VERMILLION,
-    house_style,
-    svg_text,
-    thinned,
-)
+from drivetrain.report.scales import padded, text_width
+from drivetrain.report.thinning import thinned
 from drivetrain.report.words import no_temperature
 from drivetrain.sizing.results import Evaluation, JointResult
+
+WIDTH = 662.0  # [points]
+BAR = 26.0  # [points] from one joint to the next
+LIMIT_PEN = Pen(VERMILLION, 1.0, (4, 2))
+AMBIENT_PEN = Pen(MUTED, 1.0, (1, 1.7))
+_LIMIT = Key("winding limit", "bar", Pen("none"), VERMILLION)
 
 
 def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
@@ -35,30 +34,36 @@ def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
     joints, supply = list(evaluation.joints.values()), evaluation.study.supply
     time = joints[0].series.time
     total = np.sum([joint.series.electrical_power for joint in joints], axis=0)
-    with house_style(name):
-        figure = Figure(figsize=(9.2, 3.0))
-        axes = figure.subplots()
-        near = supply.peak_power if supply.peak_power is not None and supply.peak_power < 4 * total.max() else None
-        power, unit = scaled(total, "W", near)
-        kept = thinned(power)
-        axes.fill_between(time[kept], np.maximum(power[kept], 0), 0, color=BLUE, alpha=0.25, linewidth=0, label="drawn")
-        axes.fill_between(
-            time[kept], np.minimum(power[kept], 0), 0, color=GREEN, alpha=0.35, linewidth=0, label="given back"
-        )
-        axes.plot(time[kept], power[kept], color=INK, linewidth=1.1)
-        axes.axhline(0, color=MUTED, linewidth=0.6)
-        if near is not None:
-            limit = float(convert(near, "W", unit))
-            axes.axhline(
-                limit, color=VERMILLION, linestyle="--", linewidth=1, label=f"peak limit {with_unit(near, 'W')}"
-            )
-        elif supply.peak_power is not None:
-            axes.plot([], [], " ", label=f"peak limit {with_unit(supply.peak_power, 'W')}, far above")
-        axes.margins(x=0)
-        axes.set_xlabel("time in the cycle [s]")
-        axes.set_ylabel(f"power of all joints [{printed_unit(unit)}]")
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=4)
-        return svg_text(figure, "electrical power of all joints together over time")
+    near = supply.peak_power if supply.peak_power is not None and supply.peak_power < 4 * total.max() else None
+    power, unit = scaled(total, "W", near)
+    limit = None if near is None else float(convert(near, "W", unit))
+    picture = Picture(name, WIDTH, 214.0)
+    ends = padded(np.append(power, [0.0] if limit is None else [0.0, limit]))
+    strip = panel(picture, (52.0, WIDTH - 4.0), (20.0, 182.0), (float(time[0]), float(time[-1])), ends)
+    strip.grid()
+    kept = thinned(power, 600)
+    _area(strip, time[kept], np.maximum(power[kept], 0.0), BLUE, 0.25)
+    _area(strip, time[kept], np.minimum(power[kept], 0.0), GREEN, 0.35)
+    strip.level(0.0, Pen(MUTED, 0.6))
+    strip.curve(time[kept], power[kept], Pen(INK, 1.1))
+    plain = Pen("none")
+    keys = [Key("drawn", "box", plain, BLUE, 0.25), Key("given back", "box", plain, GREEN, 0.35)]
+    if limit is not None:
+        strip.level(limit, LIMIT_PEN)
+        keys.append(Key(f"peak limit {with_unit(near, 'W')}", pen=LIMIT_PEN))
+    elif supply.peak_power is not None:
+        keys.append(Key(f"peak limit {with_unit(supply.peak_power, 'W')}, far above", ""))
+    strip.edges()
+    strip.x_axis("time in the cycle [s]")
+    strip.y_axis(f"power of all joints [{printed_unit(unit)}]")
+    picture.legend(keys, 9.0, across=(52.0, WIDTH))
+    return picture.svg("electrical power of all joints together over time")
+
+
+def _area(strip: Panel, time: Array, power: Array, colour: str, opacity: float) -> None:
+    """The area between a curve and zero."""
+    xs, ys = np.concatenate([[time[0]], time, [time[-1]]]), np.concatenate([[0.0], power, [0.0]])
+    strip.shape(xs, ys, None, colour, opacity)
 
 
 def temperatures(evaluation: Evaluation, *, name: str = "temperatures") -> str:
@@ -75,50 +80,49 @@ def temperatures(evaluation: Evaluation, *, name: str = "temperatures") -> str:
     if all(joint.series.winding_temperature is None for joint in joints):
         return ""
     ambient = evaluation.study.ambient
-    with house_style(name):
-        figure = Figure(figsize=(9.2, 0.95 + 0.36 * len(joints)))
-        axes = figure.subplots()
-        for row, joint in enumerate(joints):
-            _thermometer(axes, row, joint, ambient)
-        axes.axvline(ambient, color=MUTED, linewidth=1, linestyle=":")
-        axes.set_ylim(len(joints) - 0.4, -0.6)
-        axes.set_yticks(range(len(joints)), [joint.name for joint in joints])
-        axes.tick_params(axis="y", length=0)
-        axes.grid(axis="y", visible=False)
-        low, high = axes.get_xlim()
-        axes.set_xlim(min(low, ambient - 5), high + 0.04 * (high - low))
-        axes.set_xlabel("temperature in the periodic steady state [°C]")
-        marks = [
-            axes.plot([], [], color=BLUE, linewidth=6, label="housing")[0],
-            axes.plot([], [], color=ORANGE, linewidth=6, label="winding, up to its highest")[0],
-            axes.plot([], [], "|", color=VERMILLION, markersize=11, markeredgewidth=2, label="winding limit")[0],
-            axes.plot([], [], color=MUTED, linestyle=":", label="ambient")[0],
-        ]
-        figure.legend(handles=marks, loc="outside upper center", ncols=4)
-        return svg_text(figure, "winding and housing temperature of every joint against the limit")
+    left = 14.0 + max(text_width(joint.name, TICK.size) for joint in joints)
+    low = 26.0 + BAR * len(joints)
+    picture = Picture(name, WIDTH, low + 32.0)
+    ends = _warmest_and_coldest(joints, ambient)
+    rows = panel(picture, (left, WIDTH - 4.0), (22.0, low), ends, (len(joints) - 0.45, -0.55))
+    rows.grid(across=False)
+    rows.upright(ambient, AMBIENT_PEN)
+    for row, joint in enumerate(joints):
+        rows.words(rows.x.low, row, joint.name, Font(TICK.size, INK, "end", "middle"), (-6.0, 0.0))
+        _thermometer(rows, row, joint, ambient)
+    rows.edges()
+    rows.x_axis("temperature in the periodic steady state [°C]")
+    keys = [
+        Key("housing", pen=Pen(BLUE, 5.0)), Key("winding, up to its highest", pen=Pen(ORANGE, 5.0)), _LIMIT,
+        Key("ambient", pen=AMBIENT_PEN),
+    ]  # fmt: skip
+    picture.legend(keys, 9.0, across=(left, WIDTH))
+    return picture.svg("winding and housing temperature of every joint against the limit")
 
 
-def _thermometer(axes: Axes, row: int, joint: JointResult, ambient: float) -> None:
+def _warmest_and_coldest(joints: list[JointResult], ambient: float) -> tuple[float, float]:
+    """Ends of the scale: everything that is drawn, and room for the numbers."""
+    shown = [ambient]
+    for joint in joints:
+        if joint.series.winding_temperature is not None:
+            shown.append(float(joint.series.winding_temperature.max()))
+            limit = joint.drive.motor.max_winding_temperature
+            shown += [] if limit is None else [limit]
+    low, high = min(ambient - 5.0, *shown), max(shown)
+    return low, high + 0.08 * max(high - low, 1.0)
+
+
+def _thermometer(rows: Panel, row: int, joint: JointResult, ambient: float) -> None:
     """One joint's bar from ambient to its hottest winding, with the limit as a tick."""
     series, limit = joint.series, joint.drive.motor.max_winding_temperature
+    note = Font(7.9, MUTED, level="middle")
     if series.winding_temperature is None:
-        axes.annotate(
-            no_temperature(joint),
-            (ambient, row),
-            xytext=(4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=7.5,
-            color=MUTED,
-        )
+        rows.words(ambient, row, no_temperature(joint), note, (4.0, 0.0))
         return
     hottest = float(series.winding_temperature.max())
-    axes.barh(row, hottest - ambient, left=ambient, height=0.42, color=ORANGE, alpha=0.85, linewidth=0)
+    rows.block((ambient, hottest), (row - 0.21, row + 0.21), ORANGE, 0.85)
     if series.housing_temperature is not None:
-        housing = float(series.housing_temperature.max())
-        axes.barh(row, housing - ambient, left=ambient, height=0.2, color=BLUE, linewidth=0)
-    axes.annotate(
-        f"{hottest:.0f} °C", (hottest, row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5
-    )
+        rows.block((ambient, float(series.housing_temperature.max())), (row - 0.1, row + 0.1), BLUE)
+    rows.words(hottest, row, f"{hottest:.0f} °C", Font(7.9, INK, level="middle"), (4.0, 0.0))
     if limit is not None:
-        axes.plot(limit, row, "|", color=VERMILLION, markersize=13, markeredgewidth=2)
+        rows.mark("bar", limit, row, 14.0, _LIMIT)

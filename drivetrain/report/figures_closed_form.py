@@ -13,7 +13,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.closed_form import closed_form
 from drivetrain.dynamics.stacked import stacked
-from drivetrain.report.svg import FAINT, MUTED, house_style
+from drivetrain.report.colours import FAINT, MUTED
+from drivetrain.report.svg import house_style
 
 NEGLIGIBLE = 1e-12  # of the largest entry: rounding, drawn as zero
 NARROW = 0.17  # width of A over that of the square matrices

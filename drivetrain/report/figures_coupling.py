@@ -15,8 +15,9 @@ from drivetrain.arm.coupling import coupled_groups, rotor_turns, with_coupling
 from drivetrain.arrays import Array
 from drivetrain.dynamics.newton_euler import drive_torques
 from drivetrain.errors import Fault, InputError
+from drivetrain.report.colours import JOINT_COLOURS, MUTED
 from drivetrain.report.quantities import convert, printed_unit, shown_unit
-from drivetrain.report.svg import JOINT_COLOURS, MUTED, house_style
+from drivetrain.report.svg import house_style
 
 Motion = tuple[Any, Any, Any]
 

@@ -7,8 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array
+from drivetrain.report.colours import BLUE, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
 from drivetrain.report.quantities import convert, number, printed_unit, shown_unit
-from drivetrain.report.svg import BLUE, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION, house_style, thinned
+from drivetrain.report.svg import house_style
+from drivetrain.report.thinning import thinned
 from drivetrain.sizing.deflection import TipDeflection, Vibration
 
 SMALL = 0.01  # share of the largest contribution below which one is left out of the picture

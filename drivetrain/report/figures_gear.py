@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from drivetrain.drive.gear import Gear
+from drivetrain.report.colours import BLUE, INK, MUTED, ORANGE, SKY, VERMILLION
+from drivetrain.report.panel import Panel, cloud, panel, time_bar
+from drivetrain.report.picture import Font, Pen, Picture
 from drivetrain.report.quantities import convert, number, printed_unit, scaled
-from drivetrain.report.svg import BLUE, INK, MUTED, ORANGE, SKY, VERMILLION, cloud, house_style, spread, svg_text
+from drivetrain.report.thinning import spread
 from drivetrain.sizing.results import JointResult
 
+WIDTH, HEIGHT = 446.0, 404.0  # [points] of the picture
+LEFT, RIGHT, TOP, LOW = 52.0, 440.0, 8.0, 332.0  # [points] of the plane in it
+DASHES: dict[str, tuple[float, ...]] = {"-": (), ":": (1.0, 1.7), "--": (4.0, 2.0)}
 FAR = 3.0  # limits beyond this many times the motion's largest value are told in words at the edge
 Line = tuple[str, float, str, str]  # label, value [SI], colour, dash
 
@@ -73,29 +77,29 @@ def gear_plane(joint: JointResult, *, name: str = "gear") -> str:
     torques, speeds = torque_lines(gear), speed_lines(gear)
     if not torques and not speeds:
         return ""
-    with house_style(name):
-        figure = Figure(figsize=(6.2, 5.4))
-        axes = figure.subplots()
-        torque, torque_unit = scaled(np.abs(series.gear_torque), "N m")
-        speed = convert(np.abs(series.motor_speed), "rad/s", "rpm")
-        shown_torques = [(n, float(convert(v, "N m", torque_unit)), c, d) for n, v, c, d in torques]
-        shown_speeds = [(n, float(convert(v, "rad/s", "rpm")), c, d) for n, v, c, d in speeds]
-        top = _edge(float(torque.max(initial=0.0)), [value for _, value, _, _ in shown_torques])
-        right = _edge(float(speed.max(initial=0.0)), [value for _, value, _, _ in shown_speeds])
-        axes.set_xlim(0.0, right)
-        axes.set_ylim(0.0, top)
-        _regions(axes, _by_name(shown_torques), _by_name(shown_speeds))
-        outermost = max((value for _, value, _, _ in shown_speeds if value <= right), default=right)
-        label_end = outermost if outermost > 0.7 * right else right
-        _torque_limits(axes, shown_torques, printed_unit(torque_unit), label_end)
-        _speed_limits(axes, shown_speeds, right)
-        points = cloud(axes, speed, torque, series.time)
-        bar = figure.colorbar(points, ax=axes, orientation="horizontal", aspect=60, pad=0.02)  # type: ignore[arg-type]
-        bar.set_label("time in the cycle [s]")
-        bar.outline.set_visible(False)  # type: ignore[operator]
-        axes.set_xlabel("gear input speed, magnitude [rpm]")
-        axes.set_ylabel(f"gear output torque, magnitude [{printed_unit(torque_unit)}]")
-        return svg_text(figure, f"{joint.name}: output torque against input speed of gear {joint.gear}")
+    torque, unit = scaled(np.abs(series.gear_torque), "N m")
+    speed = convert(np.abs(series.motor_speed), "rad/s", "rpm")
+    shown_torques = [(n, float(convert(v, "N m", unit)), c, d) for n, v, c, d in torques]
+    shown_speeds = [(n, float(convert(v, "rad/s", "rpm")), c, d) for n, v, c, d in speeds]
+    top = _edge(float(torque.max(initial=0.0)), [value for _, value, _, _ in shown_torques])
+    right = _edge(float(speed.max(initial=0.0)), [value for _, value, _, _ in shown_speeds])
+    picture = Picture(name, WIDTH, HEIGHT)
+    plane = panel(picture, (LEFT, RIGHT), (TOP, LOW), (0.0, right), (0.0, top))
+    plane.grid()
+    _regions(plane, _by_name(shown_torques), _by_name(shown_speeds))
+    for _, value, colour, dash in shown_torques:
+        plane.level(value, Pen(colour, 1.1, DASHES[dash]))
+    for _, value, colour, dash in shown_speeds:
+        plane.upright(value, Pen(colour, 1.1, DASHES[dash]))
+    cloud(plane, speed, torque, series.time)
+    outermost = max((value for _, value, _, _ in shown_speeds if value <= right), default=right)
+    _name_torques(plane, shown_torques, printed_unit(unit), outermost if outermost > 0.7 * right else right)
+    _name_speeds(plane, shown_speeds)
+    plane.edges()
+    plane.x_axis("gear input speed, magnitude [rpm]")
+    plane.y_axis(f"gear output torque, magnitude [{printed_unit(unit)}]")
+    time_bar(picture, (LEFT, RIGHT), LOW + 34.0, series.time)
+    return picture.svg(f"{joint.name}: output torque against input speed of gear {joint.gear}")
 
 
 def _edge(largest: float, limits: list[float]) -> float:
@@ -112,47 +116,38 @@ def _by_name(lines: list[Line]) -> dict[str, float]:
     return {name: value for label, value, _, _ in lines for name in label.split(", ")}
 
 
-def _regions(axes: Axes, torques: dict[str, float], speeds: dict[str, float]) -> None:
+def _regions(plane: Panel, torques: dict[str, float], speeds: dict[str, float]) -> None:
     """Where the gear may stay for ever, and where only the peaks may go."""
-    far_right, far_up = axes.get_xlim()[1], axes.get_ylim()[1]
+    far_right = plane.x.high
     peak = torques.get("repeated peak", torques.get("momentary"))
     lasting = torques.get("average", torques.get("rated"))
     if peak is not None:
-        right = min(speeds.get("maximum", far_right), far_right)
-        axes.fill_between([0.0, right], 0.0, min(peak, far_up), color=SKY, alpha=0.16, linewidth=0)
+        plane.block((0.0, speeds.get("maximum", far_right)), (0.0, peak), SKY, 0.16)
     if lasting is not None:
-        right = min(speeds.get("mean", speeds.get("rated", far_right)), far_right)
-        axes.fill_between([0.0, right], 0.0, min(lasting, far_up), color=SKY, alpha=0.30, linewidth=0)
+        plane.block((0.0, speeds.get("mean", speeds.get("rated", far_right))), (0.0, lasting), SKY, 0.30)
 
 
-def _torque_limits(axes: Axes, lines: list[Line], unit: str, label_end: float) -> None:
-    """Limits as horizontal lines with labels that end at one speed; those beyond the edge named there."""
-    top = axes.get_ylim()[1]
+def _name_torques(plane: Panel, lines: list[Line], unit: str, label_end: float) -> None:
+    """Names of the torque limits, ending at one speed; those beyond the edge at the top."""
+    top = plane.y.high
     inside = [line for line in lines if line[1] <= top]
-    heights = spread([value for _, value, _, _ in inside], 0.045 * top)
-    for (label, value, colour, dash), height in zip(inside, heights, strict=True):
-        axes.axhline(value, color=colour, linestyle=dash, linewidth=1.1)
-        axes.annotate(
-            f"{label} {number(value)} {unit}", (label_end, height), xytext=(-4, 2),
-            textcoords="offset points", ha="right", va="bottom", fontsize=7.5, color=INK,
-        )  # fmt: skip
+    heights = spread([value for _, value, _, _ in inside], 0.04 * top)
+    for (label, value, _, _), height in zip(inside, heights, strict=True):
+        plane.words(label_end, height, f"{label} {number(value)} {unit}", Font(7.9, INK, "end"), (-4.0, -2.5))
     beyond = [f"{label} {number(value)} {unit}" for label, value, _, _ in lines if value > top]
     if beyond:
         text = "↑ beyond the picture: " + ", ".join(beyond)
-        axes.text(0.01, 0.985, text, transform=axes.transAxes, va="top", fontsize=7.5, color=MUTED)
+        plane.words(0.0, top, text, Font(7.9, MUTED, level="top"), (5.0, 4.0))
 
 
-def _speed_limits(axes: Axes, lines: list[Line], right: float) -> None:
-    """Limits as vertical lines labelled along them; those beyond the edge named there."""
+def _name_speeds(plane: Panel, lines: list[Line]) -> None:
+    """Names of the speed limits along their lines; those beyond the edge below at the right."""
+    right = plane.x.high
     inside = [line for line in lines if line[1] <= right]
-    places = spread([value for _, value, _, _ in inside], 0.035 * right)
-    for (label, value, colour, dash), place in zip(inside, places, strict=True):
-        axes.axvline(value, color=colour, linestyle=dash, linewidth=1.1)
-        axes.annotate(
-            f"{label} {number(value)} rpm", (place, 0.09), xycoords=("data", "axes fraction"), xytext=(3, 0),
-            textcoords="offset points", rotation=90, ha="left", va="bottom", fontsize=7.5, color=INK,
-        )  # fmt: skip
+    places = spread([value for _, value, _, _ in inside], 0.03 * right)
+    for (label, value, _, _), place in zip(inside, places, strict=True):
+        text = f"{label} {number(value)} rpm"
+        plane.words(place, 0.0, text, Font(7.9, INK, level="top", turned=True), (2.5, -26.0))
     beyond = [f"{label} {number(value)} rpm" for label, value, _, _ in lines if value > right]
     if beyond:
-        text = "beyond: " + ", ".join(beyond) + " →"
-        axes.text(0.985, 0.03, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5, color=MUTED)
+        plane.words(right, 0.0, "beyond: " + ", ".join(beyond) + " →", Font(7.9, MUTED, "end"), (-6.0, -8.0))

@@ -26,8 +26,9 @@ from drivetrain.dynamics.ellipsoids import (
 from drivetrain.dynamics.ratio_sweep import RatioSweep, with_ratio
 from drivetrain.dynamics.tip_motion import skeleton, tip_acceleration_terms
 from drivetrain.errors import Fault, InputError
+from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, VERMILLION
 from drivetrain.report.quantities import axis_name
-from drivetrain.report.svg import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, TIME_COLOURS, VERMILLION, house_style
+from drivetrain.report.svg import TIME_COLOURS, house_style
 
 PLANE_XY = np.eye(3)[:2]
 CUT = 4.0  # an infinite semi-axis is drawn this many times as long as the longest finite one

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
-from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike
 
 from drivetrain.arrays import Array
 from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
+from drivetrain.report.colours import BLUE, GREEN, INK, MUTED, VERMILLION
+from drivetrain.report.panel import X_SPACING, Y_SPACING, Panel, cloud, panel, time_bar
+from drivetrain.report.picture import LABEL, TICK, Font, Key, Pen, Picture, legend_height, tenths
 from drivetrain.report.quantities import convert, number, percent, printed_unit, shown_unit
-from drivetrain.report.svg import BLUE, GREEN, INK, MUTED, VERMILLION, cloud, house_style, svg_text
+from drivetrain.report.scales import Scale, text_width, tick_texts
 from drivetrain.sizing.results import Check, JointResult
 from drivetrain.study.study import JointTask, Study
 
+WIDTH, HEIGHT = 446.0, 404.0  # [points] of the picture
+LEFT, RIGHT, LOW = 52.0, 388.0, 332.0  # [points] of the plane in it
+COLD = (4.0, 2.0)  # dashes of an outline
 FAR = 4.0  # the view ends at this many times the motion's largest value; the region may go on beyond
 
 
@@ -85,57 +85,77 @@ def motor_plane(joint: JointResult, task: JointTask, study: Study, *, name: str 
     Returns:
         An SVG element.
     """
-    with house_style(name):
-        figure = Figure(figsize=(6.2, 5.6))
-        axes = figure.subplots()
-        unit = draw_motor_plane(axes, joint, motor_regions(joint, task, study))
-        _worst_point(axes, joint, unit)
-        _rms_point(axes, joint, unit)
-        _gear_side(axes, joint.drive.gear.ratio, joint.drive.gear.kind == "ideal", unit)
-        points = axes.collections[-1]
-        bar = figure.colorbar(points, ax=axes, orientation="horizontal", aspect=60, pad=0.02)
-        bar.set_label("time in the cycle [s]")
-        bar.outline.set_visible(False)  # type: ignore[operator]
-        figure.legend(loc="outside upper center", ncols=2, handlelength=1.8, columnspacing=1.6)
-        return svg_text(figure, f"{joint.name}: torque against speed of motor {joint.motor} in four quadrants")
+    series, regions, picture = joint.series, motor_regions(joint, task, study), Picture(name, WIDTH, HEIGHT)
+    half_width, half_height = view(joint, regions)
+    unit = shown_unit(half_height, "N m")
+    right, top = float(convert(half_width, "rad/s", "rpm")), float(convert(half_height, "N m", unit))
+    rms = _rms_point(joint, unit)
+    keys = _keys(regions, rms)
+    high = 6.0 + legend_height(keys, WIDTH, 2) + (4.0 if joint.drive.gear.kind == "ideal" else 36.0)
+    plane = panel(picture, (LEFT, RIGHT), (high, LOW), (-right, right), (-top, top))
+    plane.grid()
+    for corners, colour, opacity in outlines(regions):
+        speed, torque = convert(corners[:, 0], "rad/s", "rpm"), convert(corners[:, 1], "N m", unit)
+        cold = opacity is None
+        plane.shape(speed, torque, Pen(colour, 1.0, COLD if cold else ()), "none" if cold else colour, opacity or 1.0)
+    plane.level(0.0, Pen(MUTED, 0.7))
+    plane.upright(0.0, Pen(MUTED, 0.7))
+    speed, torque = convert(series.motor_speed, "rad/s", "rpm"), convert(series.motor_torque, "N m", unit)
+    cloud(plane, speed, torque, series.time)
+    plane.edges()
+    plane.x_axis("motor speed [rpm]")
+    plane.y_axis(f"motor torque [{printed_unit(unit)}]")
+    _gear_side(plane, joint.drive.gear.ratio, joint.drive.gear.kind == "ideal", unit)
+    _worst_point(plane, joint, unit)
+    if rms is not None:
+        plane.mark("diamond", rms[0], rms[1], 9.0, Key("", pen=Pen("#fff", 1.2), fill=INK))
+    picture.legend(keys, 8.0, across=(LEFT, WIDTH), columns=2)
+    time_bar(picture, (LEFT, RIGHT), LOW + 34.0, series.time)
+    return picture.svg(f"{joint.name}: torque against speed of motor {joint.motor} in four quadrants")
 
 
-def draw_motor_plane(axes: Axes, joint: JointResult, regions: Regions, *, small: bool = False) -> str:
-    """Regions and cloud on given axes.
+def outlines(regions: Regions) -> list[tuple[Array, str, float | None]]:
+    """The regions in the order in which they are drawn.
 
     Args:
-        axes: Where to draw.
-        joint: Its result.
         regions: From ``motor_regions``.
-        small: Without labels of the cold outlines, for an overview of many joints.
 
     Returns:
-        The unit of the torque axis.
+        Corners (speed [rad/s], torque [N m]), colour, and opacity of the fill: None for a dashed outline.
     """
-    series = joint.series
-    right, top = _view(joint, regions)
-    unit = shown_unit(top, "N m")
-    axes.set_xlim(-float(convert(right, "rad/s", "rpm")), float(convert(right, "rad/s", "rpm")))
-    axes.set_ylim(-float(convert(top, "N m", unit)), float(convert(top, "N m", unit)))
-    hot, cold = f"winding at {regions.hot:.0f} °C", f"winding at {regions.cold:.0f} °C"
-    _region(axes, regions.intermittent_hot, unit, f"intermittent, {hot}", BLUE, 0.12)
-    _region(axes, regions.intermittent_cold, unit, f"intermittent, {cold}", BLUE, None)
+    found: list[tuple[Array, str, float | None]] = [
+        (regions.intermittent_hot, BLUE, 0.12),
+        (regions.intermittent_cold, BLUE, None),
+    ]
     if regions.continuous_hot is not None and regions.continuous_cold is not None:
-        _region(axes, regions.continuous_hot, unit, f"continuous, {hot}", GREEN, 0.24)
-        _region(axes, regions.continuous_cold, unit, f"continuous, {cold}", GREEN, None)
-    axes.axhline(0, color=MUTED, linewidth=0.7, zorder=2)
-    axes.axvline(0, color=MUTED, linewidth=0.7, zorder=2)
-    cloud(axes, convert(series.motor_speed, "rad/s", "rpm"), convert(series.motor_torque, "N m", unit), series.time)
-    if small:
-        axes.xaxis.set_major_locator(MaxNLocator(5))
-    else:
-        axes.set_xlabel("motor speed [rpm]")
-        axes.set_ylabel(f"motor torque [{printed_unit(unit)}]")
-    return unit
+        found += [(regions.continuous_hot, GREEN, 0.24), (regions.continuous_cold, GREEN, None)]
+    return found
 
 
-def _view(joint: JointResult, regions: Regions) -> tuple[float, float]:
-    """Half width [rad/s] and half height [N m] of the picture: the motion, and the region unless far larger."""
+def _keys(regions: Regions, rms: tuple[float, float, str] | None) -> list[Key]:
+    """The legend: each region hot and cold, side by side."""
+    keys = []
+    for number_, (_, colour, opacity) in enumerate(outlines(regions)):
+        kind = "intermittent" if number_ < 2 else "continuous"
+        warm = regions.cold if opacity is None else regions.hot
+        pen = Pen(colour, 1.0, COLD if opacity is None else ())
+        text = f"{kind}, winding at {warm:.0f} °C"
+        keys.append(Key(text, "box", pen, "" if opacity is None else colour, opacity or 1.0))
+    if rms is not None:
+        keys.append(Key(rms[2], "diamond", Pen("none"), INK))
+    return keys
+
+
+def view(joint: JointResult, regions: Regions) -> tuple[float, float]:
+    """Half width and half height of the picture: the motion, and the region unless far larger.
+
+    Args:
+        joint: Its result.
+        regions: From ``motor_regions``.
+
+    Returns:
+        [rad/s] and [N m].
+    """
     series, corners = joint.series, regions.intermittent_hot
     speed, torque = float(np.abs(series.motor_speed).max()), float(np.abs(series.motor_torque).max())
     reach = _speed_without_torque(corners)
@@ -151,18 +171,6 @@ def _speed_without_torque(corners: Array) -> float:
     crossing = (y0 * y1 <= 0) & (y0 != y1)
     at = x0[crossing] - y0[crossing] * (x1[crossing] - x0[crossing]) / (y1[crossing] - y0[crossing])
     return float(np.abs(at).max(initial=0.0)) or float(np.abs(corners[:, 0]).max())
-
-
-def _region(axes: Axes, corners: Array, unit: str, label: str, colour: str, alpha: float | None) -> None:
-    """One region: filled when hot, a dashed outline when cold."""
-    points = np.column_stack([convert(corners[:, 0], "rad/s", "rpm"), convert(corners[:, 1], "N m", unit)])
-    if alpha is None:
-        patch = Polygon(points, closed=True, fill=False, edgecolor=colour, linestyle=(0, (4, 2)), linewidth=1.0)
-    else:
-        patch = Polygon(points, closed=True, facecolor=(colour, alpha), edgecolor=colour, linewidth=1.0)
-    patch.set_label(label)
-    patch.set_zorder(1.5)
-    axes.add_patch(patch)
 
 
 def worst_instant(joint: JointResult) -> Check | None:
@@ -182,7 +190,7 @@ def worst_instant(joint: JointResult) -> Check | None:
     return max(judged, key=lambda check: check.utilisation or 0.0, default=None)
 
 
-def _worst_point(axes: Axes, joint: JointResult, unit: str) -> None:
+def _worst_point(plane: Panel, joint: JointResult, unit: str) -> None:
     """The labelled sample at which a limit is closest."""
     check = worst_instant(joint)
     if check is None or check.time is None:
@@ -190,20 +198,32 @@ def _worst_point(axes: Axes, joint: JointResult, unit: str) -> None:
     i = int(np.argmin(np.abs(joint.series.time - check.time)))
     x = float(convert(joint.series.motor_speed[i], "rad/s", "rpm"))
     y = float(convert(joint.series.motor_torque[i], "N m", unit))
-    axes.plot(
-        x, y, "o", markersize=8, markerfacecolor="none", markeredgecolor=VERMILLION, markeredgewidth=1.8, zorder=6
+    lines = (
+        f"{check.name}: {percent(check.utilisation)}",
+        f"t = {number(check.time)} s: {number(y)} {printed_unit(unit)} at {number(x)} rpm",
     )
-    text = (
-        f"{check.name}: {percent(check.utilisation)}\n"
-        f"t = {number(check.time)} s: {number(y)} {printed_unit(unit)} at {number(x)} rpm"
-    )
-    across, up = _free_corner(x / axes.get_xlim()[1], y / axes.get_ylim()[1])
-    axes.annotate(
-        text, (x, y), xytext=(0.015 + 0.97 * across, 0.015 + 0.97 * up), textcoords="axes fraction",
-        ha="right" if across else "left", va="top" if up else "bottom", fontsize=7.5, zorder=7, linespacing=1.4,
-        bbox={"boxstyle": "round,pad=0.3", "facecolor": "white", "edgecolor": VERMILLION, "linewidth": 0.7},
-        arrowprops={"arrowstyle": "-", "color": VERMILLION, "linewidth": 0.8, "shrinkB": 4},
-    )  # fmt: skip
+    across, up = _free_corner(x / plane.x.high, y / plane.y.high)
+    width, height = max(text_width(line, 7.9) for line in lines) + 8.0, 25.0
+    left = plane.x.end - 5.0 - width if across else plane.x.start + 5.0
+    top = plane.y.end + 5.0 if up else plane.y.start - 5.0 - height
+    at_x, at_y = float(plane.x.at(x)), float(plane.y.at(y))
+    picture, pen = plane.picture, Pen(VERMILLION, 0.7)
+    near_x, near_y = min(max(at_x, left), left + width), top + (height if up else 0.0)
+    reach = max(float(np.hypot(at_x - near_x, at_y - near_y)), 1e-9)
+    stop = max(0.0, 1.0 - 4.5 / reach)  # at the ring, not in it
+    plane.picture.path(_line(near_x, near_y, near_x + stop * (at_x - near_x), near_y + stop * (at_y - near_y)), pen)
+    plane.mark("ring", x, y, 8.5, Key("", pen=Pen(VERMILLION, 1.8)))
+    picture.path(_frame(left, top, width, height), pen, fill="#fff")
+    for row, line in enumerate(lines):
+        picture.words(left + 4.0, top + 8.0 + 10.0 * row, line, Font(7.9, INK, level="middle"))
+
+
+def _line(x0: float, y0: float, x1: float, y1: float) -> str:
+    return f"M{tenths(x0)} {tenths(y0)}L{tenths(x1)} {tenths(y1)}"
+
+
+def _frame(left: float, top: float, width: float, height: float) -> str:
+    return f"M{tenths(left)} {tenths(top)}h{tenths(width)}v{tenths(height)}h{tenths(-width)}z"
 
 
 def _free_corner(x: float, y: float) -> tuple[int, int]:
@@ -216,40 +236,45 @@ def _free_corner(x: float, y: float) -> tuple[int, int]:
     return (1 - across if covered else across), up
 
 
-def _rms_point(axes: Axes, joint: JointResult, unit: str) -> None:
-    """RMS torque over the cycle at the mean speed, both as magnitudes."""
+def _rms_point(joint: JointResult, unit: str) -> tuple[float, float, str] | None:
+    """Mean speed [rpm] and RMS torque over the cycle, both as magnitudes, and what to call them."""
     series = joint.series
     duration = float(series.time[-1] - series.time[0])
     if duration <= 0.0:
-        return
+        return None
     rms = float(np.sqrt(np.trapezoid(series.motor_torque**2, series.time) / duration))
     mean = float(np.trapezoid(np.abs(series.motor_speed), series.time) / duration)
     x, y = float(convert(mean, "rad/s", "rpm")), float(convert(rms, "N m", unit))
-    label = f"RMS {number(y)} {printed_unit(unit)} at mean {number(x)} rpm"
-    axes.plot(
-        x, y, "D", markersize=7, color=INK, markeredgecolor="white", markeredgewidth=1.2, zorder=6, label=label,
-        linestyle="none",
-    )  # fmt: skip
+    return x, y, f"RMS {number(y)} {printed_unit(unit)} at mean {number(x)} rpm"
 
 
-def _gear_side(axes: Axes, ratio: float, direct: bool, unit: str) -> None:
+def _gear_side(plane: Panel, ratio: float, direct: bool, unit: str) -> None:
     """Second axes: the same torque and speed seen at the gear's output, without losses."""
     if direct:
         return
-    largest = float(axes.get_ylim()[1]) * abs(ratio) * float(1.0 / convert(1.0, "N m", unit))
+    largest = plane.y.high * abs(ratio) * float(1.0 / convert(1.0, "N m", unit))
     side = shown_unit(largest, "N m")
-    scale = ratio * float(convert(1.0, "N m", side)) / float(convert(1.0, "N m", unit))
-    top = axes.secondary_xaxis("top", functions=_times(1.0 / ratio))
-    top.set_xlabel("gear output speed [rpm]", color=MUTED)
-    right = axes.secondary_yaxis("right", functions=_times(scale))
-    right.set_ylabel(f"torque at the gear output, no losses [{printed_unit(side)}]", color=MUTED)
-    for spine in (top.spines["top"], right.spines["right"]):
-        spine.set_visible(True)
-        spine.set_color(MUTED)
+    factor = ratio * float(convert(1.0, "N m", side)) / float(convert(1.0, "N m", unit))
+    speeds = replace(plane.x, low=plane.x.low / ratio, high=plane.x.high / ratio)
+    torques = replace(plane.y, low=plane.y.low * factor, high=plane.y.high * factor)
+    picture, top, right = plane.picture, plane.y.end, plane.x.end
+    pen, small = Pen(MUTED, 0.7), replace(TICK, anchor="middle")
+    picture.path(f"M{tenths(plane.x.start)} {tenths(top)}H{tenths(right)}V{tenths(plane.y.start)}", pen)
+    for _, text, at in _ticks(speeds, X_SPACING):
+        picture.path(f"M{tenths(at)} {tenths(top)}v-30", pen)
+        picture.words(at, top - 5.5, text, small)
+    for _, text, at in _ticks(torques, Y_SPACING):
+        picture.path(f"M{tenths(right)} {tenths(at)}h30", pen)
+        picture.words(right + 5.0, at, text, replace(TICK, level="middle"))
+    grey = replace(LABEL, colour=MUTED)
+    picture.words(0.5 * (LEFT + RIGHT), top - 18.0, "gear output speed [rpm]", grey)
+    label = f"torque at the gear output, no losses [{printed_unit(side)}]"
+    picture.words(WIDTH - 8.0, 0.5 * (top + plane.y.start), label, replace(grey, turned=True))
 
 
-def _times(scale: float) -> tuple[Callable[[ArrayLike], Array], Callable[[ArrayLike], Array]]:
-    """A scaling and its inverse, as a second axis wants them."""
-    return (lambda values: np.asarray(values, dtype=np.float64) * scale), (
-        lambda values: np.asarray(values, dtype=np.float64) / scale
-    )
+def _ticks(scale: Scale, spacing: float) -> list[tuple[float, str, float]]:
+    """Value, text and place of every tick; the scale may run backwards (a gear that turns the other way)."""
+    rising = scale if scale.low <= scale.high else Scale(scale.high, scale.low, scale.end, scale.start)
+    values = rising.ticks(spacing)
+    places = [float(place) for place in rising.at(np.array(values))]
+    return list(zip(values, tick_texts(values), places, strict=True))

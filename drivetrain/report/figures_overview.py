@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.ticker import MaxNLocator
 
-from drivetrain.report.figures_motor import draw_motor_plane, motor_regions
-from drivetrain.report.quantities import percent, printed_unit
-from drivetrain.report.svg import BLUE, GREEN, ORANGE, VERMILLION, house_style, png_bytes
-from drivetrain.sizing.results import Evaluation, Verdict
+from drivetrain.report.colours import BLUE, GREEN, MUTED, ORANGE, VERMILLION
+from drivetrain.report.figures_motor import Regions, motor_regions, outlines, view
+from drivetrain.report.quantities import convert, percent, printed_unit, shown_unit
+from drivetrain.report.svg import TIME_COLOURS, house_style, png_bytes
+from drivetrain.sizing.results import Evaluation, JointResult, Verdict
 
 _COLOURS = {Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "#5b6775"}
 
@@ -29,7 +33,7 @@ def overview_png(evaluation: Evaluation) -> bytes:
         figure = Figure(figsize=(3.5 * columns, 2.95 * rows + 0.35))
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, joint in zip(grid.flat, joints, strict=False):
-            unit = draw_motor_plane(axes, joint, motor_regions(joint, tasks[joint.name], evaluation.study), small=True)
+            unit = _motor_plane(axes, joint, motor_regions(joint, tasks[joint.name], evaluation.study))
             axes.set_title(f"{joint.name}\n", fontsize=9)
             drive = joint.motor + (f" + {joint.gear}" if joint.gear else "")
             axes.annotate(
@@ -52,3 +56,22 @@ def overview_png(evaluation: Evaluation) -> bytes:
         ]
         figure.legend(handles=marks, loc="outside upper center", ncols=4)
         return png_bytes(figure)
+
+
+def _motor_plane(axes: Axes, joint: JointResult, regions: Regions) -> str:
+    """Regions and samples of one joint; the unit of the torque axis."""
+    series = joint.series
+    right, top = view(joint, regions)
+    unit = shown_unit(top, "N m")
+    axes.set_xlim(-float(convert(right, "rad/s", "rpm")), float(convert(right, "rad/s", "rpm")))
+    axes.set_ylim(-float(convert(top, "N m", unit)), float(convert(top, "N m", unit)))
+    for corners, colour, opacity in outlines(regions):
+        points = list(zip(convert(corners[:, 0], "rad/s", "rpm"), convert(corners[:, 1], "N m", unit), strict=True))
+        face, dash = ("none", (0, (4, 2))) if opacity is None else ((colour, opacity), "-")
+        axes.add_patch(Polygon(points, facecolor=face, edgecolor=colour, linestyle=dash, linewidth=1.0, zorder=1.5))
+    axes.axhline(0, color=MUTED, linewidth=0.7, zorder=2)
+    axes.axvline(0, color=MUTED, linewidth=0.7, zorder=2)
+    speed, torque = convert(series.motor_speed, "rad/s", "rpm"), convert(series.motor_torque, "N m", unit)
+    axes.scatter(speed, torque, c=series.time, s=6, cmap=TIME_COLOURS, linewidths=0, zorder=4)
+    axes.xaxis.set_major_locator(MaxNLocator(5))
+    return unit

@@ -11,8 +11,9 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
 from drivetrain.arrays import Array
+from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, SKY, VERMILLION
 from drivetrain.report.quantities import convert, number, printed_unit, shown_unit
-from drivetrain.report.svg import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, SKY, VERMILLION, house_style
+from drivetrain.report.svg import house_style
 from drivetrain.sizing.ratio_results import RatioStudy
 from drivetrain.sizing.results import Verdict
 
@@ -126,9 +127,7 @@ def _point(axes: Axes, ratio: float, row: int) -> None:
     low, high = axes.get_xlim()
     if low <= ratio <= high:
         axes.plot(ratio, row, "D", color=INK, markersize=4, zorder=5)
-        axes.annotate(
-            number(ratio), (ratio, row), xytext=(6, 0), textcoords="offset points", va="center", fontsize=7
-        )
+        axes.annotate(number(ratio), (ratio, row), xytext=(6, 0), textcoords="offset points", va="center", fontsize=7)
         return
     beyond = ratio > high
     text = f"{number(ratio)} →" if beyond else f"← {number(ratio)}"

@@ -8,8 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from drivetrain.report.colours import INK, JOINT_COLOURS, MUTED, VERMILLION
 from drivetrain.report.quantities import printed_unit
-from drivetrain.report.svg import INK, JOINT_COLOURS, MUTED, VERMILLION, house_style
+from drivetrain.report.svg import house_style
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.step_study import StepResult
 

@@ -2,68 +2,75 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator
+import pandas as pd
 
-from drivetrain.report.svg import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    MOST_VECTOR_POINTS,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-    house_style,
-    svg_text,
-)
-from drivetrain.sizing.results import Fallen, Selection
+from drivetrain.arrays import Array
+from drivetrain.report.colours import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
+from drivetrain.report.fallen_columns import counted, fallen_columns
+from drivetrain.report.panel import Panel, panel
+from drivetrain.report.picture import Font, Key, Pen, Picture, legend_height
+from drivetrain.sizing.results import Selection
 
 CHECK_COLOURS = (VERMILLION, BLUE, ORANGE, PURPLE, SKY, "#7f6a3f")
+OTHER = "#9aa5b1"
 LARGEST_DRAWN = 10.0  # times the limit; candidates beyond stand at the upper edge
+WIDTH, HEIGHT, LEFT, GAP = 662.0, 132.0, 46.0, 16.0  # [points] of the picture, a panel, before the first, between
+UNDER = 40.0  # [points] from one row of panels to the next
+_STAR = Key("", "star", Pen("#fff", 0.6), INK)
+_ALSO = Key("also passes", "triangle", Pen(GREEN, 1.0), "#fff")
 
 
-def candidates(selection: Selection, *, name: str = "candidates") -> str:
+@dataclass(frozen=True, eq=False)
+class _Fell:
+    """The candidates of one joint that fell and whose share of the objective is known."""
+
+    count: int
+    share: Array
+    used: Array
+    check: Array
+
+
+def candidates(selection: Selection, *, name: str = "candidates", fallen: pd.DataFrame | None = None) -> str:
     """One small picture a joint: every candidate that fell, by its share of the objective and its worst utilisation.
 
     Args:
         selection: What was found.
         name: Of the figure on the page.
+        fallen: Its ``fallen_columns``, where they are at hand.
 
     Returns:
         An SVG element, empty when there was nothing to choose.
     """
-    by_joint: dict[str, list[Fallen]] = {joint: [] for joint in selection.evaluation.joints}
-    for fallen in selection.fallen:
-        by_joint.setdefault(fallen.joint, []).append(fallen)
-    joints = [joint for joint in by_joint if by_joint[joint] or selection.alternatives.get(joint)]
+    table = fallen_columns(selection) if fallen is None else fallen
+    by_joint = _by_joint(table)
+    nothing = _Fell(0, np.zeros(0), np.zeros(0), np.zeros(0, dtype=object))
+    joints = [j for j in selection.evaluation.joints if j in by_joint or selection.alternatives.get(j)]
     if not joints:
         return ""
-    colours = _colours(selection)
+    colours = _colours(counted(table))
     columns = min(3, len(joints))
-    rows = -(-len(joints) // columns)
-    with house_style(name):
-        figure = Figure(figsize=(9.2, 2.55 * rows + 0.5))
-        grid = figure.subplots(rows, columns, squeeze=False, sharey=True)
-        for i, axes in enumerate(grid.flat):
-            if i >= len(joints):
-                axes.set_visible(False)
-                continue
-            _joint(axes, joints[i], by_joint[joints[i]], selection, colours)
-        largest = max([one.utilisation for one in selection.fallen], default=1.0)
-        grid.flat[0].set_ylim(18, 100 * min(max(2.0, 1.3 * largest), 1.15 * LARGEST_DRAWN))
-        for axes in grid[:, 0]:
-            axes.set_ylabel("worst utilisation [%]")
-        for i in range(len(joints)):
-            if i + columns >= len(joints):
-                grid.flat[i].set_xlabel(objective_label(selection.study.objective))
-        _legend(figure, grid.flat[0], colours, "chosen" if selection.feasible else "nearest")
-        return svg_text(figure, "candidates by their share of the objective and their worst utilisation")
+    across = (WIDTH - 4.0 - LEFT - (columns - 1) * GAP) / columns
+    keys = _keys(colours, "chosen" if selection.feasible else "nearest")
+    first = legend_height(keys, WIDTH, 5) + 22.0
+    picture = Picture(name, WIDTH, first + -(-len(joints) // columns) * (HEIGHT + UNDER) - 4.0)
+    used = table["utilisation"].to_numpy(dtype=float)
+    largest = float(used.max(initial=1.0)) if len(used) else 1.0
+    top = 100.0 * min(max(2.0, 1.3 * largest), 1.15 * LARGEST_DRAWN)
+    for number, joint in enumerate(joints):
+        left = LEFT + number % columns * (across + GAP)
+        high = first + number // columns * (HEIGHT + UNDER)
+        fell, place = by_joint.get(joint, nothing), (left, left + across, high)
+        axes = _joint(picture, place, joint, fell, selection, colours, top)
+        axes.edges()
+        axes.x_axis(objective_label(selection.study.objective) if number + columns >= len(joints) else "")
+        if number % columns == 0:
+            axes.y_axis("worst utilisation [%]")
+    picture.legend(keys, 8.0, across=(0.0, WIDTH), columns=5)
+    return picture.svg("candidates by their share of the objective and their worst utilisation")
 
 
 def objective_label(objective: str) -> str:
@@ -78,49 +85,62 @@ def objective_label(objective: str) -> str:
     return "mass of motor and gear [kg]" if objective == "mass" else f"{objective} [as in the catalogue]"
 
 
-def _colours(selection: Selection) -> dict[str, str]:
+def _by_joint(table: pd.DataFrame) -> dict[str, _Fell]:
+    """The columns that are drawn, by joint."""
+    found = {}
+    for joint, rows in table.groupby("joint", sort=False, observed=True):
+        share, used = (rows[column].to_numpy(dtype=float) for column in ("objective", "utilisation"))
+        known = np.isfinite(share)
+        checks = rows["check"].to_numpy(dtype=object)
+        found[str(joint)] = _Fell(len(rows), share[known], np.minimum(used[known], LARGEST_DRAWN), checks[known])
+    return found
+
+
+def _colours(counts: Mapping[tuple[str, str], int]) -> dict[str, str]:
     """A colour for each of the checks that felled most; the rest share grey."""
-    counts = Counter(fallen.check for fallen in selection.fallen)
-    common = sorted(counts, key=lambda check: (-counts[check], check))[: len(CHECK_COLOURS)]
+    totals: dict[str, int] = {}
+    for (_, check), count in counts.items():
+        totals[check] = totals.get(check, 0) + count
+    common = sorted(totals, key=lambda check: (-totals[check], check))[: len(CHECK_COLOURS)]
     return dict(zip(common, CHECK_COLOURS, strict=False))
 
 
-def _joint(axes: Axes, joint: str, fallen: list[Fallen], selection: Selection, colours: dict[str, str]) -> None:
+def _joint(
+    picture: Picture, place: tuple[float, float, float], joint: str, fell: _Fell, selection: Selection,
+    colours: Mapping[str, str], top: float,
+) -> Panel:  # fmt: skip
     """The candidates of one joint."""
-    known = [one for one in fallen if np.isfinite(one.objective)]
-    for check in sorted({one.check for one in known}, key=lambda check: (check in colours, check)):
-        group = [one for one in known if one.check == check]
-        share = np.minimum([one.utilisation for one in group], LARGEST_DRAWN)
-        many = len(known) > MOST_VECTOR_POINTS // 4
-        axes.scatter(
-            [one.objective for one in group], 100 * share, s=7, linewidths=0, alpha=0.7,
-            color=colours.get(check, "#9aa5b1"), rasterized=many, zorder=3,
-        )  # fmt: skip
+    left, right, high = place
+    others = [share for _, _, share in selection.alternatives.get(joint, ()) if np.isfinite(share)]
+    chosen = _share(selection, joint)
+    low, most, wide = _ends(np.array([*fell.share, *others, *([] if chosen is None else [chosen])]))
+    axes = panel(picture, (left, right), (high, high + HEIGHT), (low, most), (18.0, top), logarithmic=(wide, True))
+    axes.grid()
+    axes.block(None, (18.0, 100.0), GREEN, 0.07)
+    axes.level(100.0, Pen(VERMILLION, 1.0))
+    for check in sorted(set(fell.check.tolist()), key=lambda check: (check in colours, check)):
+        group = fell.check == check
+        axes.dots(fell.share[group], 100.0 * fell.used[group], Pen(colours.get(check, OTHER), 2.8, opacity=0.75))
+    for share in others:
+        axes.mark("triangle", share, 80.0, 6.0, _ALSO)
     result = selection.evaluation.joints.get(joint)
-    axes.set_yscale("log")
-    axes.axhspan(1, 100, color=GREEN, alpha=0.07, linewidth=0)
-    axes.axhline(100.0, color=VERMILLION, linewidth=1)
-    for _, _, objective in selection.alternatives.get(joint, ()):
-        axes.plot(objective, 80.0, "v", color="white", markeredgecolor=GREEN, markersize=5, zorder=4)
-    mass = _share(selection, joint)
-    if (
-        result is not None
-        and result.binding is not None
-        and result.binding.utilisation is not None
-        and mass is not None
-    ):
-        share = min(max(result.binding.utilisation, 0.21), LARGEST_DRAWN)
-        axes.plot(mass, 100 * share, "*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
-    if known and max(one.objective for one in known) > 3.0 * min(one.objective for one in known) > 0.0:
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        axes.xaxis.set_minor_formatter("")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:.0f}")
-    axes.yaxis.set_minor_formatter("")
-    axes.set_title(f"{joint}: {len(fallen)} fell")
-    axes.grid(which="minor", color=FAINT, linewidth=0.3)
+    if result is not None and result.binding is not None and result.binding.utilisation is not None and chosen:
+        used = min(max(result.binding.utilisation, 0.21), LARGEST_DRAWN)
+        axes.mark("star", chosen, 100.0 * used, 11.0, _STAR)
+    picture.words(left, high - 5.0, f"{joint}: {fell.count} fell", Font(9.5, bold=True))
+    return axes
+
+
+def _ends(shares: Array) -> tuple[float, float, bool]:
+    """Ends of the axis of the shares, and whether it is logarithmic."""
+    known = shares[np.isfinite(shares)]
+    if not len(known):
+        return 0.0, 1.0, False
+    low, most = float(known.min()), float(known.max())
+    if low > 0.0 and most > 3.0 * low:
+        return low / (most / low) ** 0.04, most * (most / low) ** 0.04, True
+    room = 0.04 * (most - low) or 0.05 * abs(most) or 1.0
+    return low - room, most + room, False
 
 
 def _share(selection: Selection, joint: str) -> float | None:
@@ -134,12 +154,8 @@ def _share(selection: Selection, joint: str) -> float | None:
     return float(sum(known)) if known else None
 
 
-def _legend(figure: Figure, axes: Axes, colours: dict[str, str], star: str) -> None:
+def _keys(colours: Mapping[str, str], star: str) -> list[Key]:
     """What the colours and marks mean."""
-    marks = [axes.plot([], [], "*", color=INK, markersize=9, label=star)[0]]
-    marks.append(axes.plot([], [], "v", color="white", markeredgecolor=GREEN, markersize=5, label="also passes")[0])
-    for check, colour in colours.items():
-        marks.append(axes.plot([], [], "o", color=colour, markersize=4, label=check)[0])
-    if colours:
-        marks.append(axes.plot([], [], "o", color="#9aa5b1", markersize=4, label="other checks")[0])
-    figure.legend(handles=marks, loc="outside upper center", ncols=5, handletextpad=0.2)
+    keys = [replace(_STAR, text=star), _ALSO]
+    keys += [Key(check, "dot", Pen("none"), colour) for check, colour in colours.items()]
+    return [*keys, Key("other checks", "dot", Pen("none"), OTHER)] if colours else keys

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.task_space import TaskSpaceDynamics
-from drivetrain.report.svg import JOINT_COLOURS, ORANGE, house_style
+from drivetrain.report.colours import JOINT_COLOURS, ORANGE
+from drivetrain.report.svg import house_style
 
 
 def figure_task_space(

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 from drivetrain.errors import Fault, InputError
+from drivetrain.report.fallen_columns import fallen_columns, fallen_text
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.whole_files import written_beside
-
-FALLEN_COLUMNS = ("joint", "motor", "gear", "check", "required", "available", "unit", "utilisation", "objective")
 
 
 def write_outputs(out_dir: str | Path, result: Evaluation | Selection) -> dict[str, Path]:
@@ -32,13 +29,14 @@ def write_outputs(out_dir: str | Path, result: Evaluation | Selection) -> dict[s
         InputError: The folder cannot be made or written to.
     """
     evaluation = result.evaluation if isinstance(result, Selection) else result
+    fallen = fallen_columns(result) if isinstance(result, Selection) else None
     texts = {
-        "report.html": html_report(result),
-        "result.json": result_json(result),
+        "report.html": html_report(result, fallen=fallen),
+        "result.json": result_json(result, fallen=fallen),
         "currents.csv": currents_csv(evaluation),
     }
-    if isinstance(result, Selection):
-        texts["fallen.csv"] = fallen_csv(result)
+    if fallen is not None:
+        texts["fallen.csv"] = fallen_text(fallen)
     return write_files(out_dir, texts)
 
 
@@ -63,14 +61,7 @@ def fallen_csv(selection: Selection) -> str:
     Returns:
         One header row, one row a candidate; required and available in the unit of their column ``unit``.
     """
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(FALLEN_COLUMNS)
-    for one in selection.fallen:
-        numbers = [f"{value:.6g}" for value in (one.required, one.available)]
-        last = [f"{value:.6g}" for value in (one.utilisation, one.objective)]
-        writer.writerow([one.joint, one.motor, one.gear, one.check, *numbers, one.unit, *last])
-    return out.getvalue()
+    return fallen_text(fallen_columns(selection))
 
 
 def write_files(out_dir: str | Path, texts: dict[str, str]) -> dict[str, Path]:

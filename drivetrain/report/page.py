@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import pandas as pd
 from markupsafe import Markup
 
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.report.assumptions import assumption_groups
+from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.report.figures_arm import supply_power, temperatures
 from drivetrain.report.figures_gear import gear_plane
 from drivetrain.report.figures_margins import margin_bars
@@ -17,7 +19,6 @@ from drivetrain.report.figures_motor import motor_plane
 from drivetrain.report.figures_selection import candidates
 from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
 from drivetrain.report.quantities import number, with_unit
-from drivetrain.report.svg import share_glyphs
 from drivetrain.report.views import (
     CSS,
     anchor,
@@ -38,11 +39,12 @@ from drivetrain.version import __version__
 HERE = Path(__file__).parent
 
 
-def html_report(result: Evaluation | Selection) -> str:
+def html_report(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> str:
     """The whole report as one page that needs nothing from outside.
 
     Args:
         result: Of ``evaluate`` or ``select``.
+        fallen: Its ``fallen_columns``, where they are at hand.
 
     Returns:
         HTML text; the same result gives the same bytes.
@@ -57,7 +59,9 @@ def html_report(result: Evaluation | Selection) -> str:
         lstrip_blocks=True,
     )
     template = environment.get_template("page.html.j2")
-    return share_glyphs(template.render(_frame(evaluation, selection) | _body(evaluation, selection))) + "\n"
+    if selection is not None and fallen is None:
+        fallen = fallen_columns(selection)
+    return template.render(_frame(evaluation, selection) | _body(evaluation, selection, fallen)) + "\n"
 
 
 def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
@@ -96,12 +100,14 @@ def _facts(study: Study) -> list[str]:
     ]
 
 
-def _body(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
+def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFrame | None) -> dict[str, Any]:
     """The content, section by section."""
     rows = check_rows(evaluation)
     tasks = {task.name: task for task in evaluation.study.joints}
-    joints = [_joint(joint, tasks[name], evaluation, selection) for name, joint in evaluation.joints.items()]
-    checks, counts = ([], []) if selection is None else fallen_counts(selection)
+    joints = [_joint(joint, tasks[name], evaluation) for name, joint in evaluation.joints.items()]
+    if selection is not None and fallen is not None:
+        joints = [one | _others(selection, fallen, name) for one, name in zip(joints, evaluation.joints, strict=True)]
+    checks, counts = fallen_counts({} if fallen is None else counted(fallen), evaluation.joints)
     reserve = evaluation.study.safety.reserve
     return {
         "groups": assumption_groups(evaluation),
@@ -113,7 +119,7 @@ def _body(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]
         "margin_figure": Markup(margin_bars(evaluation, reserve=reserve)),
         "supply_figure": Markup(supply_power(evaluation)),
         "heat_figure": Markup(temperatures(evaluation)),
-        "candidate_figure": Markup("" if selection is None else candidates(selection)),
+        "candidate_figure": Markup("" if selection is None else candidates(selection, fallen=fallen)),
         "is_selection": selection is not None,
         "feasible": evaluation.feasible,
         "felling_checks": checks,
@@ -123,7 +129,7 @@ def _body(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]
     }
 
 
-def _joint(joint: JointResult, task: JointTask, evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
+def _joint(joint: JointResult, task: JointTask, evaluation: Evaluation) -> dict[str, Any]:
     """One joint's section."""
     study, name = evaluation.study, anchor(joint.name)
     limits = ElectricalLimits(
@@ -142,9 +148,18 @@ def _joint(joint: JointResult, task: JointTask, evaluation: Evaluation, selectio
         "assumptions": joint.drive.assumptions,
         "remarks": joint.remarks,
         "parts": used_rows(joint, study),
-        "alternatives": [] if selection is None else _alternatives(selection, joint.name),
-        "misses": [] if selection is None else nearest_misses(selection, joint.name),
-        "fell": 0 if selection is None else sum(one.joint == joint.name for one in selection.fallen),
+        "alternatives": [],
+        "misses": [],
+        "fell": 0,
+    }
+
+
+def _others(selection: Selection, fallen: pd.DataFrame, joint: str) -> dict[str, Any]:
+    """What only a selection knows of a joint: who else passes, and who failed by little."""
+    return {
+        "alternatives": _alternatives(selection, joint),
+        "misses": nearest_misses(fallen, joint),
+        "fell": int((fallen["joint"] == joint).sum()),
     }
 
 

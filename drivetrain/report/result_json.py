@@ -4,33 +4,37 @@ from __future__ import annotations
 
 import json
 import math
-from collections import Counter
 from typing import Any
 
+import pandas as pd
+
+from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.sizing.results import Check, Evaluation, JointResult, Selection, Verdict
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
 
 
-def result_json(result: Evaluation | Selection) -> str:
+def result_json(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> str:
     """An evaluation or a selection as JSON text.
 
     Args:
         result: Of ``evaluate`` or ``select``.
+        fallen: Its ``fallen_columns``, where they are at hand.
 
     Returns:
         JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same result
         gives the same bytes.
     """
-    return json.dumps(result_data(result), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(result_data(result, fallen=fallen), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def result_data(result: Evaluation | Selection) -> dict[str, Any]:
+def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> dict[str, Any]:
     """An evaluation or a selection as plain data.
 
     Args:
         result: Of ``evaluate`` or ``select``.
+        fallen: Its ``fallen_columns``, where they are at hand.
 
     Returns:
         What ``result.json`` holds: joints in the arm's order, checks in their fixed order.
@@ -51,7 +55,9 @@ def result_data(result: Evaluation | Selection) -> dict[str, Any]:
         "joints": {name: _joint(joint) for name, joint in evaluation.joints.items()},
         "shared": [_check(check) for check in evaluation.shared],
     }
-    return data if selection is None else data | _search(selection)
+    if selection is None:
+        return data
+    return data | _search(selection, counted(fallen_columns(selection) if fallen is None else fallen))
 
 
 def _objective_unit(evaluation: Evaluation) -> str:
@@ -95,9 +101,8 @@ def _joint(joint: JointResult) -> dict[str, Any]:
     }
 
 
-def _search(selection: Selection) -> dict[str, Any]:
+def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[str, Any]:
     """What only a selection knows."""
-    by_check = Counter((fallen.joint, fallen.check) for fallen in selection.fallen)
     fallen: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
     for (joint, check), count in sorted(by_check.items(), key=lambda item: (-item[1], item[0])):
         fallen.setdefault(joint, {})[check] = count

@@ -7,27 +7,17 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from html import escape
-from itertools import pairwise
 from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from drivetrain.arrays import Array
+from drivetrain.report.colours import FAINT, INK, MUTED
 
-INK = "#1f2a37"
-MUTED = "#64748b"
-FAINT = "#dfe5ec"
-# Okabe and Ito's palette, told apart by every common kind of colour blindness.
-BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9"
-JOINT_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILLION, SKY, "#7f6a3f", "#444444")
 # The yellow end of viridis is lost on white paper.
 TIME_COLOURS = LinearSegmentedColormap.from_list("instants", mpl.colormaps["viridis"](np.linspace(0.0, 0.9, 64)))
-MOST_VECTOR_POINTS = 1000  # a scatter of more is drawn as an image inside the SVG
 
 _LOOK: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -148,65 +138,3 @@ def png_bytes(figure: Figure, dpi: float = 150) -> bytes:
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=dpi, facecolor="white", metadata={"Software": None})
     return out.getvalue()
-
-
-def thinned(values: Array, buckets: int = 300) -> NDArray[np.intp]:
-    """Samples enough to draw a curve without losing a peak: the smallest and largest of every bucket.
-
-    Args:
-        values: The curve, (N,).
-        buckets: How many pieces the curve is cut into.
-
-    Returns:
-        Indices in rising order, integers; all of them when the curve is short.
-    """
-    n = len(values)
-    if n <= 3 * buckets:
-        return np.arange(n)
-    edges = np.linspace(0, n, buckets + 1).astype(int)
-    kept = {0, n - 1}
-    for low, high in pairwise(edges):
-        kept |= {low + int(np.argmin(values[low:high])), low + int(np.argmax(values[low:high]))}
-    return np.array(sorted(kept))
-
-
-def spread(positions: list[float], gap: float) -> list[float]:
-    """Label positions pushed apart so that none overlap, each as near as may be to its own.
-
-    Args:
-        positions: Where the labels want to be, in any order and unit.
-        gap: Smallest distance between two, same unit.
-
-    Returns:
-        The new positions in the same order.
-    """
-    order = sorted(range(len(positions)), key=lambda i: positions[i])
-    placed = [positions[i] for i in order]
-    for _ in range(50):
-        for i in range(len(placed) - 1):
-            overlap = gap - (placed[i + 1] - placed[i])
-            if overlap > 1e-9 * gap:
-                placed[i] -= overlap / 2
-                placed[i + 1] += overlap / 2
-    result = [0.0] * len(positions)
-    for i, position in zip(order, placed, strict=True):
-        result[i] = position
-    return result
-
-
-def cloud(axes: Axes, x: Array, y: Array, time: Array) -> object:
-    """The motion's samples on a plane, coloured by time.
-
-    Args:
-        axes: Where to draw.
-        x, y: Already in the units of the axes, (N,).
-        time: [s], (N,).
-
-    Returns:
-        The scatter, for a colour bar.
-    """
-    if len(time) <= MOST_VECTOR_POINTS:
-        axes.plot(x, y, color=MUTED, linewidth=0.5, alpha=0.6, zorder=3)  # the way between sparse samples
-    return axes.scatter(
-        x, y, c=time, s=6, cmap=TIME_COLOURS, linewidths=0, zorder=4, rasterized=len(time) > MOST_VECTOR_POINTS
-    )

@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
+
+import numpy as np
+import pandas as pd
 
 from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS, Column
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
+from drivetrain.report.fallen_columns import COLUMNS
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.words import common_unit, digits_near_limit, joint_sentence, nearness
-from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, Selection, Verdict
+from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, Verdict
 from drivetrain.study.study import JointTask, Study
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
@@ -324,35 +329,43 @@ def fallen_row(fallen: Fallen) -> FallenRow:
     )
 
 
-def fallen_counts(selection: Selection) -> tuple[list[str], list[tuple[str, int, list[int]]]]:
+def fallen_counts(
+    counts: Mapping[tuple[str, str], int], joints: Iterable[str]
+) -> tuple[list[str], list[tuple[str, int, list[int]]]]:
     """How many candidates each check felled at each joint.
 
     Args:
-        selection: What was found.
+        counts: By (joint, check).
+        joints: In the arm's order.
 
     Returns:
         Check names, most felling first; and per joint its name, its total and its counts in that order.
     """
-    totals = Counter(fallen.check for fallen in selection.fallen)
+    totals: Counter[str] = Counter()
+    for (_, check), count in counts.items():
+        totals[check] += count
     checks = sorted(totals, key=lambda check: (-totals[check], check))
-    cells = Counter((fallen.joint, fallen.check) for fallen in selection.fallen)
     rows = []
-    for joint in selection.evaluation.joints:
-        counts = [cells[joint, check] for check in checks]
-        rows.append((joint, sum(counts), counts))
+    for joint in joints:
+        row = [counts.get((joint, check), 0) for check in checks]
+        rows.append((joint, sum(row), row))
     return checks, rows
 
 
-def nearest_misses(selection: Selection, joint: str) -> list[FallenRow]:
+def nearest_misses(fallen: pd.DataFrame, joint: str) -> list[FallenRow]:
     """The candidates of a joint that failed by the least.
 
     Args:
-        selection: What was found.
+        fallen: All that fell, from ``fallen_columns``.
         joint: Its name.
 
     Returns:
         A few rows, the nearest first.
     """
-    fell = [fallen for fallen in selection.fallen if fallen.joint == joint]
-    fell.sort(key=lambda one: (one.utilisation, one.objective, one.motor, one.gear))
-    return [fallen_row(one) for one in fell[:MOST_SHOWN]]
+    fell = fallen[fallen["joint"] == joint]
+    used = fell["utilisation"].to_numpy(dtype=float)
+    if len(used) > MOST_SHOWN:
+        fell = fell[used <= np.partition(used, MOST_SHOWN - 1)[MOST_SHOWN - 1]]
+    rows = [Fallen(*values) for values in fell[list(COLUMNS)].itertuples(index=False, name=None)]
+    rows.sort(key=lambda one: (one.utilisation, one.objective, one.motor, one.gear))
+    return [fallen_row(one) for one in rows[:MOST_SHOWN]]

@@ -1,9 +1,7 @@
-"""The pictures say what they show: every axis with its unit, every limit by name. Letters are drawn as shapes, so the
-tests read the text that stands as a comment before each."""
+"""The pictures say what they show: every axis with its unit, every limit by name."""
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
@@ -22,9 +20,11 @@ from drivetrain.sizing.results import Evaluation, Selection
 LIMITS = ElectricalLimits(60.0, 45.6)
 
 
+SVG = "{http://www.w3.org/2000/svg}"
+
+
 def texts(svg: str) -> list[str]:
-    ET.fromstring(svg)
-    return [text.strip().replace("\u00a0", " ") for text in re.findall(r"<!--(.*?)-->", svg, re.DOTALL)]
+    return [(e.text or "").replace("\u00a0", " ") for e in ET.fromstring(svg).iter(f"{SVG}text")]
 
 
 def test_motor_plane_names_axes_regions_and_points(evaluation: Evaluation) -> None:
@@ -44,14 +44,15 @@ def test_motor_plane_names_axes_regions_and_points(evaluation: Evaluation) -> No
 def test_gear_side_axis_is_the_motor_side_times_the_ratio(evaluation: Evaluation) -> None:
     """Ticks are read off the drawing: the gear's 100 N m stands where the motor's 1 N m stands (ratio 100)."""
     joint, task = evaluation.joints["elbow"], evaluation.study.joints[2]
-    svg = motor_plane(joint, task, evaluation.study)
-    spots = re.findall(r"<!-- ([−\d.]+) --><g [^>]*translate\(([\d.]+) ([\d.]+)\)", svg)
-    right = max(float(x) for _, x, _ in spots)
-    gear = {float(t.replace("−", "-")): float(y) for t, x, y in spots if float(x) > right - 15}
-    motor = {float(t.replace("−", "-")): float(y) for t, x, y in spots if float(x) < 60}
+    root = ET.fromstring(motor_plane(joint, task, evaluation.study))
+    spots = [(e.text or "", float(e.get("x", 0)), float(e.get("y", 0))) for e in root.iter(f"{SVG}text")]
+    ticks = [spot for spot in spots if spot[0].replace("−", "").replace(".", "").isdigit()]
+    right = max(x for _, x, _ in ticks)
+    gear = {float(t.replace("−", "-")): y for t, x, y in ticks if x == right}
+    motor = {float(t.replace("−", "-")): y for t, x, y in ticks if x < 520}  # tenths of a point: left of the plane
     assert {200.0, -200.0} <= set(gear) and {2.0, -2.0} <= set(motor)
     for value in (200.0, -200.0):
-        assert gear[value] == pytest.approx(motor[value / 100.0], abs=0.5)  # points; both are centred on the tick
+        assert gear[value] == pytest.approx(motor[value / 100.0], abs=1.0)  # a tenth of a point
 
 
 def test_regions_shrink_when_hot(evaluation: Evaluation) -> None:
@@ -161,20 +162,20 @@ def test_candidates_show_every_joint_and_the_felling_checks(selection: Selection
     assert {f"{joint}: 400 fell" for joint in selection.evaluation.joints} <= set(found)
     assert {"winding temperature", "motor voltage", "gear repeated peak torque", "chosen", "also passes"} <= set(found)
     assert "mass of motor and gear [kg]" in found and "worst utilisation [%]" in found
-    assert "<image" in svg  # 400 points a joint are drawn as an image
+    assert 3 * 350 < svg.count("h0") <= 3 * 400  # a dot each, but for those that lie on one another
     assert candidates(replace(selection, fallen=(), alternatives={})) == ""
 
 
-def test_large_clouds_are_images_small_ones_are_not(evaluation: Evaluation) -> None:
+def test_a_large_cloud_is_not_larger_than_the_eye_sees(evaluation: Evaluation) -> None:
+    """Eight times the samples on the same curve: the picture hardly grows."""
     joint, task = evaluation.joints["elbow"], evaluation.study.joints[2]
-    large = motor_plane(joint, task, evaluation.study)
-    few = {
-        name: values[::4]
-        for name, values in vars(joint.series).items()
-        if values is not None and name not in ("bearing_load", "load_inertia")
-    }
-    small = motor_plane(replace(joint, series=replace(joint.series, **few)), task, evaluation.study)
-    assert large.count("<image") == small.count("<image") + 1  # the colour bar is an image in both
+    skipped = ("bearing_load", "load_inertia")
+    series = {name: v for name, v in vars(joint.series).items() if v is not None and name not in skipped}
+    grid = np.arange(len(joint.series.time))
+    fine = np.linspace(0, grid[-1], 8 * len(grid))
+    many = replace(joint.series, **{name: np.interp(fine, grid, values) for name, values in series.items()})
+    plain = motor_plane(joint, task, evaluation.study)
+    assert len(motor_plane(replace(joint, series=many), task, evaluation.study)) < 3 * len(plain)
 
 
 def test_nothing_known_still_draws(without_data: Evaluation) -> None:

@@ -11,7 +11,8 @@ import pytest
 
 from drivetrain.errors import InputError
 from drivetrain.report import outputs
-from drivetrain.report.outputs import FALLEN_COLUMNS, currents_csv, fallen_csv, write_files, write_outputs
+from drivetrain.report.fallen_columns import COLUMNS as FALLEN_COLUMNS
+from drivetrain.report.outputs import currents_csv, fallen_csv, write_files, write_outputs
 from drivetrain.sizing.results import Evaluation, Selection
 
 
@@ -64,7 +65,7 @@ def test_a_failure_while_writing_leaves_the_old_files(
 def test_a_failure_while_drawing_writes_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, evaluation: Evaluation
 ) -> None:
-    def breaks(result: object) -> str:
+    def breaks(result: object, **named: object) -> str:
         raise ZeroDivisionError
 
     monkeypatch.setattr(outputs, "result_json", breaks)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from drivetrain.report.fallen_columns import fallen_columns
 from drivetrain.report.page import html_report
 from drivetrain.report.views import anchor, check_rows, nearest_misses
 from drivetrain.report.words import MODEL_LIMITS, check_sentence, headline, overall_sentence
@@ -175,7 +176,7 @@ def test_selection_says_why_the_others_fell(selected: str, selection: Selection)
     assert [row[1] for row in counts] == ["400"] * 3
     assert all(sum(map(int, row[2:])) == 400 for row in counts)
     assert "acme-9" in found.text and "proof: optimal" in found.text
-    nearest = nearest_misses(selection, "elbow")
+    nearest = nearest_misses(fallen_columns(selection), "elbow")
     shares = sorted(one.utilisation for one in selection.fallen if one.joint == "elbow")
     assert nearest[0].utilisation.startswith(f"{100 * shares[0]:.1f}"[:5])
 

@@ -6,7 +6,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from drivetrain.report.svg import house_style, png_bytes, share_glyphs, spread, svg_text, thinned
+from drivetrain.report.svg import house_style, png_bytes, share_glyphs, svg_text
+from drivetrain.report.thinning import spread, thinned
 
 
 def picture(name: str, points: int = 50) -> str:
