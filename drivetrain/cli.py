@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands import answers, arm, catalog, sizing
+from drivetrain.commands import answers, arm, catalog, sizing, sweep
 from drivetrain.commands.shared import FITS
 from drivetrain.version import __version__
 
@@ -23,6 +23,7 @@ app = typer.Typer(
 )
 app.add_typer(sizing.app)
 app.add_typer(answers.app)
+app.add_typer(sweep.app)
 app.add_typer(arm.app)
 app.add_typer(catalog.app, name="catalog")
 

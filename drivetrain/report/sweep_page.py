@@ -1,0 +1,55 @@
+"""The page of a sweep: its picture, and its points in a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from drivetrain.report.figures_sweep import sweep_svg
+from drivetrain.report.quantities import DASH, number, percent
+from drivetrain.report.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.study.study import Study
+
+MOST_ROWS = 500
+LABELS = {"mass": "mass of all drives [kg]", "price": "price of all drives", "energy": "energy a cycle [J]"}
+_CSS = {"PASS": "pass", "MARGINAL": "marginal", "FAIL": "fail"}
+
+
+def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> str:
+    """The results of a sweep as one page that needs nothing from outside.
+
+    Args:
+        study: As its file stands, nothing varied.
+        results: From ``read_results``.
+        names: Of what was varied.
+
+    Returns:
+        HTML text.
+    """
+    label = LABELS.get(study.objective, "objective")
+    picture = sweep_svg(results, names, label)
+    fits = int(results["feasible"].sum())
+    lead = f"{fits} of {len(results)} points fit."
+    shown = results.head(MOST_ROWS)
+    headings = (*names, "verdict", label, "largest utilisation", "nearest limit", "drives or what is wrong")
+    table = SheetTable(headings, tuple(_row(row, names) for _, row in shown.iterrows()))
+    notes = ("The shards hold every point; " + f"the first {MOST_ROWS} are shown here.",) * (len(results) > MOST_ROWS)
+    figures = ((picture, "Each mark is one point; crosses: nothing fits there."),) if picture else ()
+    return sheet(
+        study, "Sweep", [Section("Every point", "points", lead=(lead,), figures=figures, tables=(table,), notes=notes)]
+    )
+
+
+def _row(row: pd.Series, names: Sequence[str]) -> tuple[str | Chip, ...]:
+    """One point as texts."""
+    verdict = str(row["verdict"])
+    nearest = " of ".join(part for part in (row["binding_check"], row["binding_joint"]) if part)
+    return (
+        *(str(row[name]) for name in names),
+        Chip(verdict, _CSS.get(verdict, "unchecked")),
+        number(row["objective"]) if row["feasible"] else DASH,
+        percent(row["utilisation"]) if row["utilisation"] == row["utilisation"] else DASH,
+        nearest or DASH,
+        str(row["fault"] or row["drives"] or row["proof"]),
+    )
