@@ -12,9 +12,11 @@ from drivetrain.errors import Fault, InputError
 
 Array = NDArray[np.float64]
 
+LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
+
 
 def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
-    """A read-only float copy of a value whose shape and finiteness have been checked.
+    """A read-only float copy of a value whose shape and numbers have been checked.
 
     Args:
         value: Anything numpy can turn into floats.
@@ -25,7 +27,7 @@ def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
         The copy, not writeable.
 
     Raises:
-        InputError: Not numeric, another shape, or a NaN or infinity in it.
+        InputError: Not real numbers, another shape, or one that is NaN, infinite, or too large to calculate with.
     """
     array = checked_array(value, shape, name).copy()
     array.setflags(write=False)
@@ -33,7 +35,7 @@ def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
 
 
 def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
-    """A float array (not copied when it already is one) whose shape and finiteness have been checked.
+    """A float array (not copied when it already is one) whose shape and numbers have been checked.
 
     Args:
         value: Anything numpy can turn into floats.
@@ -44,20 +46,79 @@ def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
         The values as contiguous float64.
 
     Raises:
-        InputError: Not numeric, another shape, or a NaN or infinity in it.
+        InputError: Not real numbers, another shape, or one that is NaN, infinite, or too large to calculate with.
     """
     wanted = "(" + ", ".join("N" if size is None else str(size) for size in shape) + ")"
     try:
-        array = np.ascontiguousarray(value, dtype=np.float64) if len(shape) else np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
+        array = real_array(value)
+    except (TypeError, ValueError, OverflowError):
         raise InputError(Fault(name, f"must be numbers of shape {wanted}", value)) from None
     fits = array.ndim == len(shape) and all(w is None or w == s for w, s in zip(shape, array.shape, strict=True))
     if not fits:
         raise InputError(Fault(name, f"must have shape {wanted}", f"shape {array.shape}"))
-    if not np.isfinite(array).all():
-        bad = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        raise InputError(Fault(f"{name}{list(bad) if bad else ''}", "must be finite", float(array[bad])))
+    if not within_reach(array):
+        finite = np.isfinite(array)
+        bad = tuple(int(i) for i in np.argwhere(~finite if not finite.all() else np.abs(array) > LARGEST)[0])
+        problem = "must be finite" if not finite.all() else f"is too large to calculate with, above {LARGEST:g}"
+        raise InputError(Fault(f"{name}{list(bad) if bad else ''}", problem, float(array[bad])))
     return array
+
+
+def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST, least: float = -LARGEST) -> float:
+    """A number whose range has been checked.
+
+    Args:
+        value: Anything that may be one.
+        name: What to call it in an error.
+        unit: Of the value, for the error.
+        above: It must be larger than this [unit].
+        least: It must not be smaller than this [unit].
+
+    Returns:
+        The number [unit].
+
+    Raises:
+        InputError: No real number, NaN, infinite, too large to calculate with, or out of range.
+    """
+    number = float(checked_array(value, (), name))
+    if number <= above and above > -LARGEST:
+        raise InputError(Fault(name, f"must be above {above:g} [{unit}]", number))
+    if number < least:
+        raise InputError(Fault(name, f"must be at least {least:g} [{unit}]", number))
+    return number
+
+
+def real_array(value: Any) -> Array:
+    """The value as contiguous float64, of any shape; numbers are not looked at.
+
+    Args:
+        value: Anything numpy can turn into floats.
+
+    Returns:
+        The values; not copied when they are so already.
+
+    Raises:
+        TypeError: Complex numbers, of which numpy would drop a part, or something else that is no number.
+        ValueError: Text that is no number, or rows of different lengths.
+    """
+    if isinstance(value, np.ndarray) and value.dtype == np.float64:
+        return np.asarray(value, order="C")
+    if np.iscomplexobj(value):
+        raise TypeError("complex numbers")
+    return np.asarray(value, dtype=np.float64, order="C")
+
+
+def within_reach(array: Array) -> bool:
+    """Whether all numbers are finite and small enough to calculate with.
+
+    Args:
+        array: Any shape and unit.
+
+    Returns:
+        True for an empty one.
+    """
+    # No temporary array; a NaN makes both comparisons false.
+    return array.size == 0 or bool(array.min() >= -LARGEST and array.max() <= LARGEST)
 
 
 def batch(value: Any, width: int, name: str) -> Array:

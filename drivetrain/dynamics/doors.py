@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array, batch
+from drivetrain.arrays import Array, batch, real_array, within_reach
 from drivetrain.dynamics.kernels import compiled
 from drivetrain.dynamics.packed import Packed
 from drivetrain.errors import Fault, InputError
@@ -40,8 +40,8 @@ def samples(n: int, named: dict[str, Any]) -> list[Array]:
         InputError: Not numbers, wrong shapes, or shapes that differ.
     """
     try:
-        arrays = [np.asarray(value, dtype=np.float64, order="C") for value in named.values()]
-    except (TypeError, ValueError):
+        arrays = [real_array(value) for value in named.values()]
+    except (TypeError, ValueError, OverflowError):
         raise _complaint(n, named) from None
     shape = arrays[0].shape
     if len(shape) not in (1, 2) or shape[-1] != n or any(array.shape != shape for array in arrays):
@@ -50,7 +50,7 @@ def samples(n: int, named: dict[str, Any]) -> list[Array]:
 
 
 def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
-    """As ``samples``, and every number is finite.
+    """As ``samples``, and every number is finite and not too large.
 
     Args:
         n: Joints.
@@ -60,10 +60,10 @@ def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
         The values, (N, n) each, C order; N = 1 for one sample.
 
     Raises:
-        InputError: As ``samples``; or a NaN or infinity.
+        InputError: As ``samples``; or a NaN, an infinity, or a number too large to calculate with.
     """
     arrays = samples(n, named)
-    if not all(np.isfinite(array).all() for array in arrays):
+    if not all(within_reach(array) for array in arrays):
         raise _complaint(n, named)
     return arrays
 

@@ -72,8 +72,7 @@ def test_numbers_that_are_none(arm: Arm, name: str, value: float, row: int) -> N
     named[name][row, 3] = value
     with pytest.raises(InputError) as caught:
         inverse_dynamics(arm, **named)
-    wanted = name if np.isfinite(value) else f"{name}[{row}, 3]"
-    assert [fault.place for fault in caught.value.faults] == [wanted]
+    assert [fault.place for fault in caught.value.faults] == [f"{name}[{row}, 3]"]
 
 
 @given(st.integers(0, 2), st.integers(0, 5), st.sampled_from([np.nan, np.inf]))
