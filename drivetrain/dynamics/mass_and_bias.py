@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from drivetrain.arrays import Array
 from drivetrain.dynamics.compiled_vectors import Vector, add, cross, dot, get, part, put
 from drivetrain.dynamics.passes import (
@@ -39,6 +41,24 @@ from drivetrain.dynamics.passes import (
 # first moment, second moments xx yy zz xy xz yz), wrench.
 ROT, ORIGIN, SCREW, VELOCITY, ACCEL, BODY, WRENCH = 0, 9, 12, 18, 24, 30, 40
 COLUMNS = 46
+
+
+def working_rows(links: int, rotors: int, rotation: Array, gravity: Array) -> Array:
+    """Scratch for ``mass_and_bias``, its last row the base's.
+
+    Args:
+        links: Number of joints.
+        rotors: Number of rotors that need a pass of their own.
+        rotation: Of the frame of the first row's constants in the base [-], (3, 3).
+        gravity: Acceleration of free fall in the base frame [m/s^2], (3,).
+
+    Returns:
+        (links + rotors + 1, COLUMNS); vectors in it have the axes of the base.
+    """
+    work = np.zeros((links + rotors + 1, COLUMNS))
+    work[-1, ROT : ROT + 9] = np.ravel(rotation)
+    work[-1, ACCEL + 3 : ACCEL + 6] = -np.asarray(gravity)
+    return work
 
 
 @part
@@ -189,8 +209,8 @@ def _rotors(
 # long kernel: one pass out and one back, while a link's numbers are at hand
 @part
 def mass_and_bias(
-    links: int, rows: Array, spins: Array, gravity: Array, q: Array, qd: Array, work: Array, mass: Array, turned: Array,
-    bias: Array, turned_bias: Array,
+    links: int, rows: Array, spins: Array, q: Array, qd: Array, work: Array, mass: Array, turned: Array, bias: Array,
+    turned_bias: Array,
 ) -> None:  # fmt: skip
     """Fill mass matrix and bias.
 
@@ -198,19 +218,14 @@ def mass_and_bias(
         links: Number of joints; coordinates beyond are those of rotors on their own.
         rows: Constants of links, stand-ins and rotors, as ``packed.Packed`` tells [SI].
         spins: Joint, carrier, and 1 if balanced, of the rotors that need a pass of their own, (m, 3).
-        gravity: In the frame of the base [m/s^2], (3,).
         q, qd: Positions and speeds [rad or m, and per s], (n,).
-        work: Scratch, (links + m + 1, COLUMNS); the last row is the base's.
+        work: From ``working_rows``, (links + m + 1, COLUMNS).
         mass: Takes the matrix [kg m^2, kg m or kg], (n, n).
         turned: Takes the part of its rows that motors feel before their gears, (n, n).
         bias: Takes the torques at constant speed [N m or N], (n,).
         turned_bias: Takes the part of them that motors feel before their gears, (n,).
     """
     total, base = len(bias), work[len(work) - 1]
-    base[:] = 0.0
-    base[0] = base[4] = base[8] = 1.0
-    for j in range(3):
-        base[ACCEL + 3 + j] = -gravity[j]
     for i in range(total):
         bias[i] = 0.0
         turned_bias[i] = 0.0

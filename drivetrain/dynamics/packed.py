@@ -52,24 +52,27 @@ class Packed:
 
 
 @lru_cache(maxsize=64)
-def packed(arm: Arm) -> Packed:
+def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     """The arm for the compiled recursion, remembered by the identity of the arm.
 
     Args:
         arm: With rotors or without.
+        free: Rotors that move on their own, by joint: each has a stand-in whose position is the rotor's angle over its
+            ratio, after those of the joints.
 
     Returns:
         Its constants, in SI units.
     """
     frames = link_frames(arm)
+    ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
     inverse = _inverse(frames)
     bodies = _carry(inverse[1:] @ arm.home, arm.masses, arm.inertias)
-    apart = _followers(arm)
+    apart = sorted({*_followers(arm), *free})
     rows = np.zeros((arm.n + len(apart), passes.WIDTH))
     rows[:, [passes.CA, passes.CD, passes.R0, passes.R0 + 4, passes.R0 + 8]] = 1.0  # stand-ins: no turn, no shift
     _place(rows[: arm.n], inverse[:-1] @ frames[1:])
     _joints(rows[: arm.n], arm, frames)
-    extra, spins = _mount(arm, inverse, rows, bodies, apart)
+    extra, spins = _mount(arm, inverse, rows, bodies, {i: ratios[i] if i in free else 1.0 for i in apart})
     _bodies(rows[: arm.n], bodies)
     return Packed(
         _revolute(rows),
@@ -77,9 +80,13 @@ def packed(arm: Arm) -> Packed:
         np.array(spins, dtype=np.int64).reshape(-1, 3),
         frames[0, :3, :3].T @ arm.gravity,
         _wrench_map(inverse[-1] @ arm.tip),
-        np.array([1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]),
-        np.vstack([np.eye(arm.n), rotor_turns(arm)[apart]]) if apart else None,
+        np.array(ratios),
+        _spread(arm, apart) if apart and not free else None,
     )
+
+
+def _spread(arm: Arm, apart: list[int]) -> Array:
+    return np.vstack([np.eye(arm.n), rotor_turns(arm)[apart]])
 
 
 def _followers(arm: Arm) -> list[int]:
@@ -196,14 +203,17 @@ def _bodies(rows: Array, bodies: Array) -> None:
 
 
 def _mount(
-    arm: Arm, inverse: Array, rows: Array, bodies: Array, apart: list[int]
+    arm: Arm, inverse: Array, rows: Array, bodies: Array, apart: dict[int, float]
 ) -> tuple[list[Array], list[tuple[int, int, int]]]:
-    """Fold the rotors into the rows and the bodies of the links; give back those that need a pass of their own."""
-    extra, spins = [], []
+    """Fold the rotors into the rows and the bodies of the links; give back those that need a pass of their own.
+
+    Rotors apart follow stand-ins, in their order, so many times as far.
+    """
+    extra, spins, stand_ins = [], [], list(apart)
     for i, rotor in enumerate(arm.rotors):
         if rotor is None:
             continue
-        joint, ratio = (arm.n + apart.index(i), 1.0) if i in apart else (i, rotor.ratio)
+        joint, ratio = (arm.n + stand_ins.index(i), apart[i]) if i in apart else (i, rotor.ratio)
         own = _own_pass(rotor, arm.level, (joint, ratio), inverse, rows, bodies)
         if own is not None:
             extra.append(own[0])

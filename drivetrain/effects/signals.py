@@ -40,6 +40,7 @@ MOTOR_SLIDE_BACKWARD = Signal("motor_slide_backward", "N m")
 MESH_DRIVING = Signal("mesh_driving", "-")  # loss over transmitted torque, power to the load
 MESH_DRIVEN = Signal("mesh_driven", "-")  # the same, power from the load; 1 or more locks
 SURFACE_SPEED = Signal("surface_speed", "rad/s")  # of what the joint rubs on
+MOTOR_SURFACE_SPEED = Signal("motor_surface_speed", "rad/s", default=0.0)  # that of a motor's bearings: they rest
 
 # Told by the mechanics once motion and forces are known.
 ACCELERATION = Signal("acceleration", "rad/s^2")
@@ -79,3 +80,16 @@ AFTER = (
     ACCELERATION, MOTOR_ACCELERATION, JOINT_FRICTION, MOTOR_FRICTION, MESH_TORQUE, MESH_LOSS,
     JOINT_FRICTION_POWER, MOTOR_FRICTION_POWER, MESH_POWER,
 )  # fmt: skip
+
+# Of the tip, along the axes of the base: known before; and what the surroundings do to it.
+TIP_GIVEN = (
+    *(Signal(f"scene.tip_{axis}", "m") for axis in "xyz"),
+    *(Signal(f"scene.tip_speed_{axis}", "m/s") for axis in "xyz"),
+    *(Signal(f"scene.tip_turning_{axis}", "rad/s") for axis in "xyz"),
+)
+TIP_TAKEN = (
+    *(Signal(f"scene.tip_force_{axis}", "N") for axis in "xyz"),
+    *(Signal(f"scene.tip_moment_{axis}", "N m") for axis in "xyz"),
+    *(Signal(f"scene.tip_damping_{axes}", "N s/m") for axes in ("xx", "xy", "xz", "yy", "yz", "zz")),
+    *(Signal(f"scene.tip_stiffness_{axes}", "N/m") for axes in ("xx", "xy", "xz", "yy", "yz", "zz")),
+)

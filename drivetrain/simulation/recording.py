@@ -57,6 +57,7 @@ class Recording:
         events: In the order of time.
         stopped_by: What ended the run before its time; None when nothing did.
         about: What was run: arm, solver and the like, by name, in words.
+        kept: What it takes to go on from the end, by name; empty where a run cannot be resumed.
     """
 
     time: Array
@@ -65,6 +66,7 @@ class Recording:
     events: tuple[Event, ...] = ()
     stopped_by: Event | None = None
     about: Mapping[str, str] = field(default_factory=dict)
+    kept: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         time = frozen_array(self.time, (None,), "time")
@@ -137,6 +139,7 @@ class Recording:
         if not target.parent.is_dir():
             raise InputError(Fault("path", "must lie in a folder that exists", str(target)))
         arrays: dict[str, Any] = {f"series {i}": series.values for i, series in enumerate(self.series.values())}
+        arrays |= {f"kept {name}": values for name, values in self.kept.items()}
         told = np.array(self._told())
         write_whole(target, lambda file: np.savez_compressed(file, time=self.time, told=told, **arrays))
         return target
@@ -190,4 +193,5 @@ def load_recording(path: Path | str) -> Recording:
         tuple(Event(*event) for event in told["events"]),
         None if told["stopped_by"] is None else Event(*told["stopped_by"]),
         told["about"],
+        {name.removeprefix("kept "): values for name, values in arrays.items() if name.startswith("kept ")},
     )

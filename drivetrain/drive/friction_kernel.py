@@ -1,0 +1,55 @@
+"""The friction curve for compiled code: the law of ``friction.py`` with its unknowns filled in.
+
+Compiled into effects; a change here must be told there, see their ``SOURCES``.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+
+from drivetrain.drive.friction import Friction
+
+
+def friction_numbers(friction: Friction) -> tuple[float, float, float, float, float, float]:
+    """The constants of a friction law's dry part.
+
+    Args:
+        friction: The law.
+
+    Returns:
+        Coulomb torque forward and backward, breakaway torque forward and backward [N m]; speed of the fall between
+        them [rad/s], 0 where there is none; its exponent [-].
+    """
+    forward = friction.coulomb
+    backward = forward if friction.coulomb_negative is None else friction.coulomb_negative
+    static = friction.static
+    hold = (forward, backward) if static is None else (static, static)
+    falls = static is not None and friction.stribeck_speed is not None
+    speed = friction.stribeck_speed if falls and friction.stribeck_speed is not None else 0.0
+    return forward, backward, *hold, speed, friction.stribeck_exponent
+
+
+@nb.njit(error_model="numpy", nogil=True)
+def sliding_torque(coulomb: float, static: float, fall: float, exponent: float, speed: float) -> float:
+    """Dry friction while sliding in one direction, a positive number.
+
+    Args:
+        coulomb: Far from rest [N m].
+        static: Close to rest [N m]; only where there is a fall.
+        fall: Speed at which the excess over ``coulomb`` has fallen to 1/e [rad/s]; 0: there is none.
+        exponent: Of that fall [-].
+        speed: Magnitude [rad/s].
+
+    Returns:
+        [N m].
+
+    Reference:
+        As ``friction.friction_torque``.
+    """
+    if fall <= 0.0:
+        return coulomb
+    share = speed / fall
+    power = share * share if exponent == 2.0 else share**exponent
+    return coulomb + (static - coulomb) * math.exp(-power)

@@ -1,0 +1,78 @@
+"""Dry friction with true sticking: Coulomb, static and Stribeck, at the joint or at the motor's shaft.
+
+It adds bounds, not a torque: at rest friction is whatever holds, and only the solution of all joints together tells what
+that is. The curve is that of ``drive/friction.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.friction_kernel import friction_numbers, sliding_torque
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"drive/friction_kernel.py": 0}
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        speed = signals[words[row + 1]] - signals[words[row + 2]]
+        forward = speed if speed > 0.0 else 0.0
+        backward = -speed if speed < 0.0 else 0.0
+        signals[words[row + 3]] += numbers[at + 2]
+        signals[words[row + 4]] += numbers[at + 3]
+        signals[words[row + 5]] += sliding_torque(
+            numbers[at], numbers[at + 2], numbers[at + 4], numbers[at + 5], forward
+        )
+        signals[words[row + 6]] += sliding_torque(
+            numbers[at + 1], numbers[at + 3], numbers[at + 4], numbers[at + 5], backward
+        )
+
+
+@dataclass(frozen=True)
+class DryFriction(Effect):
+    """Friction that sticks: holds up to its static torque, slides with less.
+
+    Attributes:
+        friction: Of which all but the viscous part is taken.
+        side: ``joint`` or ``motor``: at which shaft.
+    """
+
+    friction: Friction
+    side: str = "joint"
+
+    compute: ClassVar[Compiled | None] = _compute
+
+    def ports(self, place: Place) -> Ports:
+        """Reads the shaft's speed, adds the bounds.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        if self.side == "motor":
+            levels = (s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
+            return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), adds=levels)
+        levels = (s.JOINT_HOLD_FORWARD, s.JOINT_HOLD_BACKWARD, s.JOINT_SLIDE_FORWARD, s.JOINT_SLIDE_BACKWARD)
+        return Ports(needs=(s.SPEED, s.SURFACE_SPEED), adds=levels)
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The curve.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            As ``friction_numbers`` tells.
+        """
+        return friction_numbers(self.friction)

@@ -1,0 +1,96 @@
+"""A torque given over time, on the link or at the motor's shaft."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
+from drivetrain.effects.tables import table_numbers, table_value
+from drivetrain.errors import Fault, InputError
+
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"effects/tables.py": 0}
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        signals[words[row + 2]] += table_value(numbers, words[row], t)
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        # What it added cannot be read back from a sum, so the law is asked again.
+        signals[words[row + 3]] = table_value(numbers, words[row], t) * signals[words[row + 1]]
+
+
+@dataclass(frozen=True, eq=False)
+class GivenTorque(Effect):
+    """A torque that follows a table, linear between its instants; two at one instant are a jump.
+
+    Attributes:
+        time: Never falling [s], (N,); before the first and after the last the torque stays.
+        torque: [N m], (N,).
+        side: ``joint`` or ``motor``: on which shaft.
+    """
+
+    time: Array
+    torque: Array
+    side: str = "joint"
+
+    compute: ClassVar[Compiled | None] = _compute
+    account: ClassVar[Compiled | None] = _account
+
+    def __post_init__(self) -> None:
+        time, torque = checked_array(self.time, (None,), "time"), checked_array(self.torque, (None,), "torque")
+        if len(time) != len(torque) or not len(time) or (np.diff(time) < 0.0).any():
+            raise InputError(Fault("time", "must be instants that never fall, one a torque [s]", time[:5].tolist()))
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "torque", torque)
+
+    def ports(self, place: Place) -> Ports:
+        """Reads the shaft's speed for its power, adds the torque.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        motor = self.side == "motor"
+        power = Signal(f"given_{self.side}_power", "W")
+        return Ports(
+            needs=(s.MOTOR_SPEED if motor else s.SPEED,),
+            adds=(s.MOTOR_TORQUE if motor else s.JOINT_TORQUE,),
+            tells=(power,),
+            powers={power.name: Role.SOURCE},
+        )
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The table.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its length, instants [s], torques [N m].
+        """
+        return table_numbers(self.time, self.torque)
+
+    def breakpoints(self) -> Sequence[float]:
+        """Where the table jumps or bends.
+
+        Returns:
+            Its instants [s].
+        """
+        return [float(t) for t in np.unique(self.time)]

@@ -1,0 +1,86 @@
+"""Loss in a gear's mesh: a share of the torque that crosses it, by direction of power, down to locking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from drivetrain.drive.gear import Gear, mesh_factors
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Shape
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        signals[words[row + 1]] += numbers[words[row]]
+        signals[words[row + 2]] += numbers[words[row] + 1]
+
+
+@dataclass(frozen=True)
+class MeshLoss(Effect):
+    """What the mesh takes: driving, the motor gives 1/eta of the torque; driven, the load gives back eta_back of it.
+
+    At rest it holds as friction does, with bounds that follow the load and differ by direction; one that is driven at
+    a loss of 1 or more locks.
+
+    Attributes:
+        gear: Its efficiencies and ratio are taken.
+    """
+
+    gear: Gear
+
+    compute: ClassVar[Compiled | None] = _compute
+
+    @property
+    def driven_loss(self) -> float:
+        """Loss over carried torque when the load drives [-]; from 1 on the mesh locks."""
+        return 1.0 - mesh_factors(self.gear).driven
+
+    def ports(self, place: Place) -> Ports:
+        """Adds the two shares.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        return Ports(adds=(s.MESH_DRIVING, s.MESH_DRIVEN))
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The shares.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Loss over carried torque when the motor drives, and when the load does [-].
+        """
+        return mesh_factors(self.gear).driving - 1.0, self.driven_loss
+
+    def shape(self, place: Place) -> Shape:
+        """The gear's ratio.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            A ratio and nothing else.
+        """
+        return Shape(ratio=self.gear.ratio if place.turning[place.joint] else None)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """The share of the torque itself.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            mu = 1/eta - 1 on torque and current, twice that on the copper loss.
+        """
+        share = mesh_factors(self.gear).driving - 1.0
+        return Estimate(share, share, 2.0 * share, 0.0, conditions.free, "mu of the mesh, on the torque it carries")

@@ -1,0 +1,140 @@
+"""What spins behind the gear: as a body on its carrier, or only as inertia reflected to the joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from drivetrain.effects.effect import NOTHING, Conditions, Effect, Estimate, Place, Ports, Shape
+from drivetrain.errors import Fault, InputError
+
+
+@dataclass(frozen=True)
+class FullRotor(Effect):
+    """A rotor as a body: it turns with its carrier too, and couples its joint with those before it.
+
+    Attributes:
+        inertia: About the motor's axis, gear input included [kg m^2].
+        ratio: Motor angle over joint coordinate [- or rad/m].
+    """
+
+    inertia: float
+    ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        _check(self.inertia, self.ratio)
+
+    def ports(self, place: Place) -> Ports:
+        """None: it is part of the mechanics.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing.
+        """
+        return NOTHING
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """None.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing.
+        """
+        return ()
+
+    def shape(self, place: Place) -> Shape:
+        """A rotor on the link before its joint.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Ratio and inertia.
+        """
+        return Shape(self.ratio, self.inertia, full=True)
+
+    def quasi_static(self) -> Effect:
+        """The shortcut that leaves the coupling out.
+
+        Returns:
+            The same rotor, reflected.
+        """
+        return ReflectedRotor(self.inertia, self.ratio)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """Of the coupling with the joints before: 1/ratio of the reflected inertia's share.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            The share ``J ratio / (I + J ratio^2)`` on torque and current.
+        """
+        coupled = self.inertia * abs(self.ratio)
+        share = coupled / max(conditions.inertia + conditions.rotor_inertia, 1e-300)
+        why = "J ratio over all inertia of the joint, as if the carrier accelerated as the joint does"
+        return Estimate(share, share, 2.0 * share, 0.0, conditions.free, why)
+
+
+@dataclass(frozen=True)
+class ReflectedRotor(Effect):
+    """A rotor as ``ratio^2`` times its inertia at its own joint, as simulators take it.
+
+    Attributes:
+        inertia: About the motor's axis, gear input included [kg m^2].
+        ratio: Motor angle over joint coordinate [- or rad/m].
+    """
+
+    inertia: float
+    ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        _check(self.inertia, self.ratio)
+
+    def ports(self, place: Place) -> Ports:
+        """None: it is part of the mechanics.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing.
+        """
+        return NOTHING
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """None.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing.
+        """
+        return ()
+
+    def shape(self, place: Place) -> Shape:
+        """Inertia at the joint.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Ratio and inertia, reflected only.
+        """
+        return Shape(self.ratio, self.inertia, full=False)
+
+
+def _check(inertia: float, ratio: float) -> None:
+    faults = []
+    if not 0.0 <= inertia < float("inf"):
+        faults.append(Fault("rotor.inertia", "must not be negative [kg m^2]", inertia))
+    if not 0.0 < abs(ratio) < float("inf"):
+        faults.append(Fault("rotor.ratio", "must not be zero", ratio))
+    if faults:
+        raise InputError(faults)

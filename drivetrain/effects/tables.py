@@ -1,0 +1,71 @@
+"""Tables over time inside compiled laws: linear between instants, jumping where two stand at one.
+
+Compiled into effects; a change here must be told there, see their ``SOURCES``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numba as nb
+
+from drivetrain.arrays import Array
+
+
+def table_numbers(time: Array, values: Array) -> Sequence[float]:
+    """A table as constants of a law.
+
+    Args:
+        time: Never falling [s], (N,).
+        values: In their own unit, (N,).
+
+    Returns:
+        Length, instants, values.
+    """
+    return [float(len(time)), *(float(t) for t in time), *(float(value) for value in values)]
+
+
+@nb.njit(error_model="numpy", nogil=True)
+def interval_of(numbers: Any, at: int, size: int, t: float) -> int:
+    """The last instant of a table that is not later; of two at one instant the second.
+
+    Args:
+        numbers: All constants.
+        at: Place of the first instant.
+        size: Number of instants.
+        t: [s].
+
+    Returns:
+        Its index, 0 before the first.
+    """
+    low, high = 0, size
+    while high - low > 1:
+        middle = (low + high) // 2
+        if numbers[at + middle] <= t:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@nb.njit(error_model="numpy", nogil=True)
+def table_value(numbers: Any, at: int, t: float) -> float:
+    """The value of a table at an instant; before the first and after the last it stays.
+
+    Args:
+        numbers: All constants.
+        at: Place of the table, as ``table_numbers`` has made it.
+        t: [s].
+
+    Returns:
+        In the table's unit.
+    """
+    size = int(numbers[at])
+    low = interval_of(numbers, at + 1, size, t)
+    value = numbers[at + 1 + size + low]
+    if low + 1 < size:
+        begin, end = numbers[at + 1 + low], numbers[at + 2 + low]
+        if end > begin and t > begin:
+            value += (numbers[at + 2 + size + low] - value) * (t - begin) / (end - begin)
+    return value

@@ -1,0 +1,87 @@
+"""Friction that grows with speed, at the joint or at the motor's shaft."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from drivetrain.drive.friction import Friction
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal, TimeScale
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        speed = signals[words[row + 1]]
+        damping = numbers[words[row]] if speed >= 0.0 else numbers[words[row] + 1]
+        signals[words[row + 2]] -= damping * speed
+        signals[words[row + 3]] += damping
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        speed = signals[words[row + 1]]
+        damping = numbers[words[row]] if speed >= 0.0 else numbers[words[row] + 1]
+        signals[words[row + 4]] = damping * speed * speed
+
+
+@dataclass(frozen=True)
+class ViscousFriction(Effect):
+    """A torque against the motion, proportional to speed.
+
+    Attributes:
+        friction: Of which ``viscous`` and ``viscous_negative`` are taken; dry friction is an effect of its own.
+        side: ``joint`` or ``motor``: at which shaft.
+    """
+
+    friction: Friction
+    side: str = "joint"
+
+    compute: ClassVar[Compiled | None] = _compute
+    account: ClassVar[Compiled | None] = _account
+
+    def ports(self, place: Place) -> Ports:
+        """Reads the shaft's speed, adds torque and damping, tells its loss.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        motor = self.side == "motor"
+        loss = Signal(f"{self.side}_viscous_power", "W")
+        return Ports(
+            needs=(s.MOTOR_SPEED if motor else s.SPEED,),
+            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING) if motor else (s.JOINT_TORQUE, s.JOINT_DAMPING),
+            tells=(loss,),
+            powers={loss.name: Role.LOSS},
+        )
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The two dampings.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Forward and backward [N m s/rad].
+        """
+        law = self.friction
+        return law.viscous, law.viscous if law.viscous_negative is None else law.viscous_negative
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        """None of its own: it acts at once.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing.
+        """
+        return ()

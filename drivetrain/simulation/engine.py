@@ -1,0 +1,94 @@
+"""The engines of forward simulation, as descriptions; and what each gives back to be recorded."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.simulation.plan import Plan
+from drivetrain.simulation.recording import Event
+
+Progress = Callable[[float], bool | None]  # told the share done [-]; False stops the run
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """What is wanted of a run.
+
+    Attributes:
+        interval: Between two recorded instants [s].
+        progress: Told how far the run has come; None: nobody.
+        resume: What an earlier run kept, by name; None: from the start.
+    """
+
+    interval: float
+    progress: Progress | None = None
+    resume: dict[str, Array] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What an engine gives back.
+
+    Attributes:
+        rows: Time, states, signals, energies at the wanted instants, (N, 1 + states + signals + powers).
+        counters: What it cost, by name [-].
+        events: What happened.
+        stopped_by: What ended the run before its time; None when nothing did.
+        kept: What the run must keep to go on later, by name.
+    """
+
+    rows: Array
+    counters: dict[str, int]
+    events: tuple[Event, ...] = ()
+    stopped_by: Event | None = None
+    kept: dict[str, Array] = field(default_factory=dict)
+
+
+class Engine(ABC):
+    """A way to run a plan."""
+
+    @abstractmethod
+    def run(self, plan: Plan, wish: Wish) -> Outcome:
+        """Run a plan.
+
+        Args:
+            plan: Its memory is copied, not changed.
+            wish: What is wanted.
+
+        Returns:
+            The outcome.
+        """
+
+
+def column_names(plan: Plan) -> list[tuple[str, str]]:
+    """Names and units of the columns of ``Outcome.rows`` after the time; energies are ``<power>.energy``.
+
+    Args:
+        plan: The plan.
+
+    Returns:
+        (name, unit) a column; an empty name where a column has none.
+    """
+    signals = [("", "")] * int(max(plan.memory.places.values(), default=-1) + 1)
+    for name, place in plan.memory.places.items():
+        signals[place] = (name, plan.signals.units.get(name, "")) if name in plan.signals.units else ("", "")
+    states = [(name, plan.units[name]) for name in plan.memory.states]
+    return [*states, *signals, *((f"{name.removesuffix('_power')}_energy", "J") for name in plan.memory.powers)]
+
+
+def empty_rows(plan: Plan, count: int) -> Array:
+    """Rows to be filled.
+
+    Args:
+        plan: The plan.
+        count: How many.
+
+    Returns:
+        (count, 1 + columns).
+    """
+    return np.zeros((count, 1 + len(column_names(plan))))

@@ -1,0 +1,47 @@
+"""Where the compiled engines find what: the header of ``words``, the fields of ``signals``, rows of vectors.
+
+``numbers`` holds all real numbers of a run, ``words`` all whole ones; the header of ``words`` says where each part
+begins. Fields of signals hold one number a joint: field times number of joints plus index of the joint.
+"""
+
+from __future__ import annotations
+
+# Header of words: sizes.
+JOINTS, COORDINATES, STATES, OWN_STATES, SIGNALS, KIND, SPINS = range(7)
+# Places in numbers.
+AT_STATE, AT_RATES, AT_SIGNALS, AT_TURNED, AT_WORK, AT_WORK_ROWS, AT_ROWS, AT_ROW_COUNT, AT_RATIOS = range(7, 16)
+AT_MATRIX, AT_REDUCED, AT_CARRIED, AT_VECTORS, AT_LEVELS, AT_ENERGIES, AT_CONSTANT = range(16, 23)
+# Places in words: which coordinate a joint's motor has (-1: none), modes of friction, which own states are signals.
+AT_SPINS, AT_MOTORS, AT_MODES, AT_SIDES, AT_FIXED, AT_SHOWN, SHOWN = range(23, 30)
+# Calls: how many, and where their table begins (address, place of the rows in words; for samples a place of the period
+# in numbers and the count of samples taken).
+COMPUTES, AT_COMPUTES, ACCOUNTS, AT_ACCOUNTS, SAMPLES, AT_SAMPLES = range(30, 36)
+# Signals: places of the mass matrix, of the first and behind the last that is added to; powers to sum up.
+AT_MASS, ADDED_FROM, ADDED_TO, POWERS, AT_POWERS, TIP, AT_TIP, AT_TIP_TAKEN, HELD_MODES = range(36, 45)
+NUMBERS, WORDS, RATES_CALLS, AT_TIP_SIGNALS = range(45, 49)
+HEADER = 49
+
+# Fields of signals, in the order of ``effects.signals``: known before, told after, taken by the mechanics.
+POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE = range(7)
+ACCELERATION, MOTOR_ACCELERATION, JOINT_FRICTION, MOTOR_FRICTION, MESH_TORQUE, MESH_LOSS = range(7, 13)
+JOINT_FRICTION_POWER, MOTOR_FRICTION_POWER, MESH_POWER = range(13, 16)
+JOINT_TORQUE, JOINT_DAMPING, JOINT_STIFFNESS, MOTOR_TORQUE, MOTOR_DAMPING, MOTOR_STIFFNESS = range(6)
+GEAR_TORQUE, GEAR_DAMPING, GEAR_STIFFNESS, JOINT_LEVELS, MOTOR_LEVELS = 6, 7, 8, 9, 13
+MESH_DRIVING, MESH_DRIVEN, SURFACE_SPEED = range(17, 20)
+FIELDS_GIVEN, FIELDS_TAKEN = 16, 20
+
+# Rows of the vectors, one number a coordinate.
+BIAS, TURNED_BIAS, GUESS, LAST, RIGHT, CHANGE, RELATIVE, CARRIED, FRICTION, MARGIN, SMOOTH = range(11)
+PLACES, SURFACE = range(11, 13)
+VECTORS = 13
+# Levels of friction, a row a coordinate: joint side hold forward, backward, slide forward, backward; motor side the
+# same; mesh driving, driven; whether there is any.
+HOLD, SLIDE, MOTOR, DRIVING, DRIVEN, ACTIVE = 0, 2, 4, 8, 9, 10
+LEVELS = 11
+
+# Constants of a scene without an arm: inertia, weight torque of the joints where they point along x, that angle, a row
+# each.
+INERTIA, WEIGHT, PHASE, EXTRA = range(4)
+
+# Kinds of mechanics.
+CONSTANT, ARM = range(2)

@@ -1,0 +1,195 @@
+"""The plan of a scene: what is computed, in which order, from what; printed, it documents the simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.effects.effect import Effect, Place, Role, TimeScale
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.memory import Memory, lay_out
+from drivetrain.simulation.scene import WHOLE, Scene
+from drivetrain.simulation.shaping import Mechanics, mechanics, ratios_of
+from drivetrain.simulation.wiring import Directory, Group, Instance, directory, instance, ordered, unit_at
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A scene made ready to run.
+
+    Attributes:
+        scene: What is simulated.
+        body: Its mechanics.
+        groups: Effects in the order of their laws, those of one kind together.
+        signals: All signals: units, who sets them, powers and stored energies.
+        memory: Numbers and words of the compiled engines, as they are before the start.
+        units: Of the states, by full name.
+        breakpoints: Where laws jump in time [s], rising, inside the run.
+        time_scales: How fast what is, by effect, the fastest first.
+        left_out: Effects that others stand in for, in words.
+    """
+
+    scene: Scene
+    body: Mechanics
+    groups: tuple[Group, ...]
+    signals: Directory
+    memory: Memory
+    units: dict[str, str]
+    breakpoints: Array
+    time_scales: tuple[tuple[str, TimeScale], ...]
+    left_out: tuple[str, ...]
+
+    @property
+    def instances(self) -> tuple[Instance, ...]:
+        """All effects, in their order."""
+        return tuple(chain.from_iterable(group.instances for group in self.groups))
+
+    def __str__(self) -> str:
+        return "\n".join([
+            f"Plan of {self.scene.name}: {self.body.n} joints, {len(self.memory.states)} states, "
+            f"{len(self.instances)} effects in {len(self.groups)} calls, {self.scene.duration:g} s",
+            *_table("States", ((name, self.units[name]) for name in self.memory.states)),
+            *_table("Order", ((f"{k + 1}. {group.kind.__name__}", _where(group)) for k, group in enumerate(self.groups))),
+            *_table("Signals", _signal_rows(self.signals)),
+            *_table("Time scales", ((who, f"{scale.name}: {scale.seconds:.3g} s") for who, scale in self.time_scales)),
+            *_table("Left out", ((text, "") for text in self.left_out)),
+        ])  # fmt: skip
+
+
+def plan(scene: Scene) -> Plan:
+    """Check a scene's effects against one another, and put them in order.
+
+    Args:
+        scene: What is to be simulated.
+
+    Returns:
+        The plan.
+
+    Raises:
+        InputError: Signals that nobody gives or two set, loops, mechanics that contradict themselves, meshes that jam.
+    """
+    ratios = ratios_of(scene)
+    body = mechanics(scene, ratios)
+    whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning)
+    places = {WHOLE: whole} | {name: Place(i, name, *_rest(whole)) for i, name in enumerate(scene.joints)}
+    instances = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
+    known = directory(instances, whole, [i in body.springs for i in range(body.n)])
+    groups, accounts = ordered(instances), ordered(instances, told=True)
+    memory = lay_out(groups, accounts, body, known, scene.joints)
+    check_meshes(instances, body, scene)
+    return Plan(
+        scene, body, tuple(groups), known, memory, _state_units(instances, memory, scene), _breakpoints(instances, scene),
+        _time_scales(instances), _left_out(scene, instances),
+    )  # fmt: skip
+
+
+def check_meshes(instances: Sequence[Instance], body: Mechanics, scene: Scene) -> None:
+    """That friction in the meshes has one solution.
+
+    Args:
+        instances: All effects.
+        body: The mechanics.
+        scene: Where motions start, for the inertia of an arm's joints.
+
+    Raises:
+        InputError: mu is not below 1 + J ratio^2 / I, so a driven mesh has none or two solutions; each such joint.
+
+    Reference:
+        Of a N + mu |N| = r with a = 1 + J ratio^2 / I: one solution for every r only while mu < a.
+    """
+    losses = {one.place.joint: loss for one in instances if (loss := getattr(one.effect, "driven_loss", None)) is not None}
+    if not losses:
+        return
+    inertia = _inertia(body, scene)
+    faults = []
+    for joint, loss in losses.items():
+        if joint in body.springs or inertia[joint] <= 0.0:
+            continue
+        limit = 1.0 + body.rotors[joint] / inertia[joint]
+        if not loss < limit:
+            problem = f"has a mesh friction of {loss:.4g}; from 1 + J ratio^2 / I = {limit:.4g} on it can jam while turning"
+            hint = "give the joint a spring (FlexibleJoint), or the rotor more inertia"
+            faults.append(Fault(f"effects[{scene.joints[joint]!r}]", problem, loss, hint))
+    if faults:
+        raise InputError(faults)
+
+
+def _inertia(body: Mechanics, scene: Scene) -> Array:
+    """What each joint moves without its rotor, at the start [kg m^2 or kg], (n,)."""
+    if body.arm is None:
+        return np.array([body.constant[0, 0] - body.constant[3, 0]])
+    from drivetrain.dynamics.mass_matrix import mass_matrix
+
+    q = np.zeros(body.n) if scene.position is None else np.asarray(scene.position)
+    return np.asarray(np.diag(mass_matrix(body.arm, q))) - np.where([i in body.springs for i in range(body.n)], 0.0, body.rotors)
+
+
+def _rest(whole: Place) -> tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...]]:
+    return whole.joints, whole.ratios, whole.turning
+
+
+def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) -> dict[str, str]:
+    units = {}
+    for joint, turning in zip(scene.joints, scene.turning, strict=True):
+        units |= {f"{joint}.{name}": unit_at("rad", turning) for name in ("position", "deflection")}
+        units |= {f"{joint}.{name}": unit_at("rad/s", turning) for name in ("speed", "shaft_speed")}
+    for one in instances:
+        units |= {name: state.unit for name, state in zip(one.states, one.ports.states, strict=True)}
+    return {name: units[name] for name in memory.states}
+
+
+def _breakpoints(instances: Sequence[Instance], scene: Scene) -> Array:
+    instants = {float(t) for one in instances for t in one.effect.breakpoints()}
+    bad = [t for t in instants if not np.isfinite(t)]
+    if bad:
+        raise InputError(Fault("breakpoints", "must be instants [s]", bad[0]))
+    return np.array(sorted(t for t in instants if 0.0 < t < scene.duration))
+
+
+def _time_scales(instances: Sequence[Instance]) -> tuple[tuple[str, TimeScale], ...]:
+    scales = [(one.title, scale) for one in instances for scale in one.effect.time_scales(one.place)]
+    return tuple(sorted(scales, key=lambda pair: (pair[1].seconds, pair[0])))
+
+
+def _left_out(scene: Scene, instances: Sequence[Instance]) -> tuple[str, ...]:
+    kinds = {type(one.effect).__name__ for one in instances}
+    missing = []
+    if isinstance(scene.body, Arm) and not any(kind in kinds for kind in ("FlexibleJoint", "Backlash")):
+        missing.append("springs in the joints: all are rigid")
+    return (*missing, *scene.notes)
+
+
+def _where(group: Group) -> str:
+    return ", ".join(dict.fromkeys(one.place.name for one in group.instances))
+
+
+def _signal_rows(known: Directory) -> list[tuple[str, str]]:
+    rows = []
+    for name, unit in known.units.items():
+        adders = known.adders.get(name)
+        if adders is not None:
+            if adders:
+                rows.append((f"{name} [{unit}]", "sum of " + ", ".join(adders)))
+            continue
+        who = known.givers.get(name)
+        if who is None:
+            rows.append((f"{name} [{unit}]", f"{known.defaults[name]:g}, as nothing gives it"))
+        elif who != "motion and forces":
+            rows.append((f"{name} [{unit}]", who))
+    return rows
+
+
+def _table(title: str, rows: object) -> list[str]:
+    listed = list(rows)  # type: ignore[call-overload]
+    if not listed:
+        return []
+    width = max(len(first) for first, _ in listed)
+    return ["", title, *(f"  {first:<{width}}  {second}".rstrip() for first, second in listed)]
+
+
+__all__ = ["Effect", "Plan", "Role", "check_meshes", "plan"]

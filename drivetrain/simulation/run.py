@@ -1,0 +1,101 @@
+"""Run a scene: plan it, hand it to an engine, and make a recording of what comes back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.effects.effect import Role
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish, column_names
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.plan import Plan
+from drivetrain.simulation.plan import plan as planned
+from drivetrain.simulation.recording import Recording, Series
+from drivetrain.simulation.scene import Scene
+from drivetrain.solvers.solver import check_positive
+
+DEFAULT_INTERVAL = 0.01  # s
+
+
+def simulate(
+    scene: Scene | Plan,
+    *,
+    solver: Engine | None = None,
+    duration: float | None = None,
+    interval: float = DEFAULT_INTERVAL,
+    resume: Recording | None = None,
+    progress: Progress | None = None,
+) -> Recording:
+    """What happens when a scene runs.
+
+    Args:
+        scene: The scene, or its plan.
+        solver: The engine; None: fixed implicit steps of a millisecond.
+        duration: Replaces that of the scene [s].
+        interval: Between two recorded instants [s].
+        resume: A recording of the same scene that ended earlier or was stopped: go on from its end.
+        progress: Told the share done after every few thousand steps; False from it stops the run.
+
+    Returns:
+        ``<joint>.position`` and all other states and signals, energies of all powers, ``stored_energy`` and
+        ``energy_error`` where they can be told; counters, events, and what it takes to go on.
+
+    Raises:
+        InputError: A scene that contradicts itself, or an earlier recording of another.
+    """
+    if not isinstance(scene, Scene | Plan):
+        raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
+    engine = FixedStep() if solver is None else solver
+    if not isinstance(engine, Engine):
+        raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
+    check_positive("interval", interval, "s")
+    ready = scene if isinstance(scene, Plan) else planned(scene)
+    if duration is not None:
+        check_positive("duration", duration, "s")
+        ready = planned(replace(ready.scene, duration=float(duration)))
+    kept = None if resume is None else dict(resume.kept)
+    outcome = engine.run(ready, Wish(interval, progress, kept))
+    return _recording(ready, engine, outcome)
+
+
+def _recording(plan: Plan, engine: Engine, outcome: Outcome) -> Recording:
+    rows, series = outcome.rows, {}
+    for index, (name, unit) in enumerate(column_names(plan)):
+        if name and name not in series and name in _wanted(plan, name):
+            series[name] = Series(unit, rows[:, 1 + index])
+    series |= _audit(plan, series)
+    about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
+    return Recording(
+        rows[:, 0], series, outcome.counters, outcome.events, outcome.stopped_by, about, outcome.kept
+    )
+
+
+def _wanted(plan: Plan, name: str) -> tuple[str, ...]:
+    """Names worth recording: no sums that nobody adds to."""
+    silent = name in plan.signals.adders and not plan.signals.adders[name]
+    return () if silent or name == "scene.mass_matrix" else (name,)
+
+
+def _audit(plan: Plan, series: dict[str, Series]) -> dict[str, Series]:
+    """Energy that is there and should not be."""
+    count = len(next(iter(series.values())).values) if series else 0
+    put_in = np.zeros(count)
+    for name, role in plan.signals.powers.items():
+        energy = series.get(f"{name.removesuffix('_power')}_energy")
+        if energy is not None:
+            put_in = put_in + (energy.values if role is Role.SOURCE else -energy.values)
+    stored = _stored(plan, series)
+    return {"stored_energy": Series("J", stored), "energy_error": Series("J", stored - stored[:1] - put_in + put_in[:1])}
+
+
+def _stored(plan: Plan, series: dict[str, Series]) -> Array:
+    """Kinetic, potential and whatever effects store [J]."""
+    from drivetrain.simulation.energy import mechanical_energy
+
+    total = mechanical_energy(plan, {name: one.values for name, one in series.items()})
+    for name in plan.signals.stores:
+        total = total + series[name].values
+    return total

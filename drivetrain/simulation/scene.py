@@ -1,0 +1,133 @@
+"""A scene: an arm, or one inertia, and the effects that it calls for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array, checked_array
+from drivetrain.effects.effect import Effect
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.solvers.solver import check_positive
+
+WHOLE = "scene"  # the name under which effects of the whole scene stand
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """One joint without an arm.
+
+    Attributes:
+        inertia: That the joint moves, rotors left out [kg m^2], or mass [kg] where it slides.
+        weight: Torque of gravity against the joint where its load points along x [N m]; it falls with the cosine.
+        phase: Angle of the load from x at position 0 [rad].
+        turning: Whether it turns, or slides.
+        name: What to call the joint.
+    """
+
+    inertia: float
+    weight: float = 0.0
+    phase: float = 0.0
+    turning: bool = True
+    name: str = "joint"
+
+    def __post_init__(self) -> None:
+        faults = []
+        for name in ("inertia", "weight", "phase"):
+            try:
+                checked_array(getattr(self, name), (), name)
+            except InputError as error:
+                faults.extend(error.faults)
+        if not faults and self.inertia < 0.0:
+            faults.append(Fault("inertia", "must not be negative [kg m^2 or kg]", self.inertia))
+        if faults:
+            raise InputError(faults)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What is simulated.
+
+    Attributes:
+        body: The arm, or one inertia.
+        effects: By joint name, and under ``scene`` those of the whole; their order does not matter.
+        duration: [s].
+        position, speed: At the start [rad or m, and per s], (n,); None: where an effect's command begins, else zero.
+        temperature: Of all windings and housings at the start [C]; None: what each effect says.
+        name: What to call it.
+    """
+
+    body: Arm | Inertia
+    effects: Mapping[str, tuple[Effect, ...]]
+    duration: float
+    position: Array | None = None
+    speed: Array | None = None
+    name: str = "scene"
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        check_positive("duration", self.duration, "s")
+        faults = []
+        kept: dict[str, tuple[Effect, ...]] = {}
+        for name, effects in self.effects.items():
+            listed = (effects,) if isinstance(effects, Effect) else tuple(effects)
+            kept[name] = listed
+            if name != WHOLE and name not in self.joints:
+                hint = nearest(name, [*self.joints, WHOLE])
+                faults.append(Fault(f"effects[{name!r}]", "no joint of that name", name, hint))
+            wanted = "scene" if name == WHOLE else "joint"
+            for effect in listed:
+                if not isinstance(effect, Effect):
+                    faults.append(Fault(f"effects[{name!r}]", "must be effects", effect))
+                elif effect.scope != wanted:
+                    problem = f"is an effect of a {effect.scope}, not of a {wanted}"
+                    faults.append(Fault(f"effects[{name!r}]", problem, type(effect).__name__))
+        n = len(self.joints)
+        for name in ("position", "speed"):
+            if getattr(self, name) is not None:
+                try:
+                    object.__setattr__(self, name, checked_array(getattr(self, name), (n,), name))
+                except InputError as error:
+                    faults.extend(error.faults)
+        if faults:
+            raise InputError(faults)
+        object.__setattr__(self, "effects", kept)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints."""
+        return self.body.joint_names if isinstance(self.body, Arm) else (self.body.name,)
+
+    @property
+    def turning(self) -> tuple[bool, ...]:
+        """Whether each joint turns, or slides."""
+        if isinstance(self.body, Arm):
+            return tuple(bool(screw[:3].any()) for screw in self.body.screws)
+        return (self.body.turning,)
+
+
+def joint_scene(
+    inertia: Inertia | float, effects: Iterable[Effect], duration: float, *, position: Any = 0.0, speed: Any = 0.0
+) -> Scene:
+    """A scene of one joint without an arm.
+
+    Args:
+        inertia: The load, or its inertia [kg m^2].
+        effects: Of the joint and of the scene; each goes where it belongs.
+        duration: [s].
+        position, speed: At the start [rad or m, and per s].
+
+    Returns:
+        The scene.
+
+    Raises:
+        InputError: Numbers that are none, or effects that are none.
+    """
+    body = inertia if isinstance(inertia, Inertia) else Inertia(inertia)
+    listed = tuple(effects)
+    own = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "joint")
+    whole = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "scene")
+    named = {body.name: own, **({WHOLE: whole} if whole else {})}
+    return Scene(body, named, duration, checked_array([position], (1,), "position"), checked_array([speed], (1,), "speed"))

@@ -1,0 +1,290 @@
+"""Who needs whom: the signals of a scene, each with a place, and the effects in an order that serves them all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from drivetrain.effects import signals as named
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
+from drivetrain.errors import Fault, InputError, nearest
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """One effect at one place, its ports under full names.
+
+    Attributes:
+        effect: The effect.
+        place: Where it stands.
+        ports: Its ports, as it names them.
+        states, needs, gives, adds, tells: Full names of those, in the order of the ports.
+    """
+
+    effect: Effect
+    place: Place
+    ports: Ports
+    states: tuple[str, ...]
+    needs: tuple[str, ...]
+    gives: tuple[str, ...]
+    adds: tuple[str, ...]
+    tells: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        """What to call it in messages."""
+        return f"{type(self.effect).__name__} of {self.place.name}"
+
+    @property
+    def rank(self) -> tuple[str, int, str]:
+        """By which instances that may come in any order are put in one."""
+        return type(self.effect).__name__, self.place.joint, repr(self.effect)
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Instances of one kind that one call serves.
+
+    Attributes:
+        kind: Their class.
+        instances: In the order of their joints.
+    """
+
+    kind: type[Effect]
+    instances: tuple[Instance, ...]
+
+
+@dataclass
+class Directory:
+    """Names and units of the signals, and who sets them.
+
+    Attributes:
+        units: By full name.
+        givers: Who alone sets it; ``motion and forces`` for the mechanics.
+        adders: Who add to it.
+        defaults: Values of needs that nobody gives.
+        powers: Roles of the powers [W].
+        stores: Stored energies [J].
+    """
+
+    units: dict[str, str] = field(default_factory=dict)
+    givers: dict[str, str] = field(default_factory=dict)
+    adders: dict[str, list[str]] = field(default_factory=dict)
+    defaults: dict[str, float] = field(default_factory=dict)
+    powers: dict[str, Role] = field(default_factory=dict)
+    stores: list[str] = field(default_factory=list)
+
+
+MECHANICS = "motion and forces"
+
+
+def full_name(name: str, place: Place) -> str:
+    """The name of a signal in the whole scene.
+
+    Args:
+        name: As an effect calls it.
+        place: Where the effect stands.
+
+    Returns:
+        ``joint.name`` or ``scene.name``.
+    """
+    if name.startswith("scene."):
+        return name
+    joint, colon, own = name.rpartition(":")
+    return f"{joint}.{own}" if colon else f"{place.name}.{name}"
+
+
+def instance(effect: Effect, place: Place) -> Instance:
+    """An effect at a place.
+
+    Args:
+        effect: The effect.
+        place: Where.
+
+    Returns:
+        It, its ports under full names.
+    """
+    ports = effect.ports(place)
+
+    def names(signals: Iterable[Signal]) -> tuple[str, ...]:
+        return tuple(full_name(signal.name, place) for signal in signals)
+
+    states = tuple(full_name(state.name, place) for state in ports.states)
+    told = names(ports.tells)
+    return Instance(effect, place, ports, states, names(ports.needs), names(ports.gives), names(ports.adds), told)
+
+
+def unit_at(unit: str, turning: bool) -> str:
+    """The unit of a joint's quantity where the joint slides.
+
+    Args:
+        unit: Where it turns.
+        turning: Whether it does.
+
+    Returns:
+        SI unit.
+    """
+    if turning:
+        return unit
+    return {"rad": "m", "rad/s": "m/s", "rad/s^2": "m/s^2", "N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m"}.get(
+        unit, unit
+    )
+
+
+MOTOR_SIDE = {
+    "motor_position", "motor_speed", "motor_acceleration", "motor_torque", "motor_damping", "motor_stiffness",
+    "motor_friction", *(signal.name for signal in named.TAKEN if signal.name.startswith("motor_")),
+}  # fmt: skip
+
+
+def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bool]) -> Directory:
+    """Every signal with its unit and who sets it.
+
+    Args:
+        instances: All effects.
+        place: Of the scene, for names of joints.
+        flexible: Which joints have a rotor on its own.
+
+    Returns:
+        The directory.
+
+    Raises:
+        InputError: A signal set twice, set and added to, needed and set by nobody, or of two units: all of them.
+    """
+    known, faults = Directory(), Faults()
+    for index, joint in enumerate(place.joints):
+        for signal in (*named.BEFORE, *named.AFTER, *named.TAKEN):
+            if signal.name.startswith(("deflection", "gear_")) and not flexible[index]:
+                continue
+            own = signal.name in MOTOR_SIDE
+            name = f"{joint}.{signal.name}"
+            known.units[name] = signal.unit if own else unit_at(signal.unit, place.turning[index])
+            if signal in named.TAKEN:
+                known.adders[name] = []
+            else:
+                known.givers[name] = MECHANICS
+        for power in (named.JOINT_FRICTION_POWER, named.MOTOR_FRICTION_POWER, named.MESH_POWER):
+            known.powers[f"{joint}.{power.name}"] = Role.LOSS
+    known.units["scene.mass_matrix"], known.givers["scene.mass_matrix"] = "kg m^2", MECHANICS
+    for signal in named.TIP_GIVEN:
+        known.units[signal.name], known.givers[signal.name] = signal.unit, MECHANICS
+    for signal in named.TIP_TAKEN:
+        known.units[signal.name], known.adders[signal.name] = signal.unit, []
+    for one in instances:
+        _enter(one, known, faults)
+    for one in instances:
+        for signal, name in zip(one.ports.needs, one.needs, strict=True):
+            if name in known.givers or name in known.adders:
+                continue
+            if signal.default is None:
+                hint = nearest(name, list(known.units)) or f"add an effect that gives {name}"
+                faults.add(Fault(one.title, f"needs {name} [{signal.unit}], which nothing gives", None, hint))
+            elif known.defaults.setdefault(name, signal.default) != signal.default:
+                problem = f"needs {name} with another default than others: give it by an effect"
+                faults.add(Fault(one.title, problem, signal.default))
+            known.units.setdefault(name, signal.unit)
+    faults.raise_any()
+    return known
+
+
+class Faults:
+    """Faults gathered, to be raised together."""
+
+    def __init__(self) -> None:
+        self.listed: list[Fault] = []
+
+    def add(self, fault: Fault) -> None:
+        """Keep a fault.
+
+        Args:
+            fault: What is wrong.
+        """
+        self.listed.append(fault)
+
+    def raise_any(self) -> None:
+        """Raise what was gathered.
+
+        Raises:
+            InputError: If anything was.
+        """
+        if self.listed:
+            raise InputError(self.listed)
+
+
+def _enter(one: Instance, known: Directory, faults: Faults) -> None:
+    """The signals that an effect sets and adds to."""
+    slides = one.place.joint >= 0 and not one.place.turning[one.place.joint]
+    set_there = [
+        *zip(((s.name, s.unit) for s in one.ports.states), one.states, strict=True),
+        *zip(((s.name, s.unit) for s in one.ports.gives), one.gives, strict=True),
+        *zip(((s.name, s.unit) for s in one.ports.tells), one.tells, strict=True),
+    ]
+    for (_, unit), name in set_there:
+        if name in known.givers or name in known.adders:
+            who = known.givers.get(name) or ", ".join(known.adders[name]) or MECHANICS
+            faults.add(Fault(one.title, f"sets {name}, which {who} sets already"))
+            continue
+        known.units[name], known.givers[name] = unit, one.title
+    for signal, name in zip(one.ports.adds, one.adds, strict=True):
+        if name in known.givers:
+            faults.add(Fault(one.title, f"adds to {name}, which {known.givers[name]} alone sets"))
+            continue
+        own = known.units.setdefault(name, signal.unit)
+        if own != signal.unit and not (slides and own == unit_at(signal.unit, False)):
+            faults.add(Fault(one.title, f"adds to {name} in {signal.unit}; it is in {own}"))
+        known.adders.setdefault(name, []).append(one.title)
+    for told, role in (one.ports.powers or {}).items():
+        known.powers[full_name(told, one.place)] = role
+    known.stores += [full_name(name, one.place) for name in one.ports.stores]
+
+
+def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]:
+    """The effects in groups, each after all that set what it needs, whatever the order in which they were declared.
+
+    Args:
+        instances: All effects.
+        told: Order by what is told once forces are known, not by what is given and added.
+
+    Returns:
+        Groups of one kind, one call each.
+
+    Raises:
+        InputError: A loop; it names the signals.
+    """
+    ranked = sorted(instances, key=lambda one: one.rank)
+    sets = {name: [one for one in ranked if name in (one.tells if told else (*one.gives, *one.adds))]
+            for one in ranked for name in (one.tells if told else (*one.gives, *one.adds))}  # fmt: skip
+    before = {
+        id(one): {id(giver) for name in one.needs for giver in sets.get(name, ()) if giver is not one} for one in ranked
+    }
+    left, groups = list(ranked), []
+    done: set[int] = set()
+    while left:
+        ready = [one for one in left if before[id(one)] <= done]
+        if not ready:
+            raise InputError(Fault("effects", _loop(left, before, sets), hint="a state in between breaks a loop"))
+        kinds = {type(one.effect) for one in ready}
+        whole = [kind for kind in kinds if all(one in ready for one in left if type(one.effect) is kind)]
+        kind = min(whole or kinds, key=lambda one: one.__name__)
+        members = tuple(one for one in ready if type(one.effect) is kind)
+        groups.append(Group(kind, members))
+        done |= {id(one) for one in members}
+        left = [one for one in left if id(one) not in done]
+    return groups
+
+
+def _loop(left: list[Instance], before: dict[int, set[int]], sets: dict[str, list[Instance]]) -> str:
+    """A loop among the effects that are left, in words."""
+    by_id = {id(one): one for one in left}
+    path = [left[0]]
+    while True:
+        one = next(by_id[key] for key in sorted(before[id(path[-1])], key=lambda k: str(k)) if key in by_id)
+        if one in path:
+            path = [*path[path.index(one) :], one]
+            break
+        path.append(one)
+    links = []
+    for needy, giver in zip(path, path[1:], strict=False):
+        name = next(name for name in needy.needs if giver in sets.get(name, ()))
+        links.append(f"{needy.title} needs {name} of {giver.title}")
+    return "need one another in a loop: " + "; ".join(links)
