@@ -1,4 +1,4 @@
-"""The commands that answer a question about a selection: why-not."""
+"""The commands that answer a question about a selection: why-not, curve."""
 
 from __future__ import annotations
 
@@ -49,3 +49,34 @@ def _why_not(
         written = write_files(out or report_folder(loaded.name), {"why_not.html": page})
         say(f"page: {written['why_not.html']}")
         raise typer.Exit(FITS if found.holds else DOES_NOT_FIT)
+
+
+@app.command("curve")
+def _curve(
+    study: StudyFile,
+    vary: Annotated[str, typer.Option(help="payload, cycle_time, voltage or ambient.")] = "payload",
+    low: Annotated[str, typer.Option("--from", help="Smallest value, with its unit.")] = "0 kg",
+    high: Annotated[str, typer.Option("--to", help="Largest value, with its unit.")] = "10 kg",
+    points: Annotated[int, typer.Option(help="Values at which sets are selected to start with.")] = 17,
+    payload: Annotated[str | None, typer.Option(help="Whose mass is varied; without it the heaviest.")] = None,
+    out: Annotated[Path | None, _out("curve.html")] = None,
+) -> None:
+    """Show what the best drives become as payload, cycle time, supply voltage or air temperature change."""
+    with told():
+        from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
+        from drivetrain.report.outputs import write_files
+        from drivetrain.sizing.curves import optimum_curve, varied
+        from drivetrain.study.load import load_study
+        from drivetrain.units import quantity
+
+        loaded, what = load_study(study), varied(vary)
+        ends = quantity(low, what.unit, "--from"), quantity(high, what.unit, "--to")
+        with working("selecting along the curve") as step:
+            found = optimum_curve(loaded, what, ends, points=points, payload=payload, progress=step)
+            page = curve_report(found)
+        say(curve_sentence(found))
+        for line in curve_lines(found):
+            say(f"  {line}")
+        written = write_files(out or report_folder(loaded.name), {"curve.html": page})
+        say(f"page: {written['curve.html']}")
+        raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)

@@ -17,8 +17,10 @@ class Vary(StrEnum):
     VOLTAGE = "voltage"
     AMBIENT = "ambient"
 
-
-UNITS = {Vary.PAYLOAD: "kg", Vary.CYCLE_TIME: "s", Vary.VOLTAGE: "V", Vary.AMBIENT: "degC"}
+    @property
+    def unit(self) -> str:
+        """Of its values."""
+        return {"payload": "kg", "cycle_time": "s", "voltage": "V", "ambient": "degC"}[self.value]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +94,7 @@ class OptimumCurve:
     @property
     def unit(self) -> str:
         """Of the values."""
-        return UNITS[self.vary]
+        return self.vary.unit
 
     @property
     def proven(self) -> bool:

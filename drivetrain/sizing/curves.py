@@ -59,7 +59,7 @@ def optimum_curve(
     Raises:
         InputError: An unknown quantity or payload, a range that is empty or not possible, or fewer than two points.
     """
-    what = _quantity(vary)
+    what = varied(vary)
     row = _Row(study, what, _payload(study, what, payload))
     _check(row, span, points)
     tell = progress or (lambda done, total, text: None)
@@ -236,7 +236,18 @@ def _notes(row: _Row, grid: Sequence[float]) -> list[str]:
     return notes
 
 
-def _quantity(vary: Vary | str) -> Vary:
+def varied(vary: Vary | str) -> Vary:
+    """What is varied, from its name.
+
+    Args:
+        vary: ``payload``, ``cycle_time``, ``voltage`` or ``ambient``.
+
+    Returns:
+        The quantity.
+
+    Raises:
+        InputError: Another name.
+    """
     known = [one.value for one in Vary]
     if str(vary) not in known:
         raise InputError(Fault("vary", "is nothing that can be varied", str(vary), nearest(str(vary), known)))

@@ -1,0 +1,133 @@
+"""The curve of the optimum as a page, and in lines for the terminal."""
+
+from __future__ import annotations
+
+from drivetrain.report.figures_curve import NAMES, figure_curve
+from drivetrain.report.quantities import DASH, number, percent, printed_unit
+from drivetrain.report.sheet import Section, SheetTable, sheet
+from drivetrain.report.svg import house_style, svg_text
+from drivetrain.sizing.curve_results import CurvePiece, OptimumCurve
+from drivetrain.sizing.evaluate import Pair
+
+
+def curve_report(found: OptimumCurve) -> str:
+    """The curve as a page.
+
+    Args:
+        found: From ``optimum_curve``.
+
+    Returns:
+        HTML text; the same curve gives the same bytes.
+    """
+    with house_style("curve"):
+        picture = svg_text(figure_curve(found), f"best set of drives over the {NAMES[found.vary]}")
+    caption = (
+        "Each colour is one set of drives; grey lines are the breakpoints, dotted is the study's own value. Red: no "
+        "set fits. Amber dashes: the wanted reserve begins."
+    )
+    word, css = ("proven", "pass") if found.proven else ("not all proven", "marginal")
+    sections = [
+        Section(
+            f"The best drives over the {NAMES[found.vary]}", "curve", word, css, (curve_sentence(found),),
+            ((picture, caption),), (_table(found), _changes(found)), found.notes,
+        )
+    ]  # fmt: skip
+    return sheet(found.study, f"Best drives over the {NAMES[found.vary]}", sections)
+
+
+def curve_sentence(found: OptimumCurve) -> str:
+    """The answer in words.
+
+    Args:
+        found: From ``optimum_curve``.
+
+    Returns:
+        How many sets, and where nothing fits any more.
+    """
+    unit = printed_unit(found.unit)
+    held = [piece for piece in found.pieces if piece.drives]
+    span = f"from {number(found.pieces[0].low)} to {number(found.pieces[-1].high)}\u00a0{unit}"
+    if not held:
+        return f"No set of drives fits anywhere {span}."
+    sets = len({tuple(piece.drives.items()) for piece in held})
+    text = f"{sets} set{'s' if sets > 1 else ''} of drives {'are' if sets > 1 else 'is'} the best somewhere {span}"
+    ends = []
+    for before, after in zip(found.pieces, found.pieces[1:], strict=False):
+        if before.drives and not after.drives:
+            ends.append(f"beyond {number(before.high, 4)}\u00a0{unit} none fits ({before.high_ends_by})")
+        if after.drives and not before.drives:
+            ends.append(f"below {number(after.low, 4)}\u00a0{unit} none fits ({after.low_ends_by})")
+    return "; ".join([text, *ends]) + "."
+
+
+def curve_lines(found: OptimumCurve) -> list[str]:
+    """The pieces for the terminal.
+
+    Args:
+        found: From ``optimum_curve``.
+
+    Returns:
+        One line a piece.
+    """
+    unit = printed_unit(found.unit)
+    lines = []
+    for index, piece in enumerate(found.pieces):
+        span = f"{number(piece.low, 4)} to {number(piece.high, 4)} {unit}"
+        if not piece.drives:
+            lines.append(f"{span}: no set fits")
+            continue
+        before = found.pieces[index - 1].drives if index else {}
+        changed = ", ".join(_changed(before, piece.drives)) or "as before"
+        lines.append(f"{span}: {_worth(found, piece)}; {changed}")
+    return lines
+
+
+def _worth(found: OptimumCurve, piece: CurvePiece) -> str:
+    unit = " kg" if found.study.objective == "mass" else ""
+    low, high = (number(point.objective) for point in (piece.points[0], piece.points[-1]))
+    return f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
+
+
+def _changed(before: dict[str, Pair], now: dict[str, Pair]) -> list[str]:
+    """The drives that are not those of the piece before."""
+    return [
+        f"{name}: {motor} + {gear or 'no gear'}" for name, (motor, gear) in now.items() if before.get(name) != now[name]
+    ]
+
+
+def _table(found: OptimumCurve) -> SheetTable:
+    unit = printed_unit(found.unit)
+    rows = []
+    for index, piece in enumerate(found.pieces):
+        ends = (number(piece.low, 4), number(piece.high, 4))
+        if not piece.drives:
+            rows.append((str(index + 1), *ends, "no set fits", DASH, DASH, DASH, DASH))
+            continue
+        used = max(point.criteria["utilisation"] for point in piece.points)
+        energies = [point.criteria["energy"] for point in piece.points]
+        energy = f"{number(min(energies))} to {number(max(energies))}"
+        rows.append((
+            str(index + 1), *ends, _worth(found, piece), energy, percent(used), piece.low_ends_by or DASH,
+            piece.high_ends_by or DASH,
+        ))  # fmt: skip
+    headings = (
+        "piece", f"from [{unit}]", f"to [{unit}]", found.study.objective, "energy a cycle [J]", "highest utilisation",
+        "ends below by", "ends above by",
+    )  # fmt: skip
+    return SheetTable(headings, tuple(rows), "Pieces", (0, 1, 2, 3, 4, 5))
+
+
+def _changes(found: OptimumCurve) -> SheetTable:
+    """The drives of every piece, joint by joint; only what changes is told again."""
+    names = [task.name for task in found.study.joints]
+    rows = []
+    before: dict[str, Pair] = {}
+    for index, piece in enumerate(found.pieces):
+        cells = []
+        for name in names:
+            pair = piece.drives.get(name)
+            same = pair is not None and before.get(name) == pair
+            cells.append(DASH if pair is None else "same" if same else " + ".join(part for part in pair if part))
+        before = piece.drives
+        rows.append((str(index + 1), *cells))
+    return SheetTable(("piece", *names), tuple(rows), "Drives of each piece", (0,))

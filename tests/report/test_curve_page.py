@@ -1,0 +1,68 @@
+"""The page of a curve: pieces, breakpoints and the end, in words, table and picture."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from drivetrain.cli import app
+from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
+from drivetrain.report.figures_curve import colour_of, figure_curve
+from drivetrain.shipped import shipped
+from drivetrain.sizing.curve_results import CurvePiece, CurvePoint, OptimumCurve, Vary
+from drivetrain.study.load import load_study
+
+
+def point(value, pair, mass, used=0.8):
+    criteria = {"mass": mass, "price": float("nan"), "energy": 100.0 + 10.0 * value, "utilisation": used}
+    return CurvePoint(value, {"door": pair}, mass, criteria, "")
+
+
+@pytest.fixture
+def curve():
+    study = load_study(shipped("examples") / "one_axis" / "study.yaml")
+    light, heavy = ("a", "g"), ("b", "")
+    pieces = (
+        CurvePiece(0.0, 1.0, {}, (), "", ""),
+        CurvePiece(1.0, 3.25, {"door": light}, (point(1.0, light, 2.0), point(3.25, light, 2.0, 1.0)),
+                   "motor voltage at door", "motor RMS current at door"),
+        CurvePiece(3.25, 6.0, {"door": heavy}, (point(3.25, heavy, 3.0), point(6.0, heavy, 3.0)),
+                   "another set is better", "gear average torque at door"),
+        CurvePiece(6.0, 8.0, {}, (), "", ""),
+    )  # fmt: skip
+    return OptimumCurve(study, Vary.PAYLOAD, "part", 2.0, (), pieces, 1e-6, ("a note",))
+
+
+def test_words_name_both_ends(curve):
+    text = curve_sentence(curve)
+    assert "2 sets of drives" in text
+    assert "beyond 6.000\u00a0kg none fits (gear average torque at door)" in text
+    assert "below 1.000\u00a0kg none fits (motor voltage at door)" in text
+    lines = curve_lines(curve)
+    assert len(lines) == 4 and "no set fits" in lines[0] and "b + no gear" in lines[2]
+
+
+def test_page_holds_every_piece(curve):
+    page = curve_report(curve)
+    assert page == curve_report(curve)
+    for text in ("3.250", "motor RMS current at door", "a + g", "no set fits", "a note"):
+        assert text in page
+    assert not re.search(r"https?://(?!www\.w3\.org)", page)
+
+
+def test_picture_has_a_line_a_piece_and_shades_what_does_not_fit(curve):
+    figure = figure_curve(curve)
+    top = figure.axes[0]
+    colours = {line.get_color() for line in top.lines}
+    assert {colour_of(curve, curve.pieces[1]), colour_of(curve, curve.pieces[2])} <= colours
+    assert len(top.patches) == 2
+
+
+def test_command_tells_a_wrong_unit(tmp_path):
+    study = str(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
+    answer = CliRunner().invoke(app, ["curve", study, "--from", "0 s", "--out", str(tmp_path)])
+    assert answer.exit_code == 2 and "kg" in answer.output
+    answer = CliRunner().invoke(app, ["curve", study, "--vary", "payloads", "--out", str(tmp_path)])
+    assert answer.exit_code == 2 and "payload" in answer.output
