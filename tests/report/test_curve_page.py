@@ -17,7 +17,7 @@ from drivetrain.study.load import load_study
 
 def point(value, pair, mass, used=0.8):
     criteria = {"mass": mass, "price": float("nan"), "energy": 100.0 + 10.0 * value, "utilisation": used}
-    return CurvePoint(value, {"door": pair}, mass, criteria, "")
+    return CurvePoint(value, {"hinge": pair}, mass, criteria, "")
 
 
 @pytest.fixture
@@ -26,9 +26,9 @@ def curve():
     light, heavy = ("a", "g"), ("b", "")
     pieces = (
         CurvePiece(0.0, 1.0, {}, (), "", ""),
-        CurvePiece(1.0, 3.25, {"door": light}, (point(1.0, light, 2.0), point(3.25, light, 2.0, 1.0)),
+        CurvePiece(1.0, 3.25, {"hinge": light}, (point(1.0, light, 2.0), point(3.25, light, 2.0, 1.0)),
                    "motor voltage at door", "motor RMS current at door"),
-        CurvePiece(3.25, 6.0, {"door": heavy}, (point(3.25, heavy, 3.0), point(6.0, heavy, 3.0)),
+        CurvePiece(3.25, 6.0, {"hinge": heavy}, (point(3.25, heavy, 3.0), point(6.0, heavy, 3.0)),
                    "another set is better", "gear average torque at door"),
         CurvePiece(6.0, 8.0, {}, (), "", ""),
     )  # fmt: skip
