@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 from drivetrain.catalog.convention import dc_equivalent
 from drivetrain.catalog.schema import GEARS, MOTORS, PAIRS, TABLES
@@ -213,15 +215,33 @@ def compatible_pairs(
     _refuse_strangers("motor", motor_keys, catalog.motors)
     _refuse_strangers("gear", gear_keys, catalog.gears)
     order = {key: index for index, key in enumerate(gear_keys)}
-    around = [(key, catalog.gears[key]) for key in gear_keys if catalog.gears[key].kind in rule.kinds]
+    around = _Around(catalog, gear_keys, rule)
     pairs: list[tuple[str, str]] = []
     for key in motor_keys:
-        motor = catalog.motors[key]
-        chosen = {gear for gear in catalog.pairs.get(key, ()) if gear in order}
-        if motor.frameless:
-            chosen.update(gear_key for gear_key, gear in around if fits(motor, gear, rule))
-        pairs += [(key, gear) for gear in sorted(chosen, key=order.__getitem__)]
+        chosen = {order[gear] for gear in catalog.pairs.get(key, ()) if gear in order}
+        chosen.update(around.fitting(catalog.motors[key]))
+        pairs += [(key, gear_keys[index]) for index in sorted(chosen)]
     return pairs
+
+
+class _Around:
+    """The gears that frameless motors may be built around; ``fits`` for all of them at once."""
+
+    def __init__(self, catalog: Catalog, gear_keys: Sequence[str], rule: FramelessRule) -> None:
+        self._rule = rule
+        self._index = [i for i, key in enumerate(gear_keys) if catalog.gears[key].kind in rule.kinds]
+        gears = [catalog.gears[gear_keys[i]] for i in self._index]
+        self._pitch = np.array([gear.pitch_diameter for gear in gears], dtype=np.float64)  # None is NaN: it never fits
+        self._diameter = np.array([gear.diameter for gear in gears], dtype=np.float64)
+
+    def fitting(self, motor: Motor) -> list[int]:
+        """Places in the list of keys of the gears that the rule lets a motor drive."""
+        if not motor.frameless or motor.diameter is None or not self._index:
+            return []
+        ratio, rule = motor.diameter / self._pitch, self._rule
+        by_pitch = (rule.min_diameter_ratio <= ratio) & (ratio <= rule.max_diameter_ratio)
+        held = np.where(np.isnan(self._pitch), motor.diameter <= self._diameter, by_pitch)
+        return [self._index[i] for i in np.flatnonzero(held)]
 
 
 def _refuse_strangers(what: str, keys: Iterable[str], known: Collection[str]) -> None:

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
-from scipy.interpolate import BSpline
-from scipy.linalg import solveh_banded
-from scipy.signal import savgol_filter
-from scipy.sparse import csr_array, diags_array
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
+
+if TYPE_CHECKING:  # half a second that only studies with a recorded motion need: imported where it is used
+    from scipy.interpolate import BSpline
+    from scipy.sparse import csr_array
 
 UNIFORM = 0.01  # largest deviation of a time step from the median that still counts as uniform, as a share
 NOISE_OF_RESOLUTION = 1.0 / math.sqrt(12.0)  # standard deviation of rounding, in steps
@@ -142,6 +142,8 @@ class SmoothingSpline:
 
 def _penalised_spline(time: Array, values: Array, residual: float) -> BSpline:
     """The spline with this RMS residual; more knots where a few cannot come so close."""
+    from scipy.interpolate import BSpline
+
     for samples_a_knot in (4.0, 1.0):
         count = max(math.ceil(len(time) / samples_a_knot), FEWEST_SAMPLES)
         width = (time[-1] - time[0]) / count
@@ -155,6 +157,9 @@ def _penalised_spline(time: Array, values: Array, residual: float) -> BSpline:
 
 def _discrepancy(basis: csr_array, values: Array, residual: float) -> tuple[Array, float]:
     """Weights of the basis under the largest penalty that keeps the RMS residual, and the residual reached."""
+    from scipy.linalg import solveh_banded
+    from scipy.sparse import diags_array
+
     size = basis.shape[1]
     third = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(size - 3, size))
     close, rough = _banded(basis.T @ basis), _banded(third.T @ third)
@@ -214,6 +219,8 @@ class SavitzkyGolay:
         Raises:
             InputError: Sampling that is not uniform, or a window shorter than the order or longer than the data.
         """
+        from scipy.signal import savgol_filter
+
         step = float(np.median(np.diff(time)))
         if not is_uniform(time):
             raise InputError(Fault("smoothing", "Savitzky-Golay needs uniform sampling", None, "use the spline"))

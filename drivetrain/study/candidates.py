@@ -8,6 +8,8 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from drivetrain.catalog.read import Catalog, FramelessRule, compatible_pairs
 from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS
 from drivetrain.drive.gear import Gear
@@ -50,7 +52,16 @@ def candidate_pairs(
     frameless = any(catalog.motors[key].frameless for key in motors)
     possible = len(motors) * (1 if form.gears == DIRECT_DRIVE else len(gears))
     words.append(f"pairs: {len(pairs)} of {possible} combinations {_rule_words(form, frameless)}")
-    return tuple(sorted(pairs, key=lambda pair: (pair_mass(catalog, pair), pair))), tuple(words)
+    return _lightest_first(catalog, pairs), tuple(words)
+
+
+def _lightest_first(catalog: Catalog, pairs: list[Pair]) -> tuple[Pair, ...]:
+    """Pairs by combined mass, then by keys; rows of unknown mass last."""
+    motors = {key: math.inf if row.mass is None else row.mass for key, row in catalog.motors.items()}
+    gears = {key: math.inf if row.mass is None else row.mass for key, row in catalog.gears.items()} | {"": 0.0}
+    ordered = sorted(pairs)
+    masses = np.array([motors[motor] + gears[gear] for motor, gear in ordered])
+    return tuple(ordered[i] for i in np.argsort(masses, kind="stable").tolist())
 
 
 def pair_mass(catalog: Catalog, pair: Pair) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
@@ -15,9 +15,10 @@ from drivetrain.study.candidates import candidate_pairs, known_pair
 from drivetrain.study.document import Place
 from drivetrain.study.ledger import Ledger
 from drivetrain.study.schema import DEFAULT, StudyForm
-from drivetrain.study.schema_parts import AmplifierForm, FrictionForm, JointForm, MountForm
+from drivetrain.study.schema_parts import AmplifierForm, CandidatesForm, FrictionForm, JointForm, MountForm
 from drivetrain.study.study import ContainedDrive, DriveMass, JointTask, Mount
 
+Found = tuple[tuple[tuple[str, str], ...], tuple[str, ...]]  # pairs, and what was put aside in words
 _CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
 
 
@@ -30,12 +31,14 @@ class Surroundings:
         arm: None without one.
         catalog: The rows.
         ledger: Takes faults and notes.
+        found: Rules that were applied before, with the pairs they leave.
     """
 
     form: StudyForm
     arm: Arm | None
     catalog: Catalog
     ledger: Ledger
+    found: list[tuple[CandidatesForm, Found]] = field(default_factory=list)
 
 
 def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTask, ...]:
@@ -121,9 +124,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     pairs: tuple[tuple[str, str], ...] = ()
     passed_over: tuple[str, ...] = ()
     if form.candidates is not None:
-        inner: Place = (*place, "candidates")
-        with ledger.gather(inner):
-            pairs, passed_over = candidate_pairs(form.candidates, around.catalog, ledger, inner)
+        pairs, passed_over = _candidates(around, form.candidates, (*place, "candidates"))
     elif form.drive is None:
         ledger.fault(
             place, "has neither a drive nor candidates", hint="drive: {motor: ..., gear: ...} or candidates: ..."
@@ -149,6 +150,21 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
     )
+
+
+def _candidates(around: Surroundings, form: CandidatesForm, place: Place) -> Found:
+    """The pairs that may be chosen; joints with the same rules share one list."""
+    for rules, found in around.found:
+        if rules == form:
+            return found
+    before = len(around.ledger.faults)
+    pairs: tuple[tuple[str, str], ...] = ()
+    words: tuple[str, ...] = ()
+    with around.ledger.gather(place):
+        pairs, words = candidate_pairs(form, around.catalog, around.ledger, place)
+    if len(around.ledger.faults) == before:
+        around.found.append((form, (pairs, words)))
+    return pairs, words
 
 
 def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tuple[str, str] | None:

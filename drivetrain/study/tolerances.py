@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.special import ndtri
 
 from drivetrain.arrays import Array
 
@@ -46,6 +45,8 @@ class Tolerance:
             From the nominal value, in the unit of ``width``, that shape.
         """
         if self.normal:
+            from scipy.special import ndtri  # 0.3 s that only a study with tolerances needs
+
             return np.asarray(self.width * ndtri(uniform))
         return self.width * (2.0 * uniform - 1.0)
 

@@ -232,3 +232,26 @@ def test_no_candidate_left_is_no_fault(load: Any) -> None:
     study = load({"joints.default": {"candidates": {"motors": {"mass": ["5 kg", None]}}}})
     assert study.joints[0].pairs == ()
     assert "motors: 0 of 2 considered" in study.joints[0].passed_over[0]
+
+
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [
+        ({"motors": {"mass": ["50 kg", None]}}, "motors: 0 of 2 considered; put aside 2 by 'mass: 50 to open kg'"),
+        ({"gears": {"ratio": [400, None]}}, "gears: 0 of 2 considered; put aside 2 by 'ratio: 400 to open'"),
+        ({"motors": {"keys": "large"}}, "pairs: 0 of 2 combinations are published as fitting"),
+    ],
+)
+def test_a_joint_that_nothing_can_drive_is_no_fault_of_the_file(load: Any, rules: dict[str, Any], words: str) -> None:
+    """That is for a selection to answer; the rules that left nothing are told in words."""
+    study = load({"joints": {"default": {"candidates": rules}}})
+    assert [task.pairs for task in study.joints] == [(), ()]
+    assert words in study.joints[0].passed_over
+
+
+def test_joints_with_the_same_rules_share_one_list_of_pairs(load: Any) -> None:
+    study = load({"joints": {"default": {"candidates": {}}, "joint_2": {"mount": {"carrier": "child"}}}})
+    first, second = study.joints
+    assert first.pairs is second.pairs and len(first.pairs) == 2
+    other = load({"joints": {"default": {"candidates": {}}, "joint_2": {"candidates": {"gears": {"ratio": [50, 70]}}}}})
+    assert len(other.joints[0].pairs) == 2 and other.joints[1].pairs == (("small", "p60"),)
