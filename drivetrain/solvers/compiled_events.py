@@ -5,6 +5,7 @@ Compiled into ``rosenbrock_kernel.py``; a change here must be told there, see ``
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numba as nb
@@ -17,7 +18,7 @@ from drivetrain.solvers.layout import EVENT_VALUES, FALLING, FIRED, GUARD, INNER
 OLD, NEW, LATER, BRACKET = range(4)  # rows of the block of event values
 VALUE_ROWS = 4
 _LOOKS = 2  # parts of a step whose ends are looked at
-_MOST = 80
+_MOST = 160
 
 
 @nb.njit(cache=True)
@@ -77,8 +78,8 @@ def _root(
         if high - low <= 4e-16 * max(abs(t) / h, 1.0):
             break
         share = low + (high - low) * before / (before - after)
-        if turn % 8 == 7 or not low < share < high:
-            share = 0.5 * (low + high)
+        if turn % 3 == 2 or not low < share < high:
+            share = math.sqrt(low * high) if high > 4.0 * low > 0.0 else 0.5 * (low + high)
         within(share, block, INNER)
         event_values(address, min(t + share * h, limit), block, INNER, values, BRACKET, data, count)
         value = values[BRACKET, k]
@@ -103,7 +104,7 @@ def _leaves(address: int, k: int, h: float, block: Array, values: Array, data: A
 
     So a ball that has just bounced is seen to fall again within the same step.
     """
-    for share in (1e-2, 1e-4, 1e-6):
+    for share in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14):
         within(share, block, INNER)
         later = min(clock[TIME] + share * h, clock[LIMIT])
         event_values(address, later, block, INNER, values, BRACKET, data, count)

@@ -43,12 +43,13 @@ def compiled(function: Callable[..., None]) -> Any:
     return nb.cfunc(SIGNATURE, cache=True, error_model="numpy")(function)
 
 
-def address_of(function: Any, place: str) -> int:
+def address_of(function: Any, place: str, *, needed: bool = False) -> int:
     """Where a compiled function lies.
 
     Args:
         function: What ``compiled`` gave, or an address; None: none.
         place: What to call it in an error.
+        needed: Whether there must be one.
 
     Returns:
         The address, 0 for none.
@@ -56,7 +57,7 @@ def address_of(function: Any, place: str) -> int:
     Raises:
         InputError: Neither a compiled function nor an address.
     """
-    if function is None:
+    if function is None and not needed:
         return 0
     address = getattr(function, "address", function)
     if isinstance(address, bool) or not isinstance(address, int | np.integer) or address <= 0:

@@ -38,7 +38,7 @@ class Events:
     names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        address_of(self.values, "events.values")
+        address_of(self.values, "events.values", needed=True)
         address_of(self.handler, "events.handler")
         if not self.kinds or any(kind not in (FALLING, EITHER, RISING, GUARD) for kind in self.kinds):
             raise InputError(Fault("events.kinds", "must be one or more of -1, 0, 1 and 2", self.kinds))
@@ -91,7 +91,7 @@ class CompiledProblem:
     declares_smooth: bool = True
 
     def __post_init__(self) -> None:
-        address_of(self.rates, "problem.rates")
+        address_of(self.rates, "problem.rates", needed=True)
         address_of(self.jacobian, "problem.jacobian")
         if isinstance(self.size, bool) or not isinstance(self.size, int) or self.size < 1:
             raise InputError(Fault("problem.size", "must be a whole number, 1 or more", self.size))

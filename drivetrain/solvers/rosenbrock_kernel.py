@@ -34,6 +34,7 @@ from drivetrain.solvers.layout import (
     JUMP,
     JUMP_AT,
     LAST_EVENT,
+    LAST_FIRED,
     LIMIT,
     LOGGED,
     MOST_STEPS,
@@ -66,17 +67,17 @@ from drivetrain.solvers.step_control import choose, first_step, largest_error, n
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
 SOURCES = {
-    "compiled_events.py": 3539138061,
-    "compiled_function.py": 4181512506,
+    "compiled_events.py": 2150517504,
+    "compiled_function.py": 2718191824,
     "compiled_guard.py": 3933024385,
     "compiled_jacobian.py": 3467440936,
     "compiled_steps.py": 2252302812,
-    "layout.py": 3383083453,
+    "layout.py": 3508983784,
     "rodas4_table.py": 1645622007,
     "step_control.py": 1394330494,
 }
 _EPSILON = float(np.finfo(np.float64).eps)
-_BUSY = 50  # events without progress of time
+_BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
 _SLACK = 1e-12
 
 
@@ -142,8 +143,10 @@ def _handle(
                 log[0][count[LOGGED]], log[1][count[LOGGED]] = t, k
                 count[LOGGED] += 1
             count[EVENTS] += 1
-    busy = abs(t - clock[LAST_EVENT]) <= _SLACK * max(1.0, abs(t))
-    count[BUSY] = count[BUSY] + 1 if busy else 0
+    near = abs(t - clock[LAST_EVENT]) <= _NEAR * max(1.0, abs(t))
+    weight = _SAME if count[FIRED] == count[LAST_FIRED] else 1  # many events may fall together, one may not repeat
+    count[BUSY] = count[BUSY] + weight if near else 0
+    count[LAST_FIRED] = count[FIRED]
     clock[LAST_EVENT] = t
     if addresses[3]:
         call_rows(addresses[3], t, block, X, values, LATER, data)
@@ -155,8 +158,9 @@ def _handle(
         for k in range(len(kinds)):
             values[OLD, k] = values[NEW, k]
     for k in range(len(kinds)):
-        # What has just crossed may be left a rounding short of it; at zero it is not armed again until it has moved.
-        if values[LATER, k] * values[OLD, k] < 0.0 and kinds[k] != GUARD:
+        # What has just crossed is a rounding short of zero or beyond; at zero it is armed again when it has moved.
+        unmoved = values[OLD, k] == values[NEW, k] or values[LATER, k] * values[OLD, k] < 0.0
+        if values[LATER, k] != 0.0 and unmoved and kinds[k] != GUARD:
             values[OLD, k] = 0.0
     count[CULPRIT] = count[FIRED]
     if ends:

@@ -1,0 +1,261 @@
+"""Events of compiled problems: where they are, what they change, and when time does not pass any more."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from drivetrain.errors import InputError
+from drivetrain.solvers.adaptive import DormandPrince54
+from drivetrain.solvers.compiled_function import compiled
+from drivetrain.solvers.compiled_problem import CompiledProblem, Events
+from drivetrain.solvers.explicit import RungeKutta4
+from drivetrain.solvers.integrate_compiled import integrate_compiled
+from drivetrain.solvers.layout import EITHER, FALLING, GUARD, RISING
+from drivetrain.solvers.rosenbrock import Rodas4
+
+SOLVERS = [Rodas4(1e-8, 1e-10), DormandPrince54(1e-8, 1e-10), RungeKutta4(0.01)]
+
+
+@compiled
+def _falls(t, x, dx, p, w):
+    dx[0], dx[1] = x[1], -p[0]
+
+
+@compiled
+def _height(t, x, values, p, w):
+    values[0] = x[0]
+
+
+@compiled
+def _bounces(t, x, crossed, p, w):
+    x[1] = -p[1] * x[1]
+    w[0] += 1
+
+
+@compiled
+def _swings(t, x, dx, p, w):
+    dx[0], dx[1] = x[1], -x[0]
+
+
+@compiled
+def _both(t, x, values, p, w):
+    values[0], values[1] = x[0], x[0]
+
+
+# A block on a spring with dry friction: word 0 is how many, then the modes: -1 and 1 sliding that way, 0 sticking.
+@compiled
+def _dry(t, x, dx, p, w):
+    for k in range(w[0]):
+        sliding = w[1 + k]
+        dx[2 * k] = x[2 * k + 1]
+        dx[2 * k + 1] = -p[0] * x[2 * k] - p[1] * sliding if sliding != 0 else 0.0
+
+
+@compiled
+def _dry_values(t, x, values, p, w):
+    for k in range(w[0]):
+        values[k] = x[2 * k + 1] * w[1 + k] if w[1 + k] != 0 else p[1] - abs(p[0] * x[2 * k])
+
+
+@compiled
+def _dry_handler(t, x, crossed, p, w):
+    for k in range(w[0]):
+        if crossed[k] == 0.0:
+            continue
+        force = -p[0] * x[2 * k]
+        if w[1 + k] != 0 and abs(force) <= p[1]:
+            x[2 * k + 1], w[1 + k] = 0.0, 0
+        else:  # the other way, or away from rest: forced, and not asked again at zero speed
+            x[2 * k + 1], w[1 + k] = 0.0, 1 if force > 0.0 else -1
+
+
+@compiled
+def _sign(t, x, dx, p, w):
+    dx[0] = x[1]
+    dx[1] = p[2] - p[0] * x[0] - p[1] * np.sign(x[1])
+
+
+@compiled
+def _steep(t, x, dx, p, w):
+    dx[0] = x[1]
+    dx[1] = p[2] - p[0] * x[0] - p[1] * np.tanh(x[1] / 1e-5)
+
+
+@compiled
+def _steps_in_time(t, x, dx, p, w):
+    dx[0] = 1.0 if t < p[0] else -50.0
+
+
+@compiled
+def _explodes(t, x, dx, p, w):
+    dx[0], dx[1] = x[0] ** 2, 1.0
+
+
+@compiled
+def _square_root(t, x, dx, p, w):
+    dx[0], dx[1] = -1.0, np.sqrt(x[0])
+
+
+@compiled
+def _two_speeds(t, x, dx, p, w):
+    """Current behind a voltage, with L/R = 1e-5 s, and the winding it heats, with a time constant of 1e3 s."""
+    dx[0] = (math.cos(t) - x[0]) / 1e-5
+    dx[1] = (x[0] ** 2 - x[1]) / 1e3
+
+
+@compiled
+def _stiff_spring(t, x, dx, p, w):
+    """A rotor of 1e-6 kg m^2 on a spring of 1e6 N m/rad whose other end is moved."""
+    dx[0], dx[1] = x[1], (p[0] * (math.sin(t) - x[0]) - p[1] * x[1]) / p[2]
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=repr)
+def test_fall_ends_on_the_ground(solver: Rodas4) -> None:
+    problem = CompiledProblem(_falls, 2, [9.81, 0.0], events=Events(_height, (FALLING,), (True,), names=("ground",)))
+    found = integrate_compiled(problem, solver, [1.7, 0.3], np.linspace(0.0, 5.0, 501))
+    wanted = (0.3 + math.sqrt(0.3**2 + 2.0 * 9.81 * 1.7)) / 9.81
+    assert abs(found.stopped_at - wanted) < 1e-12 and abs(found.final[0]) < 1e-12
+    assert found.stopped.startswith("ground at 0.62") and found.event_indices.tolist() == [0]
+    np.testing.assert_allclose(found.states[:, 0], 1.7 + 0.3 * found.times - 4.905 * found.times**2, atol=1e-9)
+    assert found.times[-1] <= wanted < found.times[-1] + 0.01
+
+
+@pytest.mark.parametrize("kind", [FALLING, RISING, EITHER])
+@pytest.mark.parametrize("solver", SOLVERS, ids=repr)
+def test_direction(solver: Rodas4, kind: int) -> None:
+    """cos t crosses zero falling at pi/2, rising at 3 pi/2, ...; nothing is found twice."""
+    problem = CompiledProblem(_swings, 2, events=Events(_both, (kind, EITHER)))
+    found = integrate_compiled(problem, solver, [1.0, 0.0], [0.0, 20.0])
+    crossings = math.pi * (np.arange(6) + 0.5)
+    wanted = {FALLING: crossings[0::2], RISING: crossings[1::2], EITHER: crossings}[kind]
+    np.testing.assert_allclose(found.event_times[found.event_indices == 0], wanted, atol=2e-6)
+    np.testing.assert_allclose(found.event_times[found.event_indices == 1], crossings, atol=2e-6)
+
+
+def test_event_is_where_the_solution_is_not_where_its_polynomial_is() -> None:
+    """With long steps the polynomial errs by 1e-5; the instant found is that of the method, and exactly at zero."""
+    problem = CompiledProblem(_swings, 2, events=Events(_height, (FALLING,), (True,)))
+    found = integrate_compiled(problem, Rodas4(1e-10, 1e-12), [1.0, 0.0], [0.0, 20.0])
+    assert abs(found.stopped_at - math.pi / 2.0) < 1e-9
+    assert abs(found.final[0]) < 1e-15
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=repr)
+def test_bouncing_ball_comes_to_rest_and_is_told(solver: Rodas4) -> None:
+    """Bounces at t_k = t_0 + 2 v_0/g (e + e^2 + ...) pile up where the ball rests; there time does not pass."""
+    fall, rest = math.sqrt(2.0 / 9.81), 0.5
+    problem = CompiledProblem(
+        _falls, 2, [9.81, rest], events=Events(_height, (FALLING,), handler=_bounces, names=("bounce",))
+    )
+    found = integrate_compiled(problem, solver, [1.0, 0.0], [0.0, 5.0])
+    wanted = fall * (1.0 + 2.0 * np.cumsum(np.concatenate([[0.0], rest ** np.arange(1, 12)])))
+    np.testing.assert_allclose(found.event_times[:12], wanted, atol=1e-11)
+    assert "bounce happens again and again" in found.stopped and found.culprit == 0
+    assert abs(found.stopped_at - fall * 3.0) < 1e-6
+
+
+@pytest.mark.parametrize("joints", [1, 2, 5])
+@pytest.mark.parametrize("solver", SOLVERS[:2], ids=repr)
+def test_dry_friction_stops_after_five_half_swings(solver: Rodas4, joints: int) -> None:
+    """J = 1, k = 100, Fc = 1 from 0.103: at -0.003 after pi/2, and there it stays; equal joints stop at one instant."""
+    words = np.array([joints] + [-1] * joints)
+    events = Events(_dry_values, (GUARD,) * joints, handler=_dry_handler)
+    problem = CompiledProblem(_dry, 2 * joints, [100.0, 1.0], words, events=events)
+    found = integrate_compiled(problem, solver, [0.103, 0.0] * joints, [0.0, 1.0, math.pi / 2.0 + 1e-6, 60.0, 3600.0])
+    assert found.stopped == ""
+    assert len(found.event_times) == 5 * joints
+    np.testing.assert_allclose(np.unique(found.event_times.round(6)), np.arange(1, 6) * math.pi / 10.0, atol=1e-6)
+    np.testing.assert_allclose(found.final[0::2], -0.003, atol=1e-8)
+    assert (found.states[2:, 1::2] == 0.0).all()
+    assert (found.states[2:, 0] == found.states[2, 0]).all()  # no creep in an hour, not by one bit
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize(
+    ("start", "push"), [([0.103, 0.0], 0.0), ([0.5, 0.0], 0.0), ([0.0, 0.0], 0.3), ([0.003, 0.0], 0.0)]
+)
+def test_sign_is_refused_and_named(rtol: float, start: list[float], push: float) -> None:
+    """scipy's BDF gives q = -515 with success=True where the answer is -0.003; here it is told what is wrong."""
+    problem = CompiledProblem(_sign, 2, [100.0, 1.0, push], names=("place", "speed"))
+    found = integrate_compiled(problem, Rodas4(rtol, rtol * 1e-3), start, [0.0, 10.0])
+    assert "the right-hand side jumps at" in found.stopped, found.stopped
+    assert "state 'speed'" in found.stopped
+    assert found.work.rates < 5000
+    smooth = CompiledProblem(_steep, 2, [100.0, 1.0, push])  # steep is not a jump
+    assert integrate_compiled(smooth, Rodas4(rtol, rtol * 1e-3), start, [0.0, 3.0]).stopped == ""
+
+
+def test_door_for_what_is_known_to_jump() -> None:
+    problem = CompiledProblem(_sign, 2, [100.0, 1.0, 0.0], declares_smooth=False)
+    with pytest.raises(InputError, match=r"declares_smooth.*set-valued"):
+        integrate_compiled(problem, Rodas4(), [0.1, 0.0], [0.0, 1.0])
+    assert integrate_compiled(problem, RungeKutta4(0.01), [0.1, 0.0], [0.0, 1.0]).stopped == ""
+
+
+def test_jump_with_time_asks_for_a_breakpoint() -> None:
+    problem = CompiledProblem(_steps_in_time, 1, [0.7])
+    found = integrate_compiled(problem, Rodas4(1e-8), [0.0], [0.0, 1.0])
+    assert "jumps at 0.7 s" in found.stopped and "breakpoint" in found.stopped
+    told = integrate_compiled(problem, Rodas4(1e-8), [0.0], [0.0, 1.0], breakpoints=[0.7])
+    assert abs(told.final[0] - (0.7 - 15.0)) < 1e-12
+
+
+@pytest.mark.parametrize("solver", [*SOLVERS[:2], RungeKutta4(1e-3)], ids=repr)
+def test_divergence_is_told_with_state_and_instant(solver: Rodas4) -> None:
+    """x' = x^2 from 1 has no solution beyond t = 1."""
+    found = integrate_compiled(
+        CompiledProblem(_explodes, 2, names=("a", "b")), solver, [1.0, 0.0], np.linspace(0, 2, 21)
+    )
+    assert "state 'a'" in found.stopped and found.culprit == 0
+    assert abs(found.stopped_at - 1.0) < 1e-2
+    assert np.isfinite(found.states).all() and found.times[-1] <= found.stopped_at and np.isfinite(found.final).all()
+
+
+def test_rate_that_is_no_number() -> None:
+    found = integrate_compiled(CompiledProblem(_square_root, 2), Rodas4(1e-6), [1.0, 0.0], np.linspace(0, 2, 21))
+    assert found.stopped and 0.9 < found.stopped_at < 1.0 + 1e-6
+    assert np.isfinite(found.states).all()
+
+
+def test_current_in_ten_microseconds_beside_heat_in_a_thousand_seconds() -> None:
+    found = integrate_compiled(CompiledProblem(_two_speeds, 2), Rodas4(1e-8, 1e-10), [1.0, 0.0], [0.0, 1.0, 20.0])
+    tau, decay = 1e-5, 1e-3
+    for t, (current, heat) in zip(found.times[1:], found.states[1:], strict=True):
+        wanted = (math.cos(t) + tau * math.sin(t)) / (1.0 + tau**2)
+        assert abs(current - wanted) < 1e-8
+        # cos^2 t through a lag of 1e3 s: the mean 1/2 and the ripple at twice the frequency
+        ripple = (decay**2 * math.cos(2 * t) + 2.0 * decay * math.sin(2 * t)) / (decay**2 + 4.0) / 2.0
+        start = decay**2 / (decay**2 + 4.0) / 2.0
+        wanted = 0.5 * -math.expm1(-decay * t) + ripple - start * math.exp(-decay * t)
+        assert abs(heat - wanted) < 2e-8  # a step's tolerance of 1e-10 adds up over the steps
+    assert found.work.steps < 5000
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-4])
+def test_stiff_spring_with_long_steps(damping: float) -> None:
+    """w = 1e6 rad/s and steps of 1 ms, a thousand radians each: the rotor follows the end that is moved."""
+    problem = CompiledProblem(_stiff_spring, 2, [1e6, damping, 1e-6])
+    solver = Rodas4(1.0, 1e3, largest_step=1e-3, first_step=1e-3)
+    found = integrate_compiled(problem, solver, [0.0, 1.0], np.linspace(0.0, 1.0, 11))
+    assert found.work.steps < 1002
+    np.testing.assert_allclose(found.states[:, 0], np.sin(found.times), atol=1e-6)
+
+
+def test_descriptions_that_do_not_fit() -> None:
+    for wrong in (
+        lambda: Events(_height, ()),
+        lambda: Events(_height, (5,)),
+        lambda: Events(_height, (1,), (True, False)),
+        lambda: Events("height", (1,)),
+        lambda: CompiledProblem(None, 1),
+        lambda: CompiledProblem(_falls, 0),
+        lambda: CompiledProblem(_falls, 2, words=[1.5]),
+        lambda: CompiledProblem(_falls, 2, segment_word=4),
+        lambda: CompiledProblem(_falls, 2, sparsity=np.eye(3)),
+        lambda: CompiledProblem(_falls, 2, names=("a",)),
+    ):
+        with pytest.raises(InputError):
+            wrong()

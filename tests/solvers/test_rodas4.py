@@ -1,0 +1,262 @@
+"""RODAS: its tables, its order, stiff references, dense output, counts, resumption, and what it refuses."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from compiled_cases import STIFF, counted, pushed
+from scipy.integrate import solve_ivp
+
+import drivetrain.solvers.rosenbrock_kernel as kernel
+from drivetrain.errors import InputError
+from drivetrain.solvers import rodas4_table as r
+from drivetrain.solvers.adaptive import DormandPrince54, DormandPrince853
+from drivetrain.solvers.compiled_problem import CompiledProblem, column_groups, detect_sparsity, python_rates
+from drivetrain.solvers.explicit import Euler, RungeKutta4, SemiImplicitEuler
+from drivetrain.solvers.integrate import integrate
+from drivetrain.solvers.integrate_compiled import integrate_compiled
+from drivetrain.solvers.rosenbrock import Rodas4
+
+START = [1.0, 0.2]
+
+
+def exact(times: np.ndarray) -> np.ndarray:
+    return integrate(DormandPrince853(1e-13, 1e-13), python_rates(counted()), START, times).states
+
+
+@pytest.mark.parametrize("name", kernel.SOURCES)
+def test_cache_of_the_kernel_knows_its_sources(name: str) -> None:
+    text = (Path(kernel.__file__).parent / name).read_bytes()
+    assert kernel.SOURCES[name] == zlib.crc32(text)
+
+
+def classical() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Alpha_ij, Gamma_ij and b_i of the method, from the tables without matrix products."""
+    a, c = np.zeros((6, 6)), np.zeros((6, 6))
+    last = (r.A51, r.A52, r.A53, r.A54)
+    for i, row in enumerate([(r.A21,), (r.A31, r.A32), (r.A41, r.A42, r.A43), last, (*last, 1.0)], start=1):
+        a[i, : len(row)] = row
+    rows = [(r.C21,), (r.C31, r.C32), (r.C41, r.C42, r.C43), (r.C51, r.C52, r.C53, r.C54)]
+    rows.append((r.C61, r.C62, r.C63, r.C64, r.C65))
+    for i, row in enumerate(rows, start=1):
+        c[i, : len(row)] = row
+    gamma = np.linalg.inv(np.eye(6) / r.GAMMA - c)
+    return a @ gamma, gamma, np.array([*last, 1.0, 1.0]) @ gamma
+
+
+def test_conditions_of_order_four() -> None:
+    """The conditions of order for Rosenbrock methods, beta = alpha + gamma; Hairer, Wanner II, table IV.7.1."""
+    alpha, gamma, b = classical()
+    beta = alpha + gamma
+    row, start = beta.sum(axis=1), alpha.sum(axis=1)
+    found = [b.sum(), b @ row, b @ start**2, b @ beta @ row, b @ start**3, b @ (start * (alpha @ row))]
+    found += [b @ beta @ start**2, b @ beta @ beta @ row]
+    np.testing.assert_allclose(found, [1, 1 / 2, 1 / 3, 1 / 6, 1 / 4, 1 / 8, 1 / 12, 1 / 24], atol=1e-13)
+    np.testing.assert_allclose(start, [0, r.ALPHA2, r.ALPHA3, r.ALPHA4, 1, 1], atol=1e-13)
+    np.testing.assert_allclose(gamma.sum(axis=1), [r.GAMMA1, r.GAMMA2, r.GAMMA3, r.GAMMA4, 0, 0], atol=1e-13)
+    np.testing.assert_allclose(beta[-1], b, atol=1e-13)  # stiffly accurate
+    embedded = np.array([r.A51, r.A52, r.A53, r.A54, 1.0, 0.0]) @ gamma
+    third = [embedded.sum(), embedded @ row, embedded @ start**2, embedded @ beta @ row]
+    np.testing.assert_allclose(third, [1, 1 / 2, 1 / 3, 1 / 6], atol=1e-13)
+
+
+def test_dense_output_is_of_order_three() -> None:
+    alpha, gamma, b = classical()
+    beta, start = alpha + gamma, alpha.sum(axis=1)
+    first = np.array([r.D11, r.D12, r.D13, r.D14, r.D15, 0.0]) @ gamma
+    second = np.array([r.D21, r.D22, r.D23, r.D24, r.D25, 0.0]) @ gamma
+    for s in (0.2, 0.5, 0.9):
+        weights = s * (b + (1.0 - s) * (first + s * second))
+        found = [weights.sum(), weights @ beta.sum(axis=1), weights @ start**2, weights @ beta @ beta.sum(axis=1)]
+        np.testing.assert_allclose(found, [s, s**2 / 2, s**3 / 3, s**3 / 6], atol=1e-12)
+
+
+def test_l_stable() -> None:
+    """The stability function 1 + z b (1 - z beta)^-1 1 stays below 1 on the imaginary axis and vanishes at infinity."""
+    alpha, gamma, b = classical()
+
+    def grows(z: complex) -> float:
+        return abs(1.0 + z * b @ np.linalg.solve(np.eye(6) - z * (alpha + gamma), np.ones(6)))
+
+    assert max(grows(1j * w) for w in np.logspace(-2, 6, 200)) <= 1.0 + 1e-12
+    assert grows(-1e9) < 1e-6
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_order_on_a_smooth_problem(compiled: bool) -> None:
+    """Forced to a step of fixed length, the error falls with its fourth power; a wrong df/dt or Jacobian would show."""
+    times, steps = np.array([0.0, 1.5]), [0.05, 0.025, 0.0125]
+    errors = []
+    for h in steps:
+        solver = Rodas4(1.0, 1.0, largest_step=h, first_step=h)
+        if compiled:
+            found = integrate_compiled(counted(), solver, START, times).states[-1]
+        else:
+            found = integrate(solver, python_rates(counted()), START, times).states[-1]
+        errors.append(np.abs(found - exact(times)[-1]).max())
+    assert abs(np.polyfit(np.log(steps), np.log(errors), 1)[0] - 4.0) < 0.3
+
+
+@pytest.mark.parametrize("name", STIFF)
+def test_stiff_references(name: str) -> None:
+    problem, start, end, wanted = STIFF[name]
+    atol = {"Robertson": (1e-14, 1e-18, 1e-14)}.get(name, 1e-12)
+    found = integrate_compiled(problem, Rodas4(1e-8, atol), start, [0.0, end])
+    assert found.stopped == ""
+    np.testing.assert_allclose(found.final, wanted, rtol=2e-6)
+    assert found.work.steps < 12_000
+
+
+def test_python_and_compiled_take_the_same_steps() -> None:
+    for name in ("HIRES", "van der Pol"):
+        problem, start, end, _ = STIFF[name]
+        ours = integrate_compiled(problem, Rodas4(1e-5, 1e-8), start, [0.0, end])
+        slow = integrate(Rodas4(1e-5, 1e-8), python_rates(problem), start, [0.0, end])
+        np.testing.assert_allclose(ours.final, slow.states[-1], rtol=1e-4)
+        assert abs(ours.work.steps - slow.work.steps) <= 0.02 * slow.work.steps  # rounding decides some refusals
+
+
+def test_tighter_is_better() -> None:
+    times = np.array([0.0, 3.0])
+    errors = [
+        np.abs(integrate_compiled(counted(), Rodas4(rtol, rtol * 1e-3), START, times).final - exact(times)[-1]).max()
+        for rtol in 10.0 ** -np.arange(3.0, 11.0)
+    ]
+    assert all(later < before for before, later in zip(errors, errors[1:], strict=False))
+    assert errors[3] < 20.0 * 1e-6 and errors[-1] < 2e-9
+
+
+@pytest.mark.parametrize("solver", [Rodas4(1e-7, 1e-10), DormandPrince54(1e-7, 1e-10), RungeKutta4(0.01)], ids=repr)
+def test_states_within_a_step(solver: Rodas4) -> None:
+    times = np.linspace(0.0, 2.0, 333)
+    found = integrate_compiled(counted(), solver, START, times)
+    assert np.abs(found.states - exact(times)).max() < 1e-6
+    assert len(found.times) == 333 and (found.states[0] == START).all()
+    # Instants that are wanted in between change no step.
+    assert (integrate_compiled(counted(), solver, START, [0.0, 2.0]).final == found.final).all()
+
+
+@pytest.mark.parametrize("solver", [RungeKutta4(0.01), Euler(0.01), DormandPrince54(1e-9, 1e-11)], ids=repr)
+def test_compiled_explicit_methods_are_those_in_python(solver: RungeKutta4) -> None:
+    times = np.linspace(0.0, 1.0, 7)
+    ours = integrate_compiled(counted(), solver, START, times, breakpoints=[0.333])
+    slow = integrate(solver, python_rates(counted()), START, times, breakpoints=[0.333])
+    np.testing.assert_allclose(ours.states, slow.states, rtol=1e-8 if isinstance(solver, DormandPrince54) else 1e-13)
+
+
+@pytest.mark.parametrize("jacobian", [False, True])
+@pytest.mark.parametrize(
+    "solver", [Rodas4(1e-6), DormandPrince54(1e-6, 1e-9), RungeKutta4(0.01), Euler(0.01)], ids=repr
+)
+def test_counts_are_calls(solver: Rodas4, jacobian: bool) -> None:
+    found = integrate_compiled(counted(jacobian), solver, START, np.linspace(0.0, 2.0, 77), breakpoints=[0.3, 1.1])
+    work = found.work
+    assert found.checkpoint.words[0] == work.rates
+    if isinstance(solver, Rodas4):
+        tried = work.steps + work.rejected
+        assert work.factorisations == tried and work.jacobians == work.steps
+        differences = 0 if jacobian else 3  # two columns and time
+        assert work.rates == 5 * tried + work.steps + differences * work.jacobians + 1  # and one to choose the first
+
+
+def test_exact_jacobian_gives_the_same_answer_for_less() -> None:
+    ours, exactly = (integrate_compiled(counted(j), Rodas4(1e-6), START, [0.0, 2.0]) for j in (False, True))
+    np.testing.assert_allclose(ours.final, exactly.final, atol=1e-7)
+    assert exactly.work.rates < 0.75 * ours.work.rates
+
+
+def test_groups_of_columns() -> None:
+    problem, start, end, _ = STIFF["HIRES"]
+    rng = np.random.default_rng(3)
+    pattern = detect_sparsity(problem, 0.0, rng.random((4, 8)))
+    assert pattern.sum() == 25  # counted by hand in the equations, with the diagonal
+    starts, columns, row_starts, rows = column_groups(pattern, 8)
+    assert sorted(columns) == list(range(8)) and len(starts) - 1 < 8
+    for a, b in zip(starts, starts[1:], strict=False):
+        taken = [i for j in columns[a:b] for i in rows[row_starts[j] : row_starts[j + 1]]]
+        assert len(taken) == len(set(taken))
+    grouped = CompiledProblem(problem.rates, 8, sparsity=pattern)
+    full, few = (integrate_compiled(p, Rodas4(1e-6, 1e-10), start, [0.0, end]) for p in (problem, grouped))
+    np.testing.assert_allclose(few.final, full.final, rtol=1e-5)
+    assert few.work.rates < full.work.rates
+
+
+def test_resumed_run_is_the_same_to_the_last_bit() -> None:
+    problem, start, end, _ = STIFF["Oregonator"]
+    times = np.linspace(0.0, end, 50)
+    whole = integrate_compiled(problem, Rodas4(1e-6), start, times, breakpoints=[100.0])
+    part = integrate_compiled(problem, Rodas4(1e-6), start, times, breakpoints=[100.0], pause_after=7)
+    for _ in range(1000):
+        if not part.stopped.startswith("paused"):
+            break
+        kept = part.checkpoint
+        part = integrate_compiled(problem, Rodas4(1e-6), start, times, breakpoints=[100.0], pause_after=41, resume=kept)
+    assert part.stopped == "" and part.work == whole.work
+    assert (part.states == whole.states).all()
+
+
+def test_pulse_after_a_long_rest() -> None:
+    """5 ms of 100 N on 1 kg after 7.3 s of rest; scipy's own methods step over it and report success."""
+    problem = pushed([7.3, 7.305], [0.0, 100.0, 0.0], by_number=False)
+    for method in ("RK45", "DOP853", "LSODA", "BDF", "Radau"):
+        missed = solve_ivp(python_rates(problem), (0.0, 10.0), [0.0, 0.0], method=method, rtol=1e-6, atol=1e-9)
+        assert missed.success and missed.y[1, -1] == 0.0
+    for by_number in (True, False):
+        told = pushed([7.3, 7.305], [0.0, 100.0, 0.0], by_number=by_number)
+        found = integrate_compiled(told, Rodas4(1e-6), [0.0, 0.0], [0.0, 10.0], breakpoints=[7.3, 7.305])
+        assert abs(found.final[1] - 0.5) < 1e-9
+        assert abs(found.final[0] - (0.5 * 100.0 * 0.005**2 + 0.5 * (10.0 - 7.305))) < 1e-9
+
+
+@pytest.mark.parametrize("solver", [Rodas4(1e-6), DormandPrince54(1e-6, 1e-9)], ids=repr)
+def test_bang_bang_with_segments_of_five_milliseconds(solver: Rodas4) -> None:
+    ends, levels = [0.5, 0.505, 0.51], [2.0, -300.0, 250.0, 1.0]
+    found = integrate_compiled(pushed(ends, levels), solver, [0.0, 0.0], [0.0, 1.0], breakpoints=ends)
+    speed = place = 0.0
+    for start, end, level in zip([0.0, *ends], [*ends, 1.0], levels, strict=True):
+        place += speed * (end - start) + 0.5 * level * (end - start) ** 2
+        speed += level * (end - start)
+    np.testing.assert_allclose(found.final, [place, speed], atol=1e-9)
+
+
+def test_python_right_hand_sides_too() -> None:
+    """The same method through the common interface, with jumps, corrections and instants within steps."""
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        return np.array([y[1], 100.0 if 7.3 <= t < 7.305 else 0.0])
+
+    found = integrate(Rodas4(1e-6), rates, [0.0, 0.0], np.linspace(0.0, 10.0, 11), breakpoints=[7.3, 7.305])
+    assert abs(found.states[-1, 1] - 0.5) < 1e-9 and found.stopped == ""
+    with pytest.raises(InputError, match="runs compiled"):
+        integrate_compiled(counted(), SemiImplicitEuler(0.1), START, [0.0, 1.0])
+
+
+@pytest.mark.parametrize("bad", [{"rtol": 0.0}, {"rtol": math.nan}, {"rtol": 1e-17}, {"atol": -1.0}, {"atol": (1.0, 0.0)},
+                                 {"largest_step": math.inf}, {"first_step": -1.0}, {"smallest_step": -1.0}])  # fmt: skip
+def test_settings_that_are_none(bad: dict) -> None:
+    with pytest.raises(InputError, match="Rodas4"):
+        Rodas4(**bad)
+
+
+@pytest.mark.parametrize(
+    ("start", "times", "points", "place"),
+    [
+        ([math.nan, 0.0], [0.0, 1.0], [], "start"),
+        ([math.inf, 0.0], [0.0, 1.0], [], "start"),
+        ([1.0], [0.0, 1.0], [], "start"),
+        ([1.0, 0.0], [0.0, math.nan], [], "times"),
+        ([1.0, 0.0], [0.0, 0.0], [], "times"),
+        ([1.0, 0.0], [0.0, 1.0], [math.inf], "breakpoints"),
+    ],
+)
+def test_input_that_is_none(start: list, times: list, points: list, place: str) -> None:
+    with pytest.raises(InputError, match=place):
+        integrate_compiled(counted(), Rodas4(), start, times, breakpoints=points)
+    with pytest.raises(InputError, match="numbers"):
+        CompiledProblem(counted().rates, 2, np.array([math.nan]))
+    with pytest.raises(InputError, match="atol"):
+        integrate_compiled(counted(), Rodas4(atol=(1e-6, 1e-6, 1e-6)), [1.0, 0.0], [0.0, 1.0])
