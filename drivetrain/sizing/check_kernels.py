@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.heat_state import MAGNETS, PEAK_WINDING, RUNAWAY, STATE
+from drivetrain.drive.heat_state import GROWTH, MAGNETS, PEAK_WINDING, RUNAWAY, STATE
 from drivetrain.sizing.load_kernels import (
     CHECKS,
     PEAK_LOAD,
@@ -16,9 +16,11 @@ from drivetrain.sizing.load_kernels import (
     TILT,
     JointLoad,
     average,
-    bearing_peaks,
+    bearing,
     compiled,
+    entry,
     inertia_peak,
+    part,
 )
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
@@ -50,22 +52,41 @@ from drivetrain.sizing.packed_task import (
     AMPLIFIER_CONTINUOUS,
     AMPLIFIER_PEAK,
     BEARING,
+    CURVED,
     DURATION,
     FASTEST,
     INERTIA,
     LIFE,
+    LOSS_SPEED,
     MEAN_SPEED,
     MOVES,
     PEAK_FACTOR,
     RATIO_LIMIT,
     RMS_FACTOR,
+    SPEED,
     SPEED_FACTOR,
     TEMPERATURE_MARGIN,
     VOLTAGE_FACTOR,
     VOLTS,
+    WEIGHT,
     PackedTask,
 )
-from drivetrain.sizing.torque_kernels import WINDING, constant_at, pair_heat, start_torque, start_voltage, voltage_peak
+from drivetrain.sizing.torque_kernels import (
+    HEAT,
+    TOTAL,
+    WINDING,
+    constant_at,
+    curved_friction,
+    heat_losses,
+    heat_numbers,
+    pair_torque,
+    peak_and_square,
+    resistance,
+    start_torque,
+    start_voltage,
+    voltage_peak,
+)
+from drivetrain.solvers.compiled_function import call
 
 HOUR = 3600.0  # s
 
@@ -114,7 +135,7 @@ def held(checks: Array, check: int, required: float, available: float) -> float:
     return used
 
 
-@compiled
+@part
 def gear_checks(task: PackedTask, joint: int, g: Array, which: int, load: JointLoad) -> float:
     """The gear's limits.
 
@@ -142,7 +163,7 @@ def gear_checks(task: PackedTask, joint: int, g: Array, which: int, load: JointL
             worst = max(worst, held(checks, GEAR_LIFE, limits[LIFE] / HOUR, life(limits, g, mean) / HOUR))
     worst = max(worst, gear_speeds(limits, g, checks))
     if limits[BEARING] != 0.0 and not (np.isnan(g[TILTING]) and np.isnan(g[AXIAL]) and np.isnan(g[RADIAL])):
-        bearing_peaks(task, joint, load)
+        bearing(task, joint, load)
         factor = limits[PEAK_FACTOR]
         worst = max(worst, held(checks, TILTING_MOMENT, factor * load.numbers[TILT], g[TILTING]))
         worst = max(worst, held(checks, AXIAL_LOAD, factor * load.numbers[PUSH], g[AXIAL]))
@@ -150,7 +171,7 @@ def gear_checks(task: PackedTask, joint: int, g: Array, which: int, load: JointL
     return worst
 
 
-@compiled
+@part
 def life(limits: Array, g: Array, mean: float) -> float:
     """``gear_life``.
 
@@ -166,7 +187,7 @@ def life(limits: Array, g: Array, mean: float) -> float:
     return np.inf if load == 0.0 else float(g[RATED_LIFE] / load)
 
 
-@compiled
+@part
 def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
     """The gear's limits of speed.
 
@@ -183,7 +204,7 @@ def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
     return max(largest, held(checks, MEAN_INPUT_SPEED, factor * limits[MEAN_SPEED], g[MEAN_INPUT]))
 
 
-@compiled
+@part
 def speed_checks(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> float:
     """The motor's limits that need no torque.
 
@@ -204,7 +225,24 @@ def speed_checks(task: PackedTask, joint: int, m: Array, g: Array, load: JointLo
     return worst
 
 
-@compiled
+@part
+def fast_enough(limits: Array, m: Array, g: Array) -> bool:
+    """Whether every limit of speed holds, to rounding.
+
+    Args:
+        limits: The joint's numbers.
+        m, g: Rows of motor and gear.
+
+    Returns:
+        False when one fails beyond rounding.
+    """
+    input_speed = limits[SPEED_FACTOR] * abs(g[RATIO])
+    fastest, mean, over = input_speed * limits[FASTEST], input_speed * limits[MEAN_SPEED], 1.0 + CLOSE
+    gear = fastest > g[MAX_INPUT] * over or mean > g[MEAN_INPUT] * over
+    return not (fastest > m[MAX_SPEED] * over or (gear and g[DIRECT_DRIVE] == 0.0))
+
+
+@entry
 def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
     """Whether a pair holds every limit of speed, which no other drive changes.
 
@@ -216,15 +254,10 @@ def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
     Returns:
         False when one fails beyond rounding.
     """
-    m, g, limits = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]], task.tasks[joint]
-    input_speed = limits[SPEED_FACTOR] * abs(g[RATIO])
-    fastest, mean, over = input_speed * limits[FASTEST], input_speed * limits[MEAN_SPEED], 1.0 + CLOSE
-    if fastest > m[MAX_SPEED] * over:
-        return False
-    return g[DIRECT_DRIVE] != 0.0 or not (fastest > g[MAX_INPUT] * over or mean > g[MEAN_INPUT] * over)
+    return fast_enough(task.tasks[joint], task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]])
 
 
-@compiled
+@part
 def essential_lack(m: Array, g: Array) -> int:
     """The first of the ESSENTIAL checks that cannot be made.
 
@@ -241,7 +274,7 @@ def essential_lack(m: Array, g: Array) -> int:
     return RMS_CURRENT if np.isnan(m[CONTINUOUS]) else -1
 
 
-@compiled
+@part
 def torque_unknown(m: Array, g: Array) -> bool:
     """Whether the sheets lack what the motor's torque is computed from.
 
@@ -254,31 +287,31 @@ def torque_unknown(m: Array, g: Array) -> bool:
     return g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR])
 
 
-@compiled
-def torque_check(
-    task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, peak: float
-) -> tuple[float, int, float]:
-    """The motor's peak torque.
+@part
+def torque_check(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> tuple[float, float, float]:
+    """The motor's torque into TOTAL, and its peak held against the short-time limit.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
         m, g: Rows of motor and gear.
-        load: The joint's, TOTAL filled; takes the figures.
-        peak: Of TOTAL [N m].
+        load: The joint's; takes the figures.
 
     Returns:
-        The largest torque with starting [N m], how many samples start, the utilisation.
+        The largest torque with starting [N m], the sum of weight times square [N^2 m^2 s], the utilisation.
     """
-    limits, count = task.tasks[joint], 0
+    limits, row, total = task.tasks[joint], task.series[joint], load.scratch[TOTAL]
+    curved = limits[CURVED] != 0.0
+    pair_torque(row, m, g, curved, load.series, total)
+    if curved:
+        curved_friction(m, g[RATIO], row[LOSS_SPEED], total)
+    peak, square = peak_and_square(row[WEIGHT], total)
     if limits[MOVES] != 0.0:
-        start, count = start_torque(task, joint, m, g, load)
-        peak = max(peak, start)
-    used = held(load.checks, MOTOR_TORQUE, limits[PEAK_FACTOR] * peak, m[PEAK_TORQUE])
-    return peak, count, used
+        peak = max(peak, start_torque(row, task.rests[joint], m, g, load.series, load.scratch))
+    return peak, square, held(load.checks, MOTOR_TORQUE, limits[PEAK_FACTOR] * peak, m[PEAK_TORQUE])
 
 
-@compiled
+@part
 def current_checks(
     task: PackedTask, joint: int, m: Array, load: JointLoad, peak: float, square: float, constant: float
 ) -> float:
@@ -307,7 +340,7 @@ def current_checks(
     return max(worst, held(checks, AMPLIFIER_RMS, rms, limits[AMPLIFIER_CONTINUOUS]))
 
 
-@compiled
+@part
 def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, state: Array) -> None:
     """The temperatures of the pair at work, those of the winding into WINDING.
 
@@ -319,18 +352,28 @@ def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, s
         state: Takes what ``heat_state`` finds; where nothing is known, or heat runs away, magnets at ambient
             temperature and the winding at its limit, (STATE,).
     """
-    ambient = task.tasks[joint, AMBIENT]
+    ambient, known = task.tasks[joint, AMBIENT], not np.isnan(m[INNER])
     state[MAGNETS], state[RUNAWAY] = ambient, 0.0
-    if not np.isnan(m[INNER]):
-        pair_heat(task, joint, m, g, load, state)
-    if np.isnan(m[INNER]) or state[RUNAWAY] != 0.0:
+    if known:
+        row, ratio, scratch, curved = task.series[joint], g[RATIO], load.scratch, task.tasks[joint, CURVED] != 0.0
+        if curved:
+            friction = scratch[HEAT + GROWTH]
+            for t in range(len(friction)):
+                friction[t] = 0.0
+            curved_friction(m, ratio, row[SPEED], friction)
+        heat_losses(row, m, ratio, curved, scratch)
+        call(task.heat, 0.0, heat_numbers(m, ambient, task.shares), state, scratch[HEAT:], task.mix)
+    if not known or state[RUNAWAY] != 0.0:
         state[MAGNETS] = ambient
-        load.scratch[WINDING, :] = ambient if np.isnan(m[MAX_WINDING]) else m[MAX_WINDING]
+        rest = ambient if np.isnan(m[MAX_WINDING]) else m[MAX_WINDING]
+        winding = load.scratch[WINDING]
+        for t in range(len(winding)):
+            winding[t] = rest
 
 
-@compiled
+@part
 def electric_checks(
-    task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, int], state: Array
+    task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, float], state: Array
 ) -> float:
     """The limits of current, voltage and heat of the warm motor.
 
@@ -339,7 +382,7 @@ def electric_checks(
         joint: Index of the joint.
         m, g: Rows of motor and gear.
         load: The joint's, TOTAL and START filled; takes the figures.
-        torque: Largest with starting [N m], sum of weight times square [N^2 m^2 s], how many samples start.
+        torque: From ``torque_check``.
         state: Takes what ``heat_state`` finds, with magnets at ambient temperature where nothing is known, (STATE,).
 
     Returns:
@@ -350,7 +393,10 @@ def electric_checks(
     warm_up(task, joint, m, g, load, state)
     warm, cold = constant_at(m, state[MAGNETS]), constant_at(m, ambient)
     worst = current_checks(task, joint, m, load, torque[0], torque[1], warm)
-    volts = max(voltage_peak(task, joint, m, g, load, warm, cold), start_voltage(task, joint, m, load, warm, torque[2]))
+    volts = max(
+        voltage_peak(task.series[joint], m, g[RATIO], load.scratch, warm, cold, resistance(m, ambient)),
+        start_voltage(task.rests[joint], m, load.scratch, warm, limits[MOVES] != 0.0),
+    )
     worst = max(worst, held(checks, VOLTAGE, limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
     if known and not np.isnan(m[MAX_WINDING]):
         allowed = m[MAX_WINDING] - limits[TEMPERATURE_MARGIN]
@@ -364,7 +410,7 @@ def electric_checks(
     return worst
 
 
-@compiled
+@part
 def new_state() -> Array:
     """Memory for what ``heat_state`` finds.
 

@@ -14,6 +14,7 @@ from drivetrain.drive.heat_state import MAGNETS
 from drivetrain.sizing.bound_kernels import least_energy, may_hold
 from drivetrain.sizing.check_kernels import (
     CLOSE,
+    MOTOR_SPEED,
     MOTOR_TORQUE,
     REPEATED_PEAK,
     UNCHECKED,
@@ -33,22 +34,22 @@ from drivetrain.sizing.check_kernels import (
 )
 from drivetrain.sizing.load_kernels import (
     CHECKS,
-    FORCE,
     PEAK_LOAD,
     JointBounds,
     JointLoad,
     bound_joint,
     compiled,
-    fast,
+    entry,
     load_force,
     load_joint,
     new_bounds,
     new_load,
+    part,
     sum_up,
 )
 from drivetrain.sizing.packed_rows import DIRECT_DRIVE, INNER, MAGNET, MOMENTARY, RATIO, REPEATED
-from drivetrain.sizing.packed_task import AMBIENT, PEAK_FACTOR, SPEED, VOLTAGE_FACTOR, VOLTS, WEIGHT, PackedTask
-from drivetrain.sizing.torque_kernels import TOTAL, WINDING, constant_at, pair_torque, resistance, voltage_peak
+from drivetrain.sizing.packed_task import AMBIENT, PEAK_FACTOR, VOLTAGE_FACTOR, VOLTS, PackedTask
+from drivetrain.sizing.torque_kernels import constant_at, electrical_power, resistance, voltage_peak
 
 __all__ = [
     "ASK", "FALLS", "HOLDS", "JointBounds", "JointLoad", "bound_joint", "figures", "holds_speed", "judge_exact",
@@ -57,25 +58,26 @@ __all__ = [
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
 LACKS = 100  # added to the number of a check that could not be made
+EXACT, STAGES, FULL = 0, 1, 2
 
 
-@compiled
+@part
 def _felled(used: float) -> bool:
     """Whether a utilisation is above 1 beyond rounding, or not a number."""
     return not used <= 1.0 + CLOSE
 
 
 @compiled
-def _worst(load: JointLoad, first: int, last: int) -> int:
+def _worst(checks: Array, first: int, last: int) -> int:
     """The check of largest utilisation among some."""
     found = first
     for check in range(first, last):
-        if load.checks[check, USED] > load.checks[found, USED]:
+        if checks[check, USED] > checks[found, USED]:
             found = check
     return found
 
 
-@compiled
+@part
 def own_load(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
     """Add what the joint's own drive asks of it, where it rides on the link that it moves.
 
@@ -86,12 +88,63 @@ def own_load(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
         load: From ``load_joint``.
     """
     if task.offsets[joint, joint] >= 0:
-        load.drives[joint] = task.numbers[pair]
-        load_force(task, joint, load.drives, load.series[FORCE])
+        for i in range(5):
+            load.drives[joint, i] = task.numbers[pair, i]
         sum_up(task, joint, load)
 
 
 @compiled
+def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) -> tuple[int, int, float]:
+    """Both ways of judging; see ``judge_exact`` (EXACT) and ``figures`` (STAGES, FULL)."""
+    gear = task.pairs[pair, 1]
+    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[gear]
+    limits, checks, which = task.tasks[joint], load.checks, task.exponent_of[gear]
+    lack, quick = essential_lack(m, g), mode == EXACT
+    if quick and lack >= 0:
+        return FALLS, lack + LACKS, np.inf
+    own_load(task, joint, pair, load)
+    if quick and g[DIRECT_DRIVE] == 0.0:
+        peak = limits[PEAK_FACTOR] * load.numbers[PEAK_LOAD]
+        if peak > g[REPEATED] * (1.0 + CLOSE) or peak > g[MOMENTARY] * (1.0 + CLOSE):
+            return FALLS, REPEATED_PEAK, peak / g[REPEATED]
+    for check in range(CHECKS):
+        checks[check, 0], checks[check, 1], checks[check, USED] = np.nan, np.nan, UNCHECKED
+    over = 1.0 + CLOSE if quick else 1.0
+    felled, used = -1, 0.0
+    for stage in range(4):
+        if stage == 0:
+            used, last = gear_checks(task, joint, g, which, load), MOTOR_SPEED
+        elif stage == 1:
+            used, last = speed_checks(task, joint, m, g, load), MOTOR_TORQUE
+        elif torque_unknown(m, g):
+            break
+        elif stage == 2:
+            torque = torque_check(task, joint, m, g, load)
+            used, last = torque[2], MOTOR_TORQUE + 1
+            cold = constant_at(m, limits[AMBIENT])
+            # Warm magnets only add to the current, so what is too much for cold ones is known before the heat is.
+            if quick and (m[MAGNET] <= 0.0 or np.isnan(m[INNER])):
+                used = max(used, current_checks(task, joint, m, load, torque[0], torque[1], cold))
+            if quick and used <= over:
+                ohms = resistance(m, limits[AMBIENT])
+                volts = voltage_peak(task.series[joint], m, g[RATIO], load.scratch, 0.0, cold, ohms)
+                used = max(used, held(checks, VOLTAGE, limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
+        else:
+            used, last = electric_checks(task, joint, m, g, load, torque, new_state()), CHECKS
+        if not used <= over and felled < 0:
+            felled = _worst(checks, 0, CHECKS if quick else last)
+            if mode != FULL:
+                return FALLS, felled, checks[felled, USED]
+    if felled >= 0:
+        return FALLS, felled, checks[felled, USED]
+    if lack >= 0:
+        return FALLS, lack + LACKS, np.inf
+    found = _worst(checks, 0, CHECKS)
+    worst = checks[found, USED]
+    return (ASK if quick and worst > 1.0 - CLOSE else HOLDS), found, worst
+
+
+@entry
 def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tuple[int, int, float]:
     """Whether a pair holds at a joint: every check of ``judge.py`` until one fails.
 
@@ -105,41 +158,11 @@ def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tup
         HOLDS, FALLS or ASK; the check that felled it (LACKS more where it could not be made), that is too close, or
         that binds; its utilisation.
     """
-    row, which = task.pairs[pair, 1], task.exponent_of[task.pairs[pair, 1]]
-    m, g, limits = task.motors[joint, task.pairs[pair, 0]], task.gears[row], task.tasks[joint]
-    lack = essential_lack(m, g)
-    if lack >= 0:
-        return FALLS, lack + LACKS, np.inf
-    own_load(task, joint, pair, load)
-    if g[DIRECT_DRIVE] == 0.0:
-        peak = limits[PEAK_FACTOR] * load.numbers[PEAK_LOAD]
-        if peak > g[REPEATED] * (1.0 + CLOSE) or peak > g[MOMENTARY] * (1.0 + CLOSE):
-            return FALLS, REPEATED_PEAK, peak / g[REPEATED]
-    load.checks[:, USED] = UNCHECKED
-    if _felled(speed_checks(task, joint, m, g, load)) or _felled(gear_checks(task, joint, g, which, load)):
-        found = _worst(load, 0, MOTOR_TORQUE)
-        return FALLS, found, load.checks[found, USED]
-    largest, square = pair_torque(task, joint, m, g, load)
-    peak, count, used = torque_check(task, joint, m, g, load, largest)
-    ambient = limits[AMBIENT]
-    cold = constant_at(m, ambient)
-    # Warm magnets only add to the current, so what is too much for cold ones is known before the heat is.
-    if m[MAGNET] <= 0.0 or np.isnan(m[INNER]):
-        used = max(used, current_checks(task, joint, m, load, peak, square, cold))
-    if not _felled(used):
-        volts = limits[VOLTAGE_FACTOR] * voltage_peak(task, joint, m, g, load, 0.0, cold)
-        used = max(used, held(load.checks, VOLTAGE, volts, limits[VOLTS]))
-    if not _felled(used):
-        used = electric_checks(task, joint, m, g, load, (peak, square, count), new_state())
-    found = _worst(load, 0, CHECKS)
-    worst = load.checks[found, USED]
-    if _felled(used):
-        return FALLS, found, max(used, worst)
-    return (ASK if worst > 1.0 - CLOSE else HOLDS), found, worst
+    return _judge(task, joint, pair, load, np.int64(EXACT))
 
 
-@compiled
-def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> int:
+@entry
+def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> tuple[int, int, float]:
     """Every check of a pair with its numbers, stage by stage as ``judge.py`` makes them.
 
     Args:
@@ -150,37 +173,13 @@ def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool
         full: Make every check, also after one has failed.
 
     Returns:
-        The failed check of highest utilisation in the stage where the first failed; a check that could not be made
-        but must be, LACKS more; -1 for a pair that holds.
+        HOLDS or FALLS; the failed check of highest utilisation in the stage where the first failed, a check that could
+        not be made but must be, LACKS more, or the one that binds; its utilisation.
     """
-    row, which = task.pairs[pair, 1], task.exponent_of[task.pairs[pair, 1]]
-    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[row]
-    own_load(task, joint, pair, load)
-    load.checks[:] = np.nan
-    load.checks[:, USED] = UNCHECKED
-    felled = -1
-    if not gear_checks(task, joint, g, which, load) <= 1.0:
-        felled = _worst(load, 0, MOTOR_TORQUE)
-        if not full:
-            return felled
-    if not speed_checks(task, joint, m, g, load) <= 1.0 and felled < 0:
-        felled = _worst(load, 0, MOTOR_TORQUE)
-        if not full:
-            return felled
-    if not torque_unknown(m, g):
-        largest, square = pair_torque(task, joint, m, g, load)
-        peak, count, used = torque_check(task, joint, m, g, load, largest)
-        if not used <= 1.0 and felled < 0:
-            felled = MOTOR_TORQUE
-            if not full:
-                return felled
-        if not electric_checks(task, joint, m, g, load, (peak, square, count), new_state()) <= 1.0 and felled < 0:
-            felled = _worst(load, MOTOR_TORQUE + 1, CHECKS)
-    lack = essential_lack(m, g)
-    return felled if felled >= 0 else (lack + LACKS if lack >= 0 else -1)
+    return _judge(task, joint, pair, load, np.int64(FULL if full else STAGES))
 
 
-@fast
+@entry
 def pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: Array) -> float:
     """Electrical power of a pair at work.
 
@@ -196,15 +195,7 @@ def pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: 
     """
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
     own_load(task, joint, pair, load)
-    pair_torque(task, joint, m, g, load)
+    torque_check(task, joint, m, g, load)
     state = new_state()
     warm_up(task, joint, m, g, load, state)
-    constant = constant_at(m, state[MAGNETS])
-    speed, weight = task.series[joint, SPEED], task.series[joint, WEIGHT]
-    total, winding = load.scratch[TOTAL], load.scratch[WINDING]
-    energy, square = 0.0, 1.0 / (constant * constant)
-    zero, gain = resistance(m, 0.0), resistance(m, 1.0) - resistance(m, 0.0)
-    for t in range(len(power)):
-        power[t] = total[t] * (g[RATIO] * speed[t]) + (zero + gain * winding[t]) * total[t] * total[t] * square
-        energy += weight[t] * power[t]
-    return energy
+    return electrical_power(task.series[joint], m, g[RATIO], load.scratch, constant_at(m, state[MAGNETS]), power)

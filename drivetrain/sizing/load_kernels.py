@@ -9,6 +9,7 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.heat_state import ROWS
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.packed_task import (
     AT_REST,
@@ -21,6 +22,7 @@ from drivetrain.sizing.packed_task import (
     SPEED,
     WAY,
     WEIGHT,
+    Indices,
     PackedTask,
 )
 from drivetrain.sizing.vector_max import larger
@@ -31,11 +33,17 @@ FORCE, DRIVING_LOAD, DRIVEN_LOAD, HELD_LOAD, START_LOAD, START_WAY, LOAD_SERIES 
 # Numbers of a load; then one average torque an exponent. NaN: not needed so far.
 PEAK_LOAD, TILT, PUSH, SIDE, MOST_INERTIA, LOAD_NUMBERS = range(6)
 
-SCRATCH = 10
+SCRATCH = 3 + ROWS  # torque_kernels.py says what they hold
 CHECKS = 18
 
-compiled = nb.njit(cache=True, error_model="numpy", nogil=True)
-fast = nb.njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract", "reassoc", "nsz"})
+entry = nb.njit(cache=True, error_model="numpy", nogil=True)  # called from Python
+compiled = nb.njit(error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+part = nb.njit(error_model="numpy", nogil=True, inline="always")  # glue: compiled with whoever uses it
+# A loop over samples: compiled once, called by others only.
+fast = nb.njit(
+    error_model="numpy", nogil=True, fastmath={"contract", "reassoc", "nsz"}, no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+)  # fmt: skip
 
 
 class JointLoad(NamedTuple):
@@ -103,6 +111,148 @@ def new_bounds(task: PackedTask) -> JointBounds:
 
 
 @fast
+def gather(bare: Array, rows: Array, offsets: Indices, drives: Array, out: Array) -> None:
+    """A start and what drives add to it.
+
+    Args:
+        bare: Of the arm alone, any unit, (N,).
+        rows: What a unit of each number of each drive adds, (R, N).
+        offsets: First row of each drive, -1 where it adds nothing, (n,).
+        drives: Numbers of the drives, (n, NUMBERS).
+        out: Takes the sum, (N,).
+    """
+    for t in range(len(out)):
+        out[t] = bare[t]
+    for k in range(len(drives)):
+        at = offsets[k]
+        if at < 0:
+            continue
+        a, b, c, d, e = drives[k, 0], drives[k, 1], drives[k, 2], drives[k, 3], drives[k, 4]
+        r0, r1, r2, r3, r4 = rows[at], rows[at + 1], rows[at + 2], rows[at + 3], rows[at + 4]
+        if a != 0.0 or b != 0.0 or c != 0.0:
+            for t in range(len(out)):
+                out[t] += a * r0[t] + b * r1[t] + c * r2[t] + d * r3[t] + e * r4[t]
+        elif d != 0.0 or e != 0.0:
+            for t in range(len(out)):
+                out[t] += d * r3[t] + e * r4[t]
+
+
+@fast
+def least_peak(row: Array, limits: Array, low: Array, high: Array) -> float:
+    """The largest load torque, breakaway at rest included, that an interval leaves at least.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        limits: The joint's numbers, (TASK,).
+        low, high: Torque at the gear's output [N m], (N,); both the same for one history.
+
+    Returns:
+        [N m].
+    """
+    friction, still = row[FRICTION], row[AT_REST]
+    forward, back = limits[BREAK_FORWARD] * limits[MOVES], limits[BREAK_BACK] * limits[MOVES]
+    peak = 0.0
+    for t in range(len(low)):
+        a, b = low[t] + friction[t], -(high[t] + friction[t])
+        loose = forward if a > 0.0 else (back if b > 0.0 else 0.0)
+        peak = larger(peak, larger(larger(a, b), 0.0) + still[t] * loose)
+    return peak
+
+
+@fast
+def least_average(row: Array, exponent: float, low: Array, high: Array) -> float:
+    """The average load torque as wear sees it (``average_torque``) that an interval leaves at least.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        exponent: Of torque.
+        low, high: Torque at the gear's output [N m], (N,); both the same for one history.
+
+    Returns:
+        [N m].
+    """
+    speed, weight, friction = row[SPEED], row[WEIGHT], row[FRICTION]
+    travel, total, cubic = 0.0, 0.0, exponent == 3.0
+    if cubic:
+        for t in range(len(low)):
+            share, shift = abs(speed[t]) * weight[t], friction[t]
+            magnitude = larger(larger(low[t] + shift, -(high[t] + shift)), 0.0)
+            travel += share
+            total += share * magnitude * magnitude * magnitude
+    else:
+        for t in range(len(low)):
+            share, shift = abs(speed[t]) * weight[t], friction[t]
+            travel += share
+            total += share * larger(larger(low[t] + shift, -(high[t] + shift)), 0.0) ** exponent
+    return (total / travel) ** (1.0 / exponent) if travel > 0.0 else 0.0
+
+
+@fast
+def split(row: Array, limits: Array, rests: Indices, series: Array) -> None:
+    """What follows from a joint's torque, whatever pair is to bear it.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        limits: The joint's numbers, (TASK,).
+        rests: Samples at rest, -1 after the last, (N,).
+        series: The load's; FORCE is read, the rest is filled, (LOAD_SERIES, N).
+    """
+    force, driving, driven, held = series[FORCE], series[DRIVING_LOAD], series[DRIVEN_LOAD], series[HELD_LOAD]
+    way, loss, after = row[WAY], row[LOSS_FRICTION], row[NEXT_WAY]
+    for t in range(len(force)):
+        load = force[t] + loss[t]
+        drives = load if load * way[t] > 0.0 else 0.0
+        rest = load if way[t] == 0.0 else 0.0
+        driving[t] = drives
+        held[t] = load - drives
+        driven[t] = load - drives - rest
+    start, ways = series[START_LOAD], series[START_WAY]
+    if limits[MOVES] == 0.0:
+        return
+    for i in range(len(rests)):
+        at = rests[i]
+        if at < 0:
+            break
+        torque = force[at]
+        to = 1.0 if torque > 0.0 else (-1.0 if torque < 0.0 else after[at])
+        start[i] = torque + (limits[BREAK_FORWARD] if to > 0.0 else (-limits[BREAK_BACK] if to < 0.0 else 0.0))
+        ways[i] = to
+
+
+@fast
+def bearing_peaks(wrench: Array, numbers: Array) -> None:
+    """The largest loads on the output bearing.
+
+    Args:
+        wrench: Moments and forces across and along the axis, rows as in ``PackedTask.wrench``, (6, N).
+        numbers: Takes TILT, PUSH and SIDE.
+    """
+    mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
+    tilt, push, side = 0.0, 0.0, 0.0
+    for t in range(len(mx)):
+        tilt = larger(tilt, mx[t] * mx[t] + my[t] * my[t])
+        side = larger(side, fx[t] * fx[t] + fy[t] * fy[t])
+        push = larger(push, abs(fz[t]))
+    numbers[TILT], numbers[PUSH], numbers[SIDE] = math.sqrt(tilt), push, math.sqrt(side)
+
+
+@fast
+def magnitude(values: Array) -> float:
+    """The largest magnitude.
+
+    Args:
+        values: Any unit, (N,).
+
+    Returns:
+        In that unit.
+    """
+    peak = 0.0
+    for t in range(len(values)):
+        peak = larger(peak, abs(values[t]))
+    return peak
+
+
+@part
 def load_force(task: PackedTask, joint: int, drives: Array, force: Array) -> None:
     """The torque at a joint's gear.
 
@@ -113,24 +263,27 @@ def load_force(task: PackedTask, joint: int, drives: Array, force: Array) -> Non
             it rides on the link that it moves.
         force: Takes it [N m], (N,).
     """
-    samples = len(force)
-    force[:] = task.bare[joint]
-    for k in range(drives.shape[0]):
-        row = task.offsets[joint, k]
-        if row < 0:
-            continue
-        a, b, c, d, e = drives[k, 0], drives[k, 1], drives[k, 2], drives[k, 3], drives[k, 4]
-        f0, f1, f2 = task.force[row], task.force[row + 1], task.force[row + 2]
-        f3, f4 = task.force[row + 3], task.force[row + 4]
-        if a != 0.0 or b != 0.0 or c != 0.0:
-            for t in range(samples):
-                force[t] += a * f0[t] + b * f1[t] + c * f2[t] + d * f3[t] + e * f4[t]
-        elif d != 0.0 or e != 0.0:
-            for t in range(samples):
-                force[t] += d * f3[t] + e * f4[t]
+    gather(task.bare[joint], task.force, task.offsets[joint], drives, force)
 
 
-@compiled
+@part
+def sum_up(task: PackedTask, joint: int, load: JointLoad) -> None:
+    """What follows from the drives of a load, its own included.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        load: Its ``drives`` are read, the rest is filled.
+    """
+    force, row, limits = load.series[FORCE], task.series[joint], task.tasks[joint]
+    gather(task.bare[joint], task.force, task.offsets[joint], load.drives, force)
+    split(row, limits, task.rests[joint], load.series)
+    for i in range(len(load.numbers)):
+        load.numbers[i] = np.nan
+    load.numbers[PEAK_LOAD] = least_peak(row, limits, force, force)
+
+
+@entry
 def load_joint(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> None:
     """What is asked of a joint with the drives after it in place.
 
@@ -140,60 +293,13 @@ def load_joint(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> 
         drives: Their numbers, zeros where there is none, (n, NUMBERS); the joint's own is left out.
         load: Takes the result.
     """
-    load.drives[:] = drives
-    load.drives[joint] = 0.0
-    load_force(task, joint, load.drives, load.series[FORCE])
+    for k in range(len(drives)):
+        for i in range(NUMBERS):
+            load.drives[k, i] = drives[k, i] if k != joint else 0.0
     sum_up(task, joint, load)
 
 
-@fast
-def sum_up(task: PackedTask, joint: int, load: JointLoad) -> None:
-    """What follows from a joint's torque, whatever pair is to bear it.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        load: Its FORCE is read, the rest is filled.
-    """
-    series, row = load.series, task.series[joint]
-    force, driving, driven, held = series[FORCE], series[DRIVING_LOAD], series[DRIVEN_LOAD], series[HELD_LOAD]
-    way, friction, loss, still = row[WAY], row[FRICTION], row[LOSS_FRICTION], row[AT_REST]
-    forward, back = task.tasks[joint, BREAK_FORWARD], task.tasks[joint, BREAK_BACK]
-    moves = task.tasks[joint, MOVES] != 0.0
-    if not moves:
-        forward = back = 0.0
-    peak = 0.0
-    for t in range(len(force)):
-        load_torque = force[t] + loss[t]
-        drives = load_torque if load_torque * way[t] > 0.0 else 0.0
-        rest = load_torque if way[t] == 0.0 else 0.0
-        driving[t] = drives
-        held[t] = load_torque - drives
-        driven[t] = load_torque - drives - rest
-        shown = force[t] + friction[t]
-        loose = forward if shown > 0.0 else (back if shown < 0.0 else 0.0)
-        peak = larger(peak, abs(shown) + still[t] * loose)
-    load.numbers[:] = np.nan
-    load.numbers[PEAK_LOAD] = peak
-    if moves:
-        _starts(task, joint, load)
-
-
-@compiled
-def _starts(task: PackedTask, joint: int, load: JointLoad) -> None:
-    """The load against which, and the way in which, the joint would start at each sample at rest."""
-    rests, after = task.rests[joint], task.series[joint, NEXT_WAY]
-    forward, back = task.tasks[joint, BREAK_FORWARD], task.tasks[joint, BREAK_BACK]
-    for i in range(len(rests)):
-        if rests[i] < 0:
-            break
-        force = load.series[FORCE, rests[i]]
-        way = np.sign(force) if force != 0.0 else after[rests[i]]
-        load.series[START_LOAD, i] = force + (forward if way > 0.0 else (-back if way < 0.0 else 0.0))
-        load.series[START_WAY, i] = way
-
-
-@compiled
+@part
 def average(task: PackedTask, joint: int, which: int, load: JointLoad) -> float:
     """The average load torque as wear sees it, computed when first asked for.
 
@@ -208,44 +314,13 @@ def average(task: PackedTask, joint: int, which: int, load: JointLoad) -> float:
     """
     at = LOAD_NUMBERS + which
     if np.isnan(load.numbers[at]):
-        force, friction = load.series[FORCE], task.series[joint, FRICTION]
-        magnitude = load.scratch[0]
-        for t in range(len(force)):
-            magnitude[t] = abs(force[t] + friction[t])
-        load.numbers[at] = mean_power(task, joint, task.exponents[which], magnitude)
-    return float(load.numbers[at])
+        force = load.series[FORCE]
+        load.numbers[at] = least_average(task.series[joint], task.exponents[which], force, force)
+    return load.numbers[at]
 
 
-@fast
-def mean_power(task: PackedTask, joint: int, exponent: float, magnitude: Array) -> float:
-    """``average_torque`` of magnitudes.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        exponent: Of torque.
-        magnitude: Of the load torque [N m], (N,).
-
-    Returns:
-        [N m].
-    """
-    speed, weight = task.series[joint, SPEED], task.series[joint, WEIGHT]
-    travel, total = 0.0, 0.0
-    if exponent == 3.0:
-        for t in range(len(magnitude)):
-            share = abs(speed[t]) * weight[t]
-            travel += share
-            total += share * magnitude[t] * magnitude[t] * magnitude[t]
-    else:
-        for t in range(len(magnitude)):
-            share = abs(speed[t]) * weight[t]
-            travel += share
-            total += share * magnitude[t] ** exponent
-    return (total / travel) ** (1.0 / exponent) if travel > 0.0 else 0.0
-
-
-@fast
-def bearing_peaks(task: PackedTask, joint: int, load: JointLoad) -> None:
+@part
+def bearing(task: PackedTask, joint: int, load: JointLoad) -> None:
     """The largest loads on the output bearing, computed when first asked for.
 
     Args:
@@ -253,33 +328,14 @@ def bearing_peaks(task: PackedTask, joint: int, load: JointLoad) -> None:
         joint: Index of the joint.
         load: The joint's; takes TILT, PUSH and SIDE.
     """
-    if not np.isnan(load.numbers[TILT]):
-        return
-    tilt, push, side = 0.0, 0.0, 0.0
-    parts = load.scratch
-    samples = len(parts[0])
-    for component in range(6):
-        if component == 2:
-            continue
-        total = parts[component]
-        total[:] = task.bare_wrench[joint, component]
-        for k in range(load.drives.shape[0]):
-            row = task.offsets[joint, k]
-            for i in range(NUMBERS):
-                factor = load.drives[k, i]
-                if row >= 0 and factor != 0.0:
-                    unit = task.wrench[row + i, component]
-                    for t in range(samples):
-                        total[t] += factor * unit[t]
-    mx, my, fx, fy, fz = parts[0], parts[1], parts[3], parts[4], parts[5]
-    for t in range(samples):
-        tilt = larger(tilt, mx[t] * mx[t] + my[t] * my[t])
-        side = larger(side, fx[t] * fx[t] + fy[t] * fy[t])
-        push = larger(push, abs(fz[t]))
-    load.numbers[TILT], load.numbers[PUSH], load.numbers[SIDE] = math.sqrt(tilt), push, math.sqrt(side)
+    if np.isnan(load.numbers[TILT]):
+        for component in range(6):
+            to = load.scratch[component]
+            gather(task.bare_wrench[joint, component], task.wrench[component], task.offsets[joint], load.drives, to)
+        bearing_peaks(load.scratch, load.numbers)
 
 
-@fast
+@part
 def inertia_peak(task: PackedTask, joint: int, load: JointLoad) -> float:
     """The largest inertia that the gear's output accelerates, computed when first asked for.
 
@@ -293,23 +349,12 @@ def inertia_peak(task: PackedTask, joint: int, load: JointLoad) -> float:
     """
     if np.isnan(load.numbers[MOST_INERTIA]):
         total = load.scratch[0]
-        total[:] = task.bare_inertia[joint]
-        for k in range(load.drives.shape[0]):
-            row = task.offsets[joint, k]
-            for i in range(NUMBERS):
-                factor = load.drives[k, i]
-                if row >= 0 and factor != 0.0:
-                    unit = task.inertia[row + i]
-                    for t in range(len(total)):
-                        total[t] += factor * unit[t]
-        peak = 0.0
-        for t in range(len(total)):
-            peak = larger(peak, abs(total[t]))
-        load.numbers[MOST_INERTIA] = peak
-    return float(load.numbers[MOST_INERTIA])
+        gather(task.bare_inertia[joint], task.inertia, task.offsets[joint], load.drives, total)
+        load.numbers[MOST_INERTIA] = magnitude(total)
+    return load.numbers[MOST_INERTIA]
 
 
-@fast
+@entry
 def bound_joint(task: PackedTask, joint: int, low: Array, high: Array, bounds: JointBounds) -> None:
     """What is asked of a joint at least when its torque lies in an interval.
 
@@ -320,45 +365,8 @@ def bound_joint(task: PackedTask, joint: int, low: Array, high: Array, bounds: J
             [N m], (N,).
         bounds: Takes the result.
     """
-    row = task.series[joint]
-    friction, still = row[FRICTION], row[AT_REST]
-    forward, back = task.tasks[joint, BREAK_FORWARD], task.tasks[joint, BREAK_BACK]
-    if task.tasks[joint, MOVES] == 0.0:
-        forward = back = 0.0
-    least = bounds.scratch[0]
-    to_low, to_high = bounds.low, bounds.high
-    peak = 0.0
     for t in range(len(low)):
-        a, b = low[t], high[t]
-        to_low[t] = a
-        to_high[t] = b
-        a, b = a + friction[t], -(b + friction[t])
-        loose = forward if a > 0.0 else (back if b > 0.0 else 0.0)
-        magnitude = larger(larger(a, b), 0.0)
-        least[t] = magnitude
-        peak = larger(peak, magnitude + still[t] * loose)
-    bounds.numbers[:] = np.nan
-    bounds.numbers[PEAK_LOAD] = peak
-
-
-@compiled
-def least_average(task: PackedTask, joint: int, which: int, bounds: JointBounds) -> float:
-    """The least average load torque within bounds, computed when first asked for.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        which: Index of the exponent.
-        bounds: The joint's.
-
-    Returns:
-        [N m].
-    """
-    at = LOAD_NUMBERS + which
-    if np.isnan(bounds.numbers[at]):
-        friction, least = task.series[joint, FRICTION], bounds.scratch[0]
-        for t in range(len(friction)):
-            shift = friction[t]
-            least[t] = larger(larger(bounds.low[t] + shift, -(bounds.high[t] + shift)), 0.0)
-        bounds.numbers[at] = mean_power(task, joint, task.exponents[which], least)
-    return float(bounds.numbers[at])
+        bounds.low[t], bounds.high[t] = low[t], high[t]
+    for i in range(len(bounds.numbers)):
+        bounds.numbers[i] = np.nan
+    bounds.numbers[PEAK_LOAD] = least_peak(task.series[joint], task.tasks[joint], low, high)

@@ -20,6 +20,7 @@ from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive, loss_speed
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.drive.gear import Gear
+from drivetrain.drive.heat_state import steady_state
 from drivetrain.drive.motor import Motor
 from drivetrain.sizing.demand import JointDemand, Workload, workload
 from drivetrain.sizing.fill import DIRECT, Shelf
@@ -67,7 +68,7 @@ class PackedTask(NamedTuple):
         bare_inertia: At the gear's output [kg m^2], (n, N).
         inertia: What a unit of each number adds, (R, N).
         bare_wrench: Moment [N m] and force [N] in the joint frame, (n, 6, N); zeros where no bearing is judged.
-        wrench: What a unit of each number adds, (R, 6, N).
+        wrench: What a unit of each number adds, (6, R, N).
         offsets: First of the rows of ``force``, ``inertia`` and ``wrench`` that hold what the drive of joint k does to
             joint j, -1 for nothing, (n, n).
         motors: Rows of ``packed_rows``, one table a joint, (n, motors, MOTOR_COLUMNS).
@@ -78,8 +79,9 @@ class PackedTask(NamedTuple):
         pairs: Row of the motor and of the gear of each pair, (P, 2).
         numbers: Through which each pair loads the joints before it, the units of ``drive_numbers``, (P, NUMBERS).
         rests: Samples at which each joint is at rest, -1 after the last, (n, N).
-        edges: First sample of each part of a mix, and the number of samples, (parts + 1,).
+        mix: How many samples, how many parts of a mix, first sample of each, how many samples, (parts + 3,).
         shares: Of the parts in the time of use, (parts,).
+        heat: Address of ``heat_state.steady_state``.
     """
 
     series: Array
@@ -99,8 +101,9 @@ class PackedTask(NamedTuple):
     pairs: Indices
     numbers: Array
     rests: Indices
-    edges: Indices
+    mix: Indices
     shares: Array
+    heat: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,8 +177,9 @@ def pack(study: Study, work: Workload | None = None) -> Packed:
         pairs=pairs,
         numbers=numbers,
         rests=np.array([_rests(demand) for demand in demands]),
-        edges=np.array([*(part.start for part in study.cycle.parts), len(study.cycle.time)], dtype=np.int64),
+        mix=_mix(study),
         shares=np.array(study.cycle.shares, dtype=np.float64),
+        heat=steady_state.address,
     )
     return Packed(study, work, task, motor_keys, gear_keys, mass, price)
 
@@ -274,6 +278,11 @@ def _steps(study: Study) -> tuple[Array, Array]:
     return steps, shares
 
 
+def _mix(study: Study) -> Indices:
+    parts, samples = study.cycle.parts, len(study.cycle.time)
+    return np.array([samples, len(parts), *(part.start for part in parts), samples], dtype=np.int64)
+
+
 def _rests(demand: JointDemand) -> Indices:
     found = np.full(len(demand.time), -1, dtype=np.int64)
     still = np.flatnonzero(demand.at_rest)
@@ -320,7 +329,7 @@ def _bases(work: Workload, gears: Array, first: Indices, pairs: Indices) -> tupl
     n, samples = len(study.joints), len(study.cycle.time)
     offsets = np.full((n, n), -1, dtype=np.int64)
     count = sum(len(basis.force) for basis in work.basis)
-    force, inertia, wrench = np.zeros((count, samples)), np.zeros((count, samples)), np.zeros((count, 6, samples))
+    force, inertia, wrench = np.zeros((count, samples)), np.zeros((count, samples)), np.zeros((6, count, samples))
     at = 0
     for joint, basis in enumerate(work.basis):
         travel = study.joints[joint].travel_per_turn or 1.0
@@ -330,7 +339,7 @@ def _bases(work: Workload, gears: Array, first: Indices, pairs: Indices) -> tupl
         force[block], inertia[block] = travel * basis.force, travel**2 * basis.inertia
         used = gears[np.unique(pairs[first[joint] : first[joint + 1], 1])]
         if not np.isnan(used[:, [TILTING, AXIAL, RADIAL]]).all():
-            wrench[block] = basis.wrench.reshape(-1, samples, 6).transpose(0, 2, 1)
+            wrench[:, block] = basis.wrench.reshape(-1, samples, 6).transpose(2, 0, 1)
         at = block.stop
     return offsets, force, inertia, wrench
 
