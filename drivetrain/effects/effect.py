@@ -129,6 +129,7 @@ class Place:
         joints: Names of all joints.
         ratios: Motor angle over joint coordinate, one a joint [- or rad/m]; 1 without a gear.
         turning: Whether a joint turns (or slides), one a joint.
+        coordinates: Of the mechanics: joints, and rotors on their own after them [-].
     """
 
     joint: int
@@ -136,6 +137,7 @@ class Place:
     joints: tuple[str, ...]
     ratios: tuple[float, ...]
     turning: tuple[bool, ...]
+    coordinates: int = 0
 
     @property
     def ratio(self) -> float:

@@ -52,6 +52,7 @@ MESH_LOSS = Signal("mesh_loss", "N m")  # lost in it, at the output
 JOINT_FRICTION_POWER = Signal("joint_friction_power", "W")
 MOTOR_FRICTION_POWER = Signal("motor_friction_power", "W")
 MESH_POWER = Signal("mesh_power", "W")
+MOTOR_VISCOUS_POWER = Signal("motor_viscous_power", "W")  # told by viscous friction there
 
 # Between effects.
 COMMAND_POSITION = Signal("command_position", "rad")

@@ -14,10 +14,22 @@ from drivetrain.dynamics.compiled_vectors import part
 
 
 @intrinsic
-def _call(
+def call_one(
     typing: Any, address: Any, t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any, row: Any
 ) -> Any:
-    """Call the function at an address with the data of five arrays, the last one from a row on."""
+    """Inside compiled code: call the law at an address.
+
+    Args:
+        typing: Filled in by the compiler.
+        address: Where it lies.
+        t: Instant, or middle of the step [s].
+        h: Step, 0 at an instant [s].
+        x, rates, signals, numbers, words: Contiguous arrays; the last of whole numbers.
+        row: From which of the words on.
+
+    Returns:
+        What the compiler needs to know.
+    """
     arrays = (x, rates, signals, numbers, words)
     signature = types.void(types.int64, types.float64, types.float64, *arrays, types.int64)
 
@@ -51,4 +63,4 @@ def call_all(
     """
     for k in range(count):
         address, rows = words[table + 2 * k], words[table + 2 * k + 1]
-        _call(address, t, h, x, rates, signals, numbers, words, rows)
+        call_one(address, t, h, x, rates, signals, numbers, words, rows)

@@ -11,6 +11,7 @@ from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Compiled
 from drivetrain.simulation import fields as f
+from drivetrain.simulation.law_kernels import forces, motion
 from drivetrain.simulation.shaping import Mechanics
 from drivetrain.simulation.wiring import Directory, Group, Instance
 
@@ -152,6 +153,7 @@ def lay_out(
         (f.AT_ROWS, body.rows), (f.AT_RATIOS, body.ratios), (f.AT_CONSTANT, body.constant), (f.AT_TIP, body.tip),
     ):  # fmt: skip
         head[place] = numbers.put(values)
+    head[f.MOTION], head[f.FORCES], head[f.AT_THETA] = motion().address, forces().address, numbers.put([0.5])
     head[f.AT_WORK_ROWS], head[f.AT_ROW_COUNT] = len(body.work), len(body.rows)
     head[f.AT_SPINS], head[f.AT_MOTORS] = words.put(body.spins), words.put(body.motors)
     head[f.AT_MODES] = words.put(np.concatenate([np.zeros(c), np.ones(c), np.zeros(c)]).astype(np.int64))

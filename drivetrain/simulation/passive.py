@@ -20,6 +20,9 @@ from drivetrain.solvers.solver import Rates, Solver, check_positive
 TorqueLaw = Callable[[float, Array, Array], Any]
 DEFAULT_SOLVER = DormandPrince853()
 DEFAULT_INTERVAL = 0.01  # s
+FASTEST = 1e6  # rad/s or m/s
+LONGEST = 1e9  # s, thirty years
+MOST_INSTANTS = 1e8  # in a recording
 BEYOND = 1e60  # no state of an arm; its squares and products are still numbers
 
 
@@ -79,7 +82,7 @@ def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
         (2 n,).
 
     Raises:
-        InputError: Wrong shapes, or a NaN or infinity: all faults at once.
+        InputError: Wrong shapes, a NaN or infinity, or a speed that no arm has: all faults at once.
     """
     faults: list[Fault] = []
     parts: list[Array] = []
@@ -88,6 +91,9 @@ def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
             parts.append(checked_array(value, (arm.n,), name))
         except InputError as error:
             faults.extend(error.faults)
+    if not faults and np.abs(parts[1]).max() > FASTEST:
+        worst = int(np.argmax(np.abs(parts[1])))
+        faults.append(Fault(f"qd0[{worst}]", f"is no speed of an arm, above {FASTEST:g}", float(parts[1][worst])))
     if faults:
         raise InputError(faults)
     return np.concatenate(parts)
@@ -104,10 +110,15 @@ def recorded_times(duration: float, interval: float) -> Array:
         [s], (N,).
 
     Raises:
-        InputError: One of them is not positive.
+        InputError: One of them is not positive, the duration is absurd, or there would be more instants than can be kept.
     """
     check_positive("duration", duration, "s")
     check_positive("interval", interval, "s")
+    if duration > LONGEST:
+        raise InputError(Fault("duration", f"is more than {LONGEST:g} s", duration))
+    if not duration / interval <= MOST_INSTANTS:
+        problem = f"makes {duration / interval:.3g} instants of {interval:g} s, more than {MOST_INSTANTS:g}"
+        raise InputError(Fault("duration", problem, duration, "record at longer intervals"))
     whole = int(np.floor(duration / interval * (1.0 + 1e-12)))
     times: Array = interval * np.arange(whole + 1.0)
     return times if duration - times[-1] <= 1e-9 * duration else np.append(times, duration)

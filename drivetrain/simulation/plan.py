@@ -75,7 +75,7 @@ def plan(scene: Scene) -> Plan:
     """
     ratios = ratios_of(scene)
     body = mechanics(scene, ratios)
-    whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning)
+    whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c)
     places = {WHOLE: whole} | {name: Place(i, name, *_rest(whole)) for i, name in enumerate(scene.joints)}
     instances = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
@@ -129,8 +129,8 @@ def _inertia(body: Mechanics, scene: Scene) -> Array:
     return np.asarray(np.diag(mass_matrix(body.arm, q))) - np.where([i in body.springs for i in range(body.n)], 0.0, body.rotors)
 
 
-def _rest(whole: Place) -> tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...]]:
-    return whole.joints, whole.ratios, whole.turning
+def _rest(whole: Place) -> tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...], int]:
+    return whole.joints, whole.ratios, whole.turning, whole.coordinates
 
 
 def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) -> dict[str, str]:

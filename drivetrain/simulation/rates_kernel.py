@@ -1,50 +1,50 @@
-"""The equations of motion as one compiled right-hand side with an address, for solvers that choose their own steps."""
+"""The equations of motion as a compiled right-hand side with an address, for solvers that choose their own steps."""
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import Any
 
 from numba import carray
 
 from drivetrain.simulation import fields as f
-from drivetrain.simulation.calls import call_all
-from drivetrain.simulation.equations_kernel import parts_of, solve_instant, tell_forces
+from drivetrain.simulation.calls import call_all, call_one
 from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "calls.py": 0, "equations_kernel.py": 0, "fields.py": 0, "friction_kernel.py": 0,
-    "dynamics/compiled_vectors.py": 0, "dynamics/mass_and_bias.py": 0,
-}  # fmt: skip
+SOURCES = {"simulation/calls.py": 0, "simulation/fields.py": 0}
 
 
 def _rates(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     head = carray(words, f.HEADER)
-    p = parts_of(carray(numbers, head[f.NUMBERS]), carray(words, head[f.WORDS]))
-    states = head[f.STATES]
+    block, whole, states = carray(numbers, head[f.NUMBERS]), carray(words, head[f.WORDS]), head[f.STATES]
+    at = head[f.AT_STATE]
     for k in range(states):
-        p.state[k] = x[k]
-        p.rates[k] = 0.0
-    failed = solve_instant(p, t, p.rates) < 0
-    for k in range(states):
-        result[k] = p.rates[k] if not failed else p.rates[k] / 0.0 * 0.0
+        numbers[at + k] = x[k]
+        result[k] = 0.0
+    rates = carray(result, states)
+    call_one(head[f.MOTION], t, 0.0, block, rates, block, block, whole, 0)
     head[f.RATES_CALLS] += 1
+    if head[f.SOLVED] < 0:
+        for k in range(states):
+            result[k] = math.nan
 
 
 def _signals(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     head = carray(words, f.HEADER)
-    p = parts_of(carray(numbers, head[f.NUMBERS]), carray(words, head[f.WORDS]))
-    for k in range(head[f.STATES]):
-        p.state[k] = x[k]
-        p.rates[k] = 0.0
-    solve_instant(p, t, p.rates)
-    tell_forces(p, 1.0, 0.0, 0.0)
-    call_all(
-        head[f.ACCOUNTS], head[f.AT_ACCOUNTS], t, 0.0, p.state, p.rates, p.signals, p.numbers, p.words
-    )
+    block, whole = carray(numbers, head[f.NUMBERS]), carray(words, head[f.WORDS])
+    states, at, first = head[f.STATES], head[f.AT_STATE], head[f.AT_SIGNALS]
+    rates = block[head[f.AT_RATES] : head[f.AT_RATES] + states]
+    state, signals = block[at : at + states], block[first : first + head[f.SIGNALS]]
+    for k in range(states):
+        numbers[at + k] = x[k]
+        rates[k] = 0.0
+    call_one(head[f.MOTION], t, 0.0, state, rates, signals, block, whole, 0)
+    call_one(head[f.FORCES], t, 0.0, state, rates, signals, block, whole, 0)
+    call_all(head[f.ACCOUNTS], head[f.AT_ACCOUNTS], t, 0.0, state, rates, signals, block, whole)
     for k in range(head[f.SIGNALS]):
-        result[k] = p.signals[k]
+        result[k] = signals[k]
 
 
 @lru_cache(maxsize=1)
@@ -52,7 +52,8 @@ def rates() -> Any:
     """The right-hand side (t, x, result, numbers, words), compiled at the first call or taken from the disk cache.
 
     Returns:
-        The compiled function, with ``.address``; ``numbers`` and ``words`` are those of a plan's layout.
+        The compiled function, with ``.address``; ``numbers`` and ``words`` are those of a plan's memory. Rates that
+        have no answer are NaN.
     """
     return compiled(_rates)
 

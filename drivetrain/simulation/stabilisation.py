@@ -11,6 +11,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.constrained import least_change
 from drivetrain.dynamics.constraints import Constraint, Rows, stacked_rows
+from drivetrain.errors import Fault, InputError
 from drivetrain.solvers.solver import check_positive
 
 
@@ -60,6 +61,8 @@ class Projection(Stabilisation):
 
     def __post_init__(self) -> None:
         check_positive("Projection.tolerance", self.tolerance, "m")
+        if isinstance(self.most, bool) or not isinstance(self.most, int) or self.most < 1:
+            raise InputError(Fault("Projection.most", "must be a whole number from 1", self.most))
 
     def drift(self, rows: Rows, qd: Array, held: Array) -> Array:
         """That of the rows.

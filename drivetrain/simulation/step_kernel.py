@@ -17,22 +17,19 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.dynamics.compiled_vectors import part
 from drivetrain.simulation import fields as f
-from drivetrain.simulation.calls import call_all
+from drivetrain.simulation.calls import call_all, call_one
 from drivetrain.simulation.equations_kernel import (
     Parts,
     compute,
     parts_of,
     show_states,
-    solve_instant,
-    solve_step,
-    tell_forces,
     tell_motion,
 )
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "calls.py": 0, "equations_kernel.py": 0, "fields.py": 0, "friction_kernel.py": 0,
-    "dynamics/compiled_vectors.py": 0, "dynamics/mass_and_bias.py": 0,
+    "simulation/calls.py": 0, "simulation/equations_kernel.py": 0, "simulation/fields.py": 0,
+    "dynamics/compiled_vectors.py": 0,
 }  # fmt: skip
 
 # The clock, float64, and the counts, int64: all that a run must keep besides numbers and modes.
@@ -44,6 +41,12 @@ COUNTS = 10
 DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS = range(6)
 SLACK = 1e-9  # of a step: what rounding may leave
 BEYOND = 1e60
+
+
+@part
+def _equations(p: Parts, which: int, t: float, h: float, rates: Array) -> None:
+    """Motion or forces."""
+    call_one(p.words[which], t, h, p.state, rates, p.signals, p.numbers, p.words, 0)
 
 
 @part
@@ -88,8 +91,8 @@ def _row(p: Parts, t: float, row: Array, spare: Array, kept: Array) -> None:
     c, states, signals = p.words[f.COORDINATES], p.words[f.STATES], p.words[f.SIGNALS]
     for i in range(c):
         kept[i], kept[c + i] = p.modes[i], p.sides[i]
-    solve_instant(p, t, spare)
-    tell_forces(p, 1.0, 0.0, 0.0)
+    _equations(p, f.MOTION, t, 0.0, spare)
+    _equations(p, f.FORCES, t, 0.0, spare)
     call_all(
         p.words[f.ACCOUNTS], p.words[f.AT_ACCOUNTS], t, 0.0, p.state, spare, p.signals, p.numbers, p.words
     )
@@ -109,7 +112,7 @@ def _accept(p: Parts, t: float, h: float, theta: float) -> int:
     """Move on by a solved step; a coordinate or state that is no number any more, or -1."""
     n, c, states = p.words[f.JOINTS], p.words[f.COORDINATES], p.words[f.STATES]
     change, v = p.vectors[f.CHANGE], p.vectors
-    tell_forces(p, h, theta, theta * h)
+    _equations(p, f.FORCES, t, h, p.rates)
     call_all(
         p.words[f.ACCOUNTS], p.words[f.AT_ACCOUNTS], t + theta * h, h, p.state, p.rates, p.signals, p.numbers, p.words
     )
@@ -191,7 +194,9 @@ def _advance(
         for i in range(c):
             before[i] = p.modes[i]
             p.vectors[f.GUESS, i] = p.state[c + i] + theta * (to - t) * p.vectors[f.LAST, i]
-        solved = solve_step(p, t, to - t, theta)
+        numbers[words[f.AT_THETA]] = theta
+        _equations(p, f.MOTION, t, to - t, p.rates)
+        solved = words[f.SOLVED]
         if solved < 0:
             counts[CULPRIT] = -1 - solved
             return JAMMED if solved > -1000 else ENDLESS

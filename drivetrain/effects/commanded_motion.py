@@ -1,0 +1,136 @@
+"""The motion that is commanded: positions, speeds and accelerations of all joints over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal
+from drivetrain.effects.tables import interval_of
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.motion.motion import Motion
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"effects/tables.py": 0}
+
+
+# long kernel: one polynomial and its derivatives for each joint
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    row = 2
+    at = words[row]
+    joints, size, period, last = int(numbers[at]), int(numbers[at + 1]), numbers[at + 2], numbers[at + 3]
+    over = t >= last
+    if t < last and period > 0.0:
+        t = t - period * np.floor(t / period)
+    k = interval_of(numbers, at + 4, size, t)
+    data = at + 4 + size + 3 * joints * k
+    span = numbers[at + 5 + k] - numbers[at + 4 + k] if k + 1 < size else 0.0
+    for j in range(joints):
+        to = row + 1 + 3 * j
+        q, v, a = numbers[data + 3 * j], numbers[data + 3 * j + 1], numbers[data + 3 * j + 2]
+        if over or span <= 0.0 or t < numbers[at + 4]:
+            end = at + 4 + size + 3 * joints * (size - 1) + 3 * j
+            signals[words[to]] = numbers[end] if over else q
+            signals[words[to + 1]] = 0.0
+            signals[words[to + 2]] = 0.0
+            continue
+        # The polynomial of fifth order that has position, speed and acceleration of both ends.
+        z = data + 3 * joints + 3 * j
+        u = (t - numbers[at + 4 + k]) / span
+        v0, a0, v1, a1 = v * span, a * span * span, numbers[z + 1] * span, numbers[z + 2] * span * span
+        d = numbers[z] - q
+        c3 = 10.0 * d - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1
+        c4 = -15.0 * d + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1
+        c5 = 6.0 * d - 3.0 * v0 - 3.0 * v1 - 0.5 * a0 + 0.5 * a1
+        signals[words[to]] = q + u * (v0 + u * (0.5 * a0 + u * (c3 + u * (c4 + u * c5))))
+        signals[words[to + 1]] = (v0 + u * (a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / span
+        signals[words[to + 2]] = (a0 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / (span * span)
+
+
+@dataclass(frozen=True, eq=False)
+class CommandedMotion(Effect):
+    """What the joints are told to do; between samples the smoothest motion that meets both ends.
+
+    Attributes:
+        motion: Of all joints of the scene; two samples at one instant are a jump of acceleration.
+        repetitions: How often it is run; afterwards the last position is held.
+    """
+
+    motion: Motion | Cycle
+    repetitions: int = 1
+
+    scope: ClassVar[str] = "scene"
+    compute: ClassVar[Compiled | None] = _compute
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.motion, Motion | Cycle) or len(self.motion.time) < 2:
+            raise InputError(Fault("motion", "must be a motion or a cycle of at least two samples"))
+        if isinstance(self.motion, Cycle) and self.motion.torque is not None:
+            raise InputError(Fault("motion", "is a load table: it commands no position"))
+        if self.repetitions < 1:
+            raise InputError(Fault("repetitions", "must be at least 1", self.repetitions))
+
+    def ports(self, place: Place) -> Ports:
+        """Gives position, speed and acceleration of every joint.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+
+        Raises:
+            InputError: A joint of the scene that the motion does not have.
+        """
+        missing = [name for name in place.joints if name not in self.motion.joint_names]
+        if missing:
+            hint = nearest(missing[0], list(self.motion.joint_names))
+            raise InputError(Fault("motion", f"says nothing of {', '.join(missing)}", None, hint))
+        kinds = (s.COMMAND_POSITION, s.COMMAND_SPEED, s.COMMAND_ACCELERATION)
+        return Ports(gives=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name in place.joints for kind in kinds))
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The samples.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Joints, samples, period [s], end [s], instants [s], then position, speed, acceleration a joint and sample.
+        """
+        order = [self.motion.joint_names.index(name) for name in place.joints]
+        time = self.motion.time - self.motion.time[0]
+        parts = (self.motion.position, self.motion.velocity, self.motion.acceleration)
+        data = np.stack([part[:, order] for part in parts], axis=2)
+        period = float(time[-1])
+        repeated = period if self.repetitions > 1 else 0.0
+        return [len(order), len(time), repeated, period * self.repetitions, *time.tolist(), *data.ravel().tolist()]
+
+    def breakpoints(self) -> Sequence[float]:
+        """Where accelerations jump, and the ends.
+
+        Returns:
+            Instants [s].
+        """
+        time = self.motion.time - self.motion.time[0]
+        jumps = [*np.unique(time[1:][np.diff(time) == 0.0]), float(time[-1])]
+        return [float(t) + k * float(time[-1]) for k in range(self.repetitions) for t in jumps]
+
+    def begins_at(self, place: Place) -> tuple[list[int], Array, Array]:
+        """Where the command begins.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Joints, their positions and speeds [rad or m, and per s].
+        """
+        order = [self.motion.joint_names.index(name) for name in place.joints]
+        return list(range(len(order))), self.motion.position[0, order], self.motion.velocity[0, order]

@@ -1,0 +1,146 @@
+"""A joint that gives way: the gear's spring in three pieces with damping, and the rotor moving on its own behind it.
+
+The twist is a state of its own, never the difference of two large angles.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drivetrain.drive.gear import Gear, wind_up
+from drivetrain.drive.spring_kernel import spring, spring_numbers
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Role, Shape, Signal, TimeScale
+from drivetrain.errors import Fault, InputError
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"drive/spring_kernel.py": 0}
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        torque, slope, _ = spring(
+            numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], signals[words[row + 1]]
+        )
+        damping = numbers[at + 5]
+        signals[words[row + 3]] += torque + damping * signals[words[row + 2]]
+        signals[words[row + 4]] += damping
+        signals[words[row + 5]] += slope
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        _, _, energy = spring(
+            numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], signals[words[row + 1]]
+        )
+        rate = signals[words[row + 2]]
+        signals[words[row + 6]] = energy
+        signals[words[row + 7]] = numbers[at + 5] * rate * rate
+
+
+@dataclass(frozen=True)
+class FlexibleJoint(Effect):
+    """The gear's wind-up between rotor and link.
+
+    Attributes:
+        gear: Its stiffnesses and the torques between them are taken.
+        damping: Along the spring [N m s/rad].
+    """
+
+    gear: Gear
+    damping: float = 0.0
+
+    compute: ClassVar[Compiled | None] = _compute
+    account: ClassVar[Compiled | None] = _account
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.damping < math.inf:
+            raise InputError(Fault("FlexibleJoint.damping", "must not be negative [N m s/rad]", self.damping))
+        spring_numbers(self.gear)
+
+    def ports(self, place: Place) -> Ports:
+        """Reads the twist, adds the spring's torque, tells its energy and loss.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        energy, loss = Signal("spring_energy", "J"), Signal("spring_damping_power", "W")
+        return Ports(
+            needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
+            adds=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
+            tells=(energy, loss),
+            powers={loss.name: Role.LOSS},
+            stores=(energy.name,),
+        )
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The spring.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            As ``spring_numbers`` tells, and the damping [N m s/rad].
+        """
+        return *spring_numbers(self.gear), self.damping
+
+    def shape(self, place: Place) -> Shape:
+        """A rotor on its own behind a spring.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its shape.
+        """
+        return Shape(
+            ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
+        )
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        """None that is known without the inertias on both sides.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing.
+        """
+        return ()
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """The twist itself, and a share of the current that grows with (1 / (w T))^2.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            The estimate; valid while w T is above 25, where the law was measured.
+        """
+        stiffness = self.gear.stiffness_1 or math.inf
+        frequency = math.sqrt(stiffness / max(conditions.inertia, 1e-300))
+        slow = 1.0 / (frequency * max(conditions.move_time, 1e-300))
+        share = 376.0 * slow**2
+        why = "twist of the peak torque; current 376 (1 / (w T))^2 at most, w of the link on a still rotor"
+        valid = conditions.free and slow < 0.04
+        return Estimate(share, share, 2.0 * share, self._twist(conditions.peak_torque), valid, why)
+
+    def _twist(self, torque: float) -> float:
+        """Twist under a torque [rad]."""
+        twist = wind_up(self.gear, np.array(torque))
+        return 0.0 if twist is None else float(twist)

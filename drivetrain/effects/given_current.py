@@ -1,0 +1,78 @@
+"""A current command given over time: feed-forward, or a current without any loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.tables import table_numbers, table_value
+from drivetrain.errors import Fault, InputError
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"effects/tables.py": 0}
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        signals[words[row + 1]] += table_value(numbers, words[row], t)
+
+
+@dataclass(frozen=True, eq=False)
+class GivenCurrent(Effect):
+    """Adds a table to the current command, linear between its instants; two at one instant are a jump.
+
+    Attributes:
+        time: Never falling [s], (N,); before the first and after the last the current stays.
+        current: [A], (N,).
+    """
+
+    time: Array
+    current: Array
+
+    compute: ClassVar[Compiled | None] = _compute
+
+    def __post_init__(self) -> None:
+        time, current = checked_array(self.time, (None,), "time"), checked_array(self.current, (None,), "current")
+        if len(time) != len(current) or not len(time) or (np.diff(time) < 0.0).any():
+            raise InputError(Fault("time", "must be instants that never fall, one a current [s]", time[:5].tolist()))
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "current", current)
+
+    def ports(self, place: Place) -> Ports:
+        """Adds to the current command.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        return Ports(adds=(s.CURRENT_COMMAND,))
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The table.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its length, instants [s], currents [A].
+        """
+        return table_numbers(self.time, self.current)
+
+    def breakpoints(self) -> Sequence[float]:
+        """Where the table jumps.
+
+        Returns:
+            Instants at which two entries stand [s], the first and the last.
+        """
+        jumps = self.time[1:][np.diff(self.time) == 0.0]
+        return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]

@@ -1,0 +1,118 @@
+"""The motor without inductance: the current is what is commanded, as far as amplifier and voltage let it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role
+from drivetrain.errors import Fault, InputError
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        speed = signals[words[row + 4]]
+        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 5]]
+        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 6]]
+        volts, peak = signals[words[row + 7]], numbers[at + 4]
+        current, damping, stiffness = signals[words[row + 1]], signals[words[row + 2]], signals[words[row + 3]]
+        if abs(current) > peak:
+            current = peak if current > 0.0 else -peak
+            damping = stiffness = 0.0
+        emf = constant * speed
+        if volts < math.inf:
+            high, low = (volts - emf) / resistance, (-volts - emf) / resistance
+            if current > high or current < low:
+                current = high if current > high else low
+                damping, stiffness = constant / resistance, 0.0
+        signals[words[row + 8]] = current
+        signals[words[row + 9]] = emf + resistance * current
+        signals[words[row + 10]] += constant * current
+        signals[words[row + 11]] += constant * damping
+        signals[words[row + 12]] += constant * stiffness
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 5]]
+        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 6]]
+        current = signals[words[row + 8]]
+        copper = resistance * current * current
+        signals[words[row + 13]] = copper
+        signals[words[row + 14]] = copper + constant * current * signals[words[row + 4]]
+
+
+@dataclass(frozen=True)
+class MotorCurrent(Effect):
+    """Torque from the commanded current, at once; resistance and torque constant follow the temperatures.
+
+    Attributes:
+        motor: Resistance, torque constant and how they change with temperature.
+        peak_current: That the amplifier gives [A]; infinite: it knows no limit.
+    """
+
+    motor: Motor
+    peak_current: float = math.inf
+
+    compute: ClassVar[Compiled | None] = _compute
+    account: ClassVar[Compiled | None] = _account
+
+    def __post_init__(self) -> None:
+        if not self.peak_current > 0.0:
+            raise InputError(Fault("MotorCurrent.peak_current", "must be positive [A]", self.peak_current))
+
+    def ports(self, place: Place) -> Ports:
+        """Reads the command and the temperatures, gives current and voltage, adds torque, tells powers.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        rest = self.motor.reference_temperature
+        return Ports(
+            needs=(
+                s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS, s.MOTOR_SPEED,
+                replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
+                s.VOLTAGE_LIMIT,
+            ),
+            gives=(s.CURRENT, s.VOLTAGE),
+            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
+            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER),
+            powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
+        )  # fmt: skip
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The two straight lines of temperature, and the limit.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Resistance at 0 C and its rise a kelvin [ohm, ohm/K], torque constant likewise [N m/A], peak current [A].
+        """
+        return *motor_lines(self.motor), self.peak_current
+
+
+def motor_lines(motor: Motor) -> tuple[float, float, float, float]:
+    """Resistance and torque constant over temperature, both straight lines.
+
+    Args:
+        motor: The sheet.
+
+    Returns:
+        Resistance at 0 C [ohm] and its rise [ohm/K], torque constant at 0 C [N m/A] and its rise [N m/(A K)].
+    """
+    cold, weak = winding_resistance(motor, 0.0), torque_constant(motor, 0.0)
+    return cold, (winding_resistance(motor, 100.0) - cold) / 100.0, weak, (torque_constant(motor, 100.0) - weak) / 100.0

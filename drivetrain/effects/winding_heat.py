@@ -1,0 +1,153 @@
+"""Temperatures of winding and housing, on a clock of their own: never integrated with what is fast.
+
+Losses are gathered over a share of the winding's time constant, then the two nodes take one exact step under their mean.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, State, TimeScale
+from drivetrain.errors import Fault, InputError
+
+SHARE = 0.005  # of the winding's time constant, between two steps
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    if h <= 0.0:
+        return
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at, winding, housing = words[row], words[row + 1], words[row + 2]
+        copper, iron, clock = words[row + 3], words[row + 4], words[row + 5]
+        x[copper] += h * signals[words[row + 6]]
+        x[iron] += h * (signals[words[row + 7]] + signals[words[row + 8]])
+        x[clock] += h
+        if x[clock] < numbers[at] * (1.0 - 1e-9):
+            continue
+        # Rises over the state that these mean losses would reach decay along two exponentials.
+        p, q, ambient = x[copper] / x[clock], x[iron] / x[clock], numbers[at + 1]
+        end_w = ambient + numbers[at + 2] * p + numbers[at + 3] * (p + q)
+        end_h = ambient + numbers[at + 3] * (p + q)
+        a, b = x[winding] - end_w, x[housing] - end_h
+        u = numbers[at + 8] * a + numbers[at + 9] * b
+        v = numbers[at + 10] * a + numbers[at + 11] * b
+        u *= math.exp(numbers[at + 12] * x[clock])
+        v *= math.exp(numbers[at + 13] * x[clock])
+        x[winding] = end_w + numbers[at + 4] * u + numbers[at + 5] * v
+        x[housing] = end_h + numbers[at + 6] * u + numbers[at + 7] * v
+        x[copper] = x[iron] = x[clock] = 0.0
+
+
+@dataclass(frozen=True)
+class WindingHeat(Effect):
+    """Two thermal nodes, heated by the copper loss and by friction at the motor's shaft.
+
+    Attributes:
+        network: Resistances and capacities; the winding's must be known.
+        winding, housing: Temperatures at the start [C]; None: those of the air.
+        period: Between two steps of the temperatures [s]; None: a two-hundredth of the winding's time constant.
+    """
+
+    network: ThermalNetwork
+    winding: float | None = None
+    housing: float | None = None
+    every: float | None = None
+
+    account: ClassVar[Compiled | None] = _account
+
+    def __post_init__(self) -> None:
+        if self.network.winding_capacity is None:
+            hint = "state one, or judge mean temperatures only"
+            raise InputError(Fault("WindingHeat.network", "has no winding time constant", None, hint))
+        if self.every is not None and not 0.0 < self.every < math.inf:
+            raise InputError(Fault("WindingHeat.every", "must be positive [s]", self.every))
+
+    def ports(self, place: Place) -> Ports:
+        """Remembers temperatures and what has been lost since the last step; reads losses.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        return Ports(
+            states=(
+                State("winding_temperature", "C", 1e-3, memory=True),
+                State("housing_temperature", "C", 1e-3, memory=True),
+                State("gathered_copper_loss", "J", 1.0, memory=True),
+                State("gathered_housing_loss", "J", 1.0, memory=True),
+                State("gathered_time", "s", 1.0, memory=True),
+            ),
+            needs=(
+                replace(s.COPPER_LOSS, default=0.0), s.MOTOR_FRICTION_POWER, replace(s.MOTOR_VISCOUS_POWER, default=0.0)
+            ),
+        )  # fmt: skip
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The network solved once for all.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Period [s], ambient [C], resistances [K/W], modes and their inverse, rates of decay [1/s].
+        """
+        net = self.network
+        inner, outer = net.resistance_winding_housing, net.resistance_housing_ambient
+        if inner == 0.0:
+            modes, inverse, decay = np.eye(2), np.eye(2), np.full(2, -1.0 / (outer * (net.winding_capacity or 1.0)))
+        else:
+            first, second = 1.0 / (net.winding_capacity or math.inf), 1.0 / (net.housing_capacity or math.inf)
+            flow = np.array([[-first / inner, first / inner], [second / inner, -second / inner - second / outer]])
+            decay, modes = np.linalg.eig(flow)
+            inverse = np.linalg.inv(modes)
+        period = self.every or SHARE * (net.winding_time_constant or 1.0)
+        return [period, net.ambient, inner, outer, *modes.ravel(), *inverse.ravel(), *decay]
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        """As warm as told, or as the air.
+
+        Args:
+            place: Where it stands.
+            signals: Not needed.
+
+        Returns:
+            Temperatures [C], and nothing gathered.
+        """
+        ambient = self.network.ambient
+        first = ambient if self.winding is None else self.winding
+        second = ambient if self.housing is None else self.housing
+        return first, second, 0.0, 0.0, 0.0
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        """The winding's time constant.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            [s].
+        """
+        return (TimeScale("winding warms", self.network.winding_time_constant or math.inf),)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """Not here: what resistance does at the temperatures reached needs the cycle's own losses.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            One that is not valid.
+        """
+        return Estimate(valid=False, why="resistance and torque constant follow the temperature: keep it")
