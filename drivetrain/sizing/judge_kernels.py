@@ -48,17 +48,19 @@ from drivetrain.sizing.load_kernels import (
     sum_up,
 )
 from drivetrain.sizing.packed_rows import DIRECT_DRIVE, INNER, MAGNET, MOMENTARY, RATIO, REPEATED
-from drivetrain.sizing.packed_task import AMBIENT, PEAK_FACTOR, VOLTAGE_FACTOR, VOLTS, PackedTask
+from drivetrain.sizing.packed_task import AMBIENT, PEAK_FACTOR, VOLTAGE_FACTOR, VOLTS, Indices, PackedTask
 from drivetrain.sizing.torque_kernels import constant_at, electrical_power, resistance, voltage_peak
 
 __all__ = [
-    "ASK", "FALLS", "HOLDS", "JointBounds", "JointLoad", "bound_joint", "figures", "holds_speed", "judge_exact",
-    "least_energy", "load_force", "load_joint", "may_hold", "new_bounds", "new_load", "pair_power",
+    "ASK", "ASKED", "FALLS", "HELD", "HOLDS", "LACKS", "JointBounds", "JointLoad", "bound_joint", "figures",
+    "holds_speed", "judge_all", "judge_exact", "least_energy", "load_force", "load_joint", "may_hold", "new_bounds",
+    "new_load", "pair_power",
 ]  # fmt: skip
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
 LACKS = 100  # added to the number of a check that could not be made
 EXACT, STAGES, FULL = 0, 1, 2
+HELD, ASKED = -1, -2  # of ``judge_all``: pairs that hold, and those that the Python road is asked about
 
 
 @part
@@ -177,6 +179,35 @@ def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool
         not be made but must be, LACKS more, or the one that binds; its utilisation.
     """
     return _judge(task, joint, pair, load, np.int64(FULL if full else STAGES))
+
+
+@entry
+def judge_all(
+    task: PackedTask, joint: int, pairs: Indices, drives: Array, load: JointLoad, codes: Indices, numbers: Array
+) -> None:
+    """Many pairs of one joint beside the same drives, with the figures that ``Judgement.fallen`` tells.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        pairs: Indices into ``task.pairs``, (K,).
+        drives: Numbers of the drives after it, as for ``load_joint``, (n, NUMBERS).
+        load: Memory.
+        codes: Takes the check that felled each pair, LACKS more where it could not be made, HELD, or ASKED where a
+            check is too close to its limit, (K,).
+        numbers: Takes required, available and utilisation of that check, or of the one that binds, (K, 3).
+    """
+    load_joint(task, joint, drives, load)
+    checks = load.checks
+    for i in range(len(pairs)):
+        verdict, check, _ = _judge(task, joint, pairs[i], load, np.int64(STAGES))
+        codes[i] = HELD if verdict == HOLDS else check
+        row = check - LACKS if check >= LACKS else check
+        for column in range(3):
+            numbers[i, column] = checks[row, column]
+        for one in range(CHECKS):
+            if abs(checks[one, USED] - 1.0) <= CLOSE:
+                codes[i] = ASKED
 
 
 @entry
