@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from drivetrain.cli import app
 from drivetrain.commands.catalog import _basis
-from drivetrain.commands.sizing import _default_out
+from drivetrain.commands.shared import report_folder, working
 from drivetrain.errors import InputError
 from drivetrain.simulation.recording import load_recording
 
@@ -139,6 +139,30 @@ def test_select(run: Run, write: Write, tmp_path: Path) -> None:
     assert code == 1 and "No allowed set of drives does it" in out
 
 
+def test_select_takes_what_is_wanted_from_the_command_line(run: Run, write: Write) -> None:
+    file = write(drive=CHOICE)
+    options = ("--sets", 2, "--time-limit", "500 ms", "--objective", "energy")
+    code, out, _ = run("select", file, *options, "--out", "o", "--json")
+    data = json.loads(out)
+    assert code == 0 and data["objective"]["name"] == "energy" and data["objective"]["unit"] == "J"
+    for wrong in (("--time-limit", "5"), ("--time-limit", "0 s"), ("--time-limit", "3 kg")):
+        code, _, errors = run("select", file, *wrong)
+        assert code == 2 and "--time-limit" in errors
+    assert run("select", file, "--sets", 0)[0] == 2 and run("select", file, "--objective", "weight")[0] == 2
+
+
+def test_the_first_compilation_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+    from numba import njit
+
+    with working("adding"):
+        for number in (1, 2):
+            assert njit(lambda x, n=number: x + n)(1) == 1 + number
+    assert capsys.readouterr().err.count("compiling") == 1
+    with working("nothing"):
+        pass
+    assert "compiling" not in capsys.readouterr().err
+
+
 def test_currents(run: Run, write: Write, tmp_path: Path) -> None:
     code, out, _ = run("currents", write(), "--out", "deep/currents.csv")
     assert code == 0 and "currents: " in out
@@ -253,13 +277,11 @@ def test_basis_for_all_or_by_name() -> None:
 
 
 def test_default_folder_is_a_plain_name(write: Write) -> None:
-    from dataclasses import replace
-
     from drivetrain.study.load import load_study
 
     study = load_study(write())
-    assert str(_default_out(study)) == "A_door_again_report"
-    assert _default_out(replace(study, name="../../etc/pass wd")).parts == ("etc_pass_wd_report",)
+    assert str(report_folder(study.name)) == "A_door_again_report"
+    assert report_folder("../../etc/pass wd").parts == ("etc_pass_wd_report",)
 
 
 def test_ctrl_c_is_clean(run: Run, write: Write, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

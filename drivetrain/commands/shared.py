@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import typer
 
+COMPILING = "compiling to machine code, some 10 s: this is the first run; later ones find it done ..."
 FITS, DOES_NOT_FIT, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
@@ -80,13 +81,32 @@ def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
     Yields:
         Called with (done, total, text) to show progress.
     """
+    from numba.core import event
+
     from drivetrain.report.terminal import console, progress
 
     screen = console(errors=True)
-    if _must_compile():
-        screen.print("compiling the dynamics once (about half a minute) ...")
-    with progress(screen, text) as step:
+    listener = _compile_listener(lambda: screen.print(COMPILING, soft_wrap=True))
+    with event.install_listener("numba:compile", listener), progress(screen, text) as step:
         yield step
+
+
+def _compile_listener(tell: Callable[[], None]) -> Any:
+    """Something that tells once when the first function is compiled, because none was found in the cache."""
+    from numba.core.event import Event, Listener
+
+    class Once(Listener):  # type: ignore[misc]
+        told = False
+
+        def on_start(self, event: Event) -> None:
+            if not self.told:
+                self.told = True
+                tell()
+
+        def on_end(self, event: Event) -> None:
+            pass
+
+    return Once()
 
 
 def report_folder(name: str) -> Path:
@@ -99,9 +119,3 @@ def report_folder(name: str) -> Path:
         ``<study name>_report`` in the working directory.
     """
     return Path(re.sub(r"[^\w.-]+", "_", name).strip("_.") + "_report")
-
-
-def _must_compile() -> bool:
-    """Whether no compiled dynamics lie beside the package yet."""
-    beside = Path(__file__).parents[1] / "dynamics" / "__pycache__"
-    return "NUMBA_CACHE_DIR" not in os.environ and not any(beside.glob("*.nbi"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -31,6 +32,14 @@ OutFolder = Annotated[
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print result.json to standard output, the table to standard error.")
 ]
+
+
+class Objective(StrEnum):
+    """What a selection may minimise."""
+
+    MASS = "mass"
+    PRICE = "price"
+    ENERGY = "energy"
 
 
 @app.command("demo")
@@ -100,12 +109,29 @@ def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> N
 
 
 @app.command("select")
-def _select(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
+def _select(
+    study: StudyFile,
+    sets: Annotated[int | None, typer.Option(min=1, help="How many of the best sets are wanted.")] = None,
+    time_limit: Annotated[
+        str | None, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is told.")
+    ] = None,
+    objective: Annotated[Objective | None, typer.Option(help="What is minimised, whatever the study says.")] = None,
+    out: OutFolder = None,
+    as_json: AsJson = False,
+) -> None:
     """Choose drives for every joint from the catalogues that the study allows."""
     with told():
+        from dataclasses import replace
+
         from drivetrain.study.load import load_study
 
+        seconds = _seconds(time_limit)
         loaded = load_study(study)
+        wanted = loaded.wanted
+        wanted = wanted if sets is None else replace(wanted, sets=sets)
+        wanted = wanted if seconds is None else replace(wanted, time_limit=seconds)
+        wanted = wanted if objective is None else replace(wanted, weights=((objective.value, 1.0),))
+        loaded = replace(loaded, wanted=wanted)
         raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
 
 
@@ -157,6 +183,13 @@ def _ratio(
             say(f"{one.joint}: {ratio_sentence(one)}")
         say(f"page: {written['ratio.html']}")
         raise typer.Exit(FITS if all(one.feasible for one in found) else DOES_NOT_FIT)
+
+
+def _seconds(text: str | None) -> float | None:
+    """A time on the command line."""
+    from drivetrain.units import quantity
+
+    return None if text is None else quantity(text, "s", "--time-limit", above=0.0)
 
 
 def _selected(study: Study) -> Selection:

@@ -29,8 +29,10 @@ def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
         name: Of the figure on the page.
 
     Returns:
-        An SVG element.
+        An SVG element, empty when no joint has a drive.
     """
+    if not evaluation.joints:
+        return ""
     joints, supply = list(evaluation.joints.values()), evaluation.study.supply
     time = joints[0].series.time
     total = np.sum([joint.series.electrical_power for joint in joints], axis=0)

@@ -13,6 +13,7 @@ from drivetrain.report.colours import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VER
 from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.report.panel import Panel, panel
 from drivetrain.report.picture import Font, Key, Pen, Picture, legend_height
+from drivetrain.sizing.objectives import criteria, weighted
 from drivetrain.sizing.results import Selection
 
 CHECK_COLOURS = (VERMILLION, BLUE, ORANGE, PURPLE, SKY, "#7f6a3f")
@@ -20,6 +21,12 @@ OTHER = "#9aa5b1"
 LARGEST_DRAWN = 10.0  # times the limit; candidates beyond stand at the upper edge
 WIDTH, HEIGHT, LEFT, GAP = 662.0, 132.0, 46.0, 16.0  # [points] of the picture, a panel, before the first, between
 UNDER = 40.0  # [points] from one row of panels to the next
+_SHARES = {
+    "mass": "mass of motor and gear [kg]",
+    "price": "price of motor and gear",
+    "energy": "energy a cycle [J]",
+    "weighted": "share of the weighted objective",
+}
 _STAR = Key("", "star", Pen("#fff", 0.6), INK)
 _ALSO = Key("also passes", "triangle", Pen(GREEN, 1.0), "#fff")
 
@@ -77,12 +84,12 @@ def objective_label(objective: str) -> str:
     """The axis of an objective.
 
     Args:
-        objective: ``mass`` or ``price``.
+        objective: ``mass``, ``price``, ``energy`` or ``weighted``.
 
     Returns:
         With its unit.
     """
-    return "mass of motor and gear [kg]" if objective == "mass" else f"{objective} [as in the catalogue]"
+    return _SHARES[objective]
 
 
 def _by_joint(table: pd.DataFrame) -> dict[str, _Fell]:
@@ -144,14 +151,13 @@ def _ends(shares: Array) -> tuple[float, float, bool]:
 
 
 def _share(selection: Selection, joint: str) -> float | None:
-    """The chosen drive's own mass or price, where known."""
+    """The chosen drive's own share of the objective, where known."""
     result = selection.evaluation.joints.get(joint)
     if result is None:
         return None
-    field = "price" if selection.study.objective == "price" else "mass"
-    values = [getattr(part, field) for part in (result.drive.motor, result.drive.gear)]
-    known = [value for value in values if value is not None]
-    return float(sum(known)) if known else None
+    study = selection.study
+    share = weighted(study.wanted, criteria(study, {joint: result}, ()))
+    return share if np.isfinite(share) else None
 
 
 def _keys(colours: Mapping[str, str], star: str) -> list[Key]:

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.report.assumptions import assumption_groups
+from drivetrain.report.best_sets import HEADINGS, set_rows
 from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.report.figures_arm import supply_power, temperatures
 from drivetrain.report.figures_gear import gear_plane
@@ -116,10 +117,14 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "unchecked": [row for row in rows if row.css == "unchecked"],
         "joints": joints,
         "shared": [check_row("supply", check) for check in evaluation.shared],
-        "margin_figure": Markup(margin_bars(evaluation, reserve=reserve)),
+        "margin_figure": Markup(
+            margin_bars(evaluation, reserve=reserve) if any(row.share >= 0 for row in rows) else ""
+        ),
         "supply_figure": Markup(supply_power(evaluation)),
         "heat_figure": Markup(temperatures(evaluation)),
         "candidate_figure": Markup("" if selection is None else candidates(selection, fallen=fallen)),
+        "sets": [] if selection is None else set_rows(selection),
+        "share_heading": HEADINGS[evaluation.study.objective],
         "is_selection": selection is not None,
         "feasible": evaluation.feasible,
         "felling_checks": checks,

@@ -196,7 +196,11 @@ class Picture:
         """
         widths = [_KEY_SIGN + text_width(key.text, SMALL) + _KEY_GAP for key in keys]
         for number, row in enumerate(_rows_of(widths, across[1] - across[0], columns)):
-            cells = [max(widths[i::columns]) for i in range(columns)] if columns else [widths[i] for i in row]
+            cells = (
+                [max(widths[i::columns]) for i in range(min(columns, len(widths)))]
+                if columns
+                else [widths[i] for i in row]
+            )
             x = max(across[0], 0.5 * (across[0] + across[1] - sum(cells) + _KEY_GAP))
             for i, cell in zip(row, cells, strict=False):
                 self._key(keys[i], x, y + number * LEGEND_ROW)

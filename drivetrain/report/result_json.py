@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from drivetrain.report.fallen_columns import counted, fallen_columns
-from drivetrain.sizing.results import Check, Evaluation, JointResult, Selection, Verdict
+from drivetrain.sizing.results import Check, DriveSet, Evaluation, JointResult, Selection, Verdict
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
@@ -52,6 +52,7 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
         "verdict": str(Verdict.FAIL if failed else evaluation.verdict),
         "feasible": evaluation.feasible if selection is None else selection.feasible,
         "objective": {"name": study.objective, "value": _finite(result.objective), "unit": _objective_unit(evaluation)},
+        "criteria": {name: _finite(value) for name, value in sorted(evaluation.criteria.items())},
         "joints": {name: _joint(joint) for name, joint in evaluation.joints.items()},
         "shared": [_check(check) for check in evaluation.shared],
     }
@@ -61,8 +62,8 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
 
 
 def _objective_unit(evaluation: Evaluation) -> str:
-    """Kilograms, or nothing for a price in the user's own currency."""
-    return "kg" if evaluation.study.objective == "mass" else ""
+    """Nothing for a price in the user's own currency, and for a weighted sum."""
+    return {"mass": "kg", "energy": "J"}.get(evaluation.study.objective, "")
 
 
 def _finite(value: float | None) -> float | None:
@@ -101,6 +102,15 @@ def _joint(joint: JointResult) -> dict[str, Any]:
     }
 
 
+def _set(one: DriveSet) -> dict[str, Any]:
+    """One of the best sets."""
+    return {
+        "objective": _finite(one.objective),
+        "criteria": {name: _finite(value) for name, value in sorted(one.criteria.items())},
+        "drives": {joint: {"motor": motor, "gear": gear} for joint, (motor, gear) in one.drives.items()},
+    }
+
+
 def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[str, Any]:
     """What only a selection knows."""
     fallen: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
@@ -108,6 +118,8 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
         fallen.setdefault(joint, {})[check] = count
     return {
         "proof": selection.proof,
+        "bound": _finite(selection.bound),
+        "sets": [_set(one) for one in selection.sets],
         "alternatives": {
             joint: [{"motor": motor, "gear": gear, "objective": _finite(share)} for motor, gear, share in found]
             for joint, found in selection.alternatives.items()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from rich.table import Table
 from rich.text import Text
 
+from drivetrain.report.best_sets import set_lines
 from drivetrain.report.quantities import DASH, percent
 from drivetrain.report.words import gaps, headline, objective_text, overall_sentence
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
@@ -89,6 +90,7 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
         lines.insert(1, Text(gaps(evaluation), "yellow"))
     if selection is not None:
         lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates fell"))
+        lines += [Text(line, "dim") for line in set_lines(selection)]
         lines += [Text(f"mend: {line}") for line in selection.advice]
     missing = sum(
         check.verdict is Verdict.NOT_CHECKED for joint in evaluation.joints.values() for check in joint.checks

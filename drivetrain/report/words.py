@@ -218,7 +218,15 @@ def objective_text(evaluation: Evaluation) -> str:
     value = number(evaluation.objective)
     if value in (DASH, "∞"):
         return f"{kind} not known: the catalogue rows lack it"
-    return f"{value} kg of motors and gears" if kind == "mass" else f"{kind} {value}, in the catalogue's currency"
+    if kind == "weighted":
+        parts = [f"{name} × {weight:g}" for name, weight in evaluation.study.wanted.weights]
+        return f"{value}, weighted: {' + '.join(parts)}"
+    words = {
+        "mass": f"{value} kg of motors and gears",
+        "energy": f"{value} J drawn in a cycle",
+        "price": f"price {value}, in the catalogue's currency",
+    }
+    return words[kind]
 
 
 def safety_lines(study: Study) -> list[tuple[str, str]]:

@@ -1,0 +1,69 @@
+"""The best sets of drives of a selection, side by side: what each is worth and where it differs from the first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drivetrain.report.quantities import number, percent
+from drivetrain.sizing.results import DriveSet, Selection
+
+HEADINGS = {"mass": "mass [kg]", "price": "price", "energy": "energy a cycle [J]", "weighted": "weighted objective"}
+
+
+@dataclass(frozen=True)
+class SetRow:
+    """One set as it stands in a table.
+
+    Attributes:
+        rank: 1 for the best.
+        objective, mass, price, energy, utilisation: Texts; a dash where unknown.
+        changes: Where it differs from the first set: joint, motor and gear.
+    """
+
+    rank: int
+    objective: str
+    mass: str
+    price: str
+    energy: str
+    utilisation: str
+    changes: tuple[str, ...]
+
+
+def set_rows(selection: Selection) -> list[SetRow]:
+    """The best sets, best first.
+
+    Args:
+        selection: What was found.
+
+    Returns:
+        One row a set; none when only one set was asked for or found.
+    """
+    sets = selection.sets
+    return [_row(rank, one, sets[0]) for rank, one in enumerate(sets, start=1)] if len(sets) > 1 else []
+
+
+def set_lines(selection: Selection) -> list[str]:
+    """The sets after the best one, for the terminal.
+
+    Args:
+        selection: What was found.
+
+    Returns:
+        One line a set.
+    """
+    unit = {"mass": " kg", "energy": " J"}.get(selection.study.objective, "")
+    return [f"set {row.rank}: {row.objective}{unit}; {'; '.join(row.changes)}" for row in set_rows(selection)[1:]]
+
+
+def _row(rank: int, one: DriveSet, best: DriveSet) -> SetRow:
+    """One set against the first."""
+    changed = [joint for joint, pair in one.drives.items() if best.drives.get(joint) != pair]
+    told = tuple(f"{joint}: {_pair(one.drives[joint])}" for joint in changed)
+    known = one.criteria
+    mass, price, energy = (number(known.get(name)) for name in ("mass", "price", "energy"))
+    used = percent(known.get("utilisation"))
+    return SetRow(rank, number(one.objective, 4), mass, price, energy, used, told)
+
+
+def _pair(keys: tuple[str, str]) -> str:
+    return f"{keys[0]} + {keys[1]}" if keys[1] else f"{keys[0]}, direct"
