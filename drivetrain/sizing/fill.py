@@ -75,6 +75,17 @@ class Shelf:
             self._gears[key] = _filled_gear(self.study.catalog.gears[key], self.study)
         return self._gears[key][0]
 
+    def filled(self, gear: Gear) -> Gear:
+        """A gear that stands in no catalogue.
+
+        Args:
+            gear: Its sheet.
+
+        Returns:
+            The sheet, assumptions filled in.
+        """
+        return _filled_gear(gear, self.study)[0]
+
 
 def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
     """The row, and what was assumed."""

@@ -14,6 +14,7 @@ from drivetrain.errors import nearest
 from drivetrain.study.candidates import candidate_pairs, known_pair
 from drivetrain.study.document import Place
 from drivetrain.study.ledger import Ledger
+from drivetrain.study.resolve_free_ratio import resolve_free_ratio
 from drivetrain.study.schema import DEFAULT, StudyForm
 from drivetrain.study.schema_parts import AmplifierForm, CandidatesForm, FrictionForm, JointForm, MountForm
 from drivetrain.study.study import ContainedDrive, DriveMass, JointTask, Mount
@@ -125,7 +126,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     passed_over: tuple[str, ...] = ()
     if form.candidates is not None:
         pairs, passed_over = _candidates(around, form.candidates, (*place, "candidates"))
-    elif form.drive is None:
+    elif form.drive is None and (form.free_ratio is None or form.free_ratio.motor is None):
         ledger.fault(
             place, "has neither a drive nor candidates", hint="drive: {motor: ..., gear: ...} or candidates: ..."
         )
@@ -149,6 +150,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         housing_to_ambient=form.housing_to_ambient,
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
+        free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),
     )
 
 

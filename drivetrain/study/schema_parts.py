@@ -8,6 +8,7 @@ from pydantic import Discriminator, Field, Tag
 
 from drivetrain.study import fields as f
 from drivetrain.study.form import Form
+from drivetrain.study.schema_free_ratio import FreeRatioForm
 
 CurrentBasis = Literal["dc", "rms", "peak"]
 Carrier = Literal["parent", "child", "base", "group"]
@@ -130,6 +131,7 @@ class JointForm(Form):
 
     drive: DriveForm | None = None
     candidates: CandidatesForm | None = None
+    free_ratio: FreeRatioForm | None = Field(default=None, description="for `drivetrain free-ratio`")
     mount: MountForm = MountForm()
     contained: ContainedForm | None = None
     friction: FrictionForm = FrictionForm()

@@ -74,6 +74,22 @@ class ContainedDrive:
     mount: Mount
 
 
+@dataclass(frozen=True)
+class FreeRatio:
+    """Gears of any ratio in a range, for early design.
+
+    Attributes:
+        low, high: Ends of the range.
+        series: Of the catalogue, whose rows are scaled; None: ideal gears.
+        motor: Key; None: the motor of the joint's drive.
+    """
+
+    low: float
+    high: float
+    series: str | None = None
+    motor: str | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class JointTask:
     """One joint of the study: its given drive, or the catalogue rows that may drive it.
@@ -93,6 +109,7 @@ class JointTask:
         coupled: Names of the joints that its motor drives together with others; empty: this one alone. Friction, speed
             and torque are then those of the shaft behind the gear.
         rules: By which the pairs were found, as the study file states them; None where it states none.
+        free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
     """
 
     name: str
@@ -108,6 +125,7 @@ class JointTask:
     housing_to_ambient: float | None = None
     coupled: tuple[str, ...] = ()
     rules: CandidatesForm | None = None
+    free_ratio: FreeRatio | None = None
 
 
 @dataclass(frozen=True)
