@@ -37,6 +37,56 @@ def _integrals(step: float, m00: float, b: float, c: float, m11: float) -> tuple
     return 0.5 * step * (f1 + f2), step * (f1 - f2) * inverse, 0.5 * square * (g1 + g2), square * (g1 - g2) * inverse
 
 
+SMALL = 0.05  # rate times step below which seven terms of the exponential's series are exact to rounding
+
+
+@njit(cache=True, error_model="numpy")
+def _small(steps: Array, growth: Array, rates: Array) -> bool:
+    """Whether every interval is short against every rate."""
+    longest, fastest = 0.0, rates[2] + rates[3]
+    for k in range(steps.size):
+        longest = max(longest, steps[k])
+        fastest = max(fastest, abs(growth[k] - rates[0]) + rates[1])
+    return longest * fastest < SMALL
+
+
+# long kernel: straight-line series, so that the loop becomes vector instructions
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
+def _short_integrals(steps: Array, growth: Array, rates: Array, out: Array) -> None:
+    """``_integrals`` of intervals that are short against every rate: rows p, q, u, v, (4, M)."""
+    a, cross, d = rates[0], rates[1] * rates[2], rates[3]
+    p, q, u, v = out[0], out[1], out[2], out[3]
+    for k in range(len(steps)):
+        h, m00 = steps[k], growth[k] - a
+        y, half = 0.5 * h * (m00 - d), 0.5 * (m00 + d)
+        z = h * h * (half * half + cross)
+        # Even and odd parts of the powers of (y + w) and (y - w), w^2 = z, over the factorials.
+        e2, o2 = y * y + z, y + y
+        e3, o3 = y * e2 + z * o2, e2 + y * o2
+        e4, o4 = y * e3 + z * o3, e3 + y * o3
+        e5, o5 = y * e4 + z * o4, e4 + y * o4
+        e6, o6 = y * e5 + z * o5, e5 + y * o5
+        e7, o7 = y * e6 + z * o6, e6 + y * o6
+        square = h * h
+        p[k] = h * (1.0 + y / 2.0 + e2 / 6.0 + e3 / 24.0 + e4 / 120.0 + e5 / 720.0 + e6 / 5040.0 + e7 / 40320.0)
+        q[k] = square * (0.5 + o2 / 6.0 + o3 / 24.0 + o4 / 120.0 + o5 / 720.0 + o6 / 5040.0 + o7 / 40320.0)
+        u[k] = square * (0.5 + y / 6.0 + e2 / 24.0 + e3 / 120.0 + e4 / 720.0 + e5 / 5040.0 + e6 / 40320.0)
+        v[k] = square * h * (1.0 / 6.0 + o2 / 24.0 + o3 / 120.0 + o4 / 720.0 + o5 / 5040.0 + o6 / 40320.0)
+
+
+@njit(cache=True, error_model="numpy")
+def _all_integrals(steps: Array, growth: Array, rates: Array) -> Array:
+    """``_integrals`` of every interval, (4, M)."""
+    out = np.empty((4, len(steps)))
+    if _small(steps, growth, rates):
+        _short_integrals(steps, growth, rates, out)
+        return out
+    for k in range(len(steps)):
+        p, q, u, v = _integrals(steps[k], growth[k] - rates[0], rates[1], rates[2], -rates[3])
+        out[0, k], out[1, k], out[2, k], out[3, k] = p, q, u, v
+    return out
+
+
 # long kernel: one pass over the cycle, split it would carry fourteen numbers from call to call
 @njit(cache=True)
 def cycle_map(steps: Array, growth: Array, winding_source: Array, housing_source: Array, rates: Array) -> Array:
@@ -55,10 +105,11 @@ def cycle_map(steps: Array, growth: Array, winding_source: Array, housing_source
     a, b, c, d = rates[0], rates[1], rates[2], rates[3]
     a00, a01, a10, a11, r0, r1 = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0
     b00, b01, b10, b11, w0, w1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    integrals = _all_integrals(steps, growth, rates)
     for k in range(steps.size):
         m00 = growth[k] - a
         half = 0.5 * (m00 + d)
-        p, q, u, v = _integrals(steps[k], m00, b, c, -d)
+        p, q, u, v = integrals[0, k], integrals[1, k], integrals[2, k], integrals[3, k]
         s00, s01, s10, s11 = p + q * half, q * b, q * c, p - q * half
         q00, q01, q10, q11 = u + v * half, v * b, v * c, u - v * half
         h0, h1 = winding_source[k], housing_source[k]
@@ -98,12 +149,15 @@ def cycle_trace(
     x0, x1 = start[0], start[1]
     rises[0, 0], rises[0, 1] = x0, x1
     peak, peak_time, time = x0, 0.0, 0.0
+    integrals = _all_integrals(steps, growth, rates)
     for k in range(steps.size):
         m00 = growth[k] - a
         half = 0.5 * (m00 + d)
         pieces = 1 + int(min(511.0, 5.0 * steps[k] * (a + d)))  # a fifth of the shorter time constant
-        step = steps[k] / pieces
-        p, q, _, _ = _integrals(step, m00, b, c, -d)
+        step, p, q = steps[k], integrals[0, k], integrals[1, k]
+        if pieces > 1:
+            step = steps[k] / pieces
+            p, q, _, _ = _integrals(step, m00, b, c, -d)
         s00, s01, s10, s11 = p + q * half, q * b, q * c, p - q * half
         for _ in range(pieces):
             f0 = m00 * x0 + b * x1 + winding_source[k]
