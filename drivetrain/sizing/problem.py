@@ -1,0 +1,184 @@
+"""What a search chooses from: the candidates of every joint with their costs, cheapest first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.checks_supply import supply_checks
+from drivetrain.sizing.evaluate import evaluated
+from drivetrain.sizing.exact_road import judged
+from drivetrain.sizing.load_basis import NUMBERS
+from drivetrain.sizing.objectives import weight_of
+from drivetrain.sizing.packed_task import Packed, chosen_numbers
+from drivetrain.sizing.propagation import Indices, Memory, Setting, new_memory, set_power
+from drivetrain.sizing.results import Evaluation, Verdict
+from drivetrain.study.study import DriveMass, Wanted
+
+CLOSE = 1e-9  # to the limit: what is nearer is asked of the exact road
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A packed study with what is wanted of it.
+
+    Attributes:
+        packed: The study.
+        wanted: What is minimised and must be respected.
+        setting: What pairs add to the objective, and which drives load which joints.
+        known: Pairs by joint that may be chosen, cheapest first.
+        unknown: Pairs by joint whose share of the objective is not known.
+        reach: Largest torque that one unit of each number of the drive of joint k makes on joint j, over the largest
+            that the task alone asks there, (j, k, NUMBERS).
+        memory: That every step fills again.
+    """
+
+    packed: Packed
+    wanted: Wanted
+    setting: Setting
+    known: tuple[Indices, ...]
+    unknown: tuple[Indices, ...]
+    reach: Array
+    memory: Memory
+
+    @property
+    def n(self) -> int:
+        """How many joints there are."""
+        return len(self.known)
+
+    def numbers(self, drives: Mapping[int, int]) -> Array:
+        """The numbers through which drives load joints.
+
+        Args:
+            drives: Index of the pair by joint.
+
+        Returns:
+            (n, NUMBERS), the units of ``drive_numbers``; zeros where nothing is chosen.
+        """
+        return chosen_numbers(self.packed, drives)
+
+    def holds(self, joint: int, pair: int, drives: Mapping[int, int]) -> bool:
+        """Whether a pair holds at a joint, by the Python road.
+
+        Args:
+            joint: Index of the joint.
+            pair: Of it.
+            drives: Pairs of the other joints, by joint.
+
+        Returns:
+            True when no check fails and no essential one is missing.
+        """
+        return judged(self.packed, joint, pair, drives).holds
+
+    def supply_holds(self, pairs: Sequence[int]) -> bool:
+        """Whether a set that holds at every joint asks no more of the supply than it gives.
+
+        Args:
+            pairs: One a joint.
+
+        Returns:
+            False when a limit of the study is passed.
+        """
+        study = self.packed.study
+        supply = study.supply
+        if supply.peak_power is None and supply.mean_power is None and supply.regenerated_power is None:
+            return True
+        total = np.zeros(len(study.cycle.time))
+        set_power(self.packed.task, np.array(pairs, dtype=np.int64), self.memory, total)
+        cycle = study.cycle
+        checks = supply_checks(supply, cycle.time, cycle.weights, {"all": total}, reserve=study.safety.reserve)
+        used = [check.utilisation for check in checks if check.utilisation is not None]
+        if any(abs(one - 1.0) <= CLOSE for one in used):
+            return not any(check.verdict is Verdict.FAIL for check in self.evaluation(pairs).shared)
+        return all(one <= 1.0 for one in used)
+
+    def evaluation(self, pairs: Sequence[int]) -> Evaluation:
+        """A set of drives with every check, by the Python road.
+
+        Args:
+            pairs: One a joint.
+
+        Returns:
+            The evaluation, as ``evaluate`` gives it.
+        """
+        return evaluated(self.packed.work, self.keys(dict(enumerate(pairs))))
+
+    def keys(self, pairs: Mapping[int, int]) -> dict[str, tuple[str, str]]:
+        """A set of drives by names.
+
+        Args:
+            pairs: Index of the pair by joint.
+
+        Returns:
+            Keys of (motor, gear) by joint name.
+        """
+        joints = self.packed.study.joints
+        return {joints[joint].name: self.packed.keys(pair) for joint, pair in sorted(pairs.items())}
+
+
+def problem(packed: Packed, wanted: Wanted) -> Problem:
+    """What a search chooses from.
+
+    Args:
+        packed: The study.
+        wanted: What is minimised and must be respected.
+
+    Returns:
+        The candidates in order of their cost, then of the study.
+    """
+    task, study = packed.task, packed.study
+    share, unknown = _shares(packed, wanted)
+    known_by, unknown_by = [], []
+    for joint, one in enumerate(study.joints):
+        pairs = np.arange(task.first[joint], task.first[joint + 1])
+        lacking = unknown[pairs]
+        if one.drive is not None:  # a given drive stays, whatever is known of it
+            share[pairs] = np.where(lacking, 0.0, share[pairs])
+            lacking = np.zeros(len(pairs), dtype=bool)
+        unknown_by.append(pairs[lacking])
+        pairs = pairs[~lacking]
+        known_by.append(pairs[np.argsort(share[pairs], kind="stable")])
+    setting = Setting(share, weight_of(wanted, "energy"), _loads(packed))
+    return Problem(
+        packed, wanted, setting, tuple(known_by), tuple(unknown_by), _reach(packed), new_memory(task)
+    )  # fmt: skip
+
+
+def _shares(packed: Packed, wanted: Wanted) -> tuple[Array, NDArray[np.bool_]]:
+    """What each pair adds to the objective whatever it does, and whether that is not known."""
+    share = np.zeros(len(packed.mass))
+    for name, values in (("mass", packed.mass), ("price", packed.price)):
+        weight = weight_of(wanted, name)
+        if weight:
+            share = share + weight * values
+    lacking = np.isnan(share)
+    if packed.study.drive_mass in (DriveMass.ADDED, DriveMass.REPLACED):
+        lacking |= np.isnan(packed.mass)  # it would load the joints before by an unknown amount
+    return share, lacking
+
+
+def _loads(packed: Packed) -> NDArray[np.bool_]:
+    """Whether the drive of joint k changes what is asked of joint j, (j, k); its own is judged with each pair."""
+    task, n = packed.task, len(packed.study.joints)
+    loads = np.zeros((n, n), dtype=bool)
+    for joint, k in np.argwhere(task.offsets >= 0):
+        rows = slice(task.offsets[joint, k], task.offsets[joint, k] + NUMBERS)
+        loads[joint, k] = joint != k and any(part[rows].any() for part in (task.force, task.inertia, task.wrench))
+    return loads
+
+
+def _reach(packed: Packed) -> Array:
+    task = packed.task
+    n = len(packed.study.joints)
+    reach = np.zeros((n, n, NUMBERS))
+    for joint in range(n):
+        scale = float(np.abs(task.bare[joint]).max()) or 1.0
+        for k in range(n):
+            row = int(task.offsets[joint, k])
+            if row >= 0 and k != joint:
+                reach[joint, k] = np.abs(task.force[row : row + NUMBERS]).max(axis=1) / scale
+    return reach

@@ -1,0 +1,369 @@
+"""What the open choices of a search leave possible, compiled: intervals of torque, candidates ruled out, least costs.
+
+The torque on a joint is a weighted sum over the numbers of the drives that load it. While these are open, each number
+lies between the smallest and the largest of the candidates left, so each sample's torque lies in an interval; a
+candidate that holds nowhere within it is out, whatever the other drives will be. Fewer candidates leave narrower
+intervals, and these fewer candidates: the passes repeat, from the tip to the base, until nothing changes.
+
+A joint whose load is decided has an interval without width; its cheapest candidate is then judged exactly.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.judge_kernels import (
+    ASK,
+    FALLS,
+    JointBounds,
+    JointLoad,
+    bound_joint,
+    judge_exact,
+    least_energy,
+    load_joint,
+    may_hold,
+    new_bounds,
+    new_load,
+    pair_power,
+)
+from drivetrain.sizing.load_basis import NUMBERS
+from drivetrain.sizing.packed_task import PackedTask
+from drivetrain.sizing.warm_bound import stays_cool
+
+Indices = NDArray[np.int64]
+
+OPEN, EMPTY, TOO_DEAR, ASKED = range(4)
+UNKNOWN = -1
+WIDER = 1e-12  # of an interval's width and middle: rounding of the sums that make it
+TESTED, JUDGED, PASSES, COUNTS = range(4)
+
+
+class Choices(NamedTuple):
+    """The candidates that are left at each joint, and what is known of them; n joints.
+
+    Attributes:
+        pool: Pairs by joint, those of joint j from ``first[j]``, ``size[j]`` of them, cheapest first.
+        cost: What each costs at least, in the order of the pool.
+        first, size: (n,).
+        least: What each joint costs at least, (n,).
+        known: Pair of each joint that is known to hold with its load decided, -1 for none, (n,).
+    """
+
+    pool: Indices
+    cost: Array
+    first: Indices
+    size: Indices
+    least: Array
+    known: Indices
+
+
+class Setting(NamedTuple):
+    """What a search minimises, and what hangs together.
+
+    Attributes:
+        share: What each pair adds to the objective whatever it does, (P,).
+        energy: What one joule a cycle adds.
+        loads: Whether the drive of joint k changes what is asked of joint j, (j, k).
+    """
+
+    share: Array
+    energy: float
+    loads: NDArray[np.bool_]
+
+
+class Memory(NamedTuple):
+    """Memory that every pass fills again.
+
+    Attributes:
+        low, high: Smallest and largest number of the drives left at each joint, (n, NUMBERS).
+        torque: Ends of the interval on one joint [N m], (2, N).
+        bounds: Of one joint.
+        load: Of one joint.
+        power: Of one drive [W], (N,).
+        verdicts: What was judged of the pairs of joints that no other drive loads: HOLDS, FALLS or UNKNOWN, (P,).
+        suspects: Pairs that once fell although the bounds let them pass, (P,).
+        counts: Work done: candidates tested, candidates judged, passes, (COUNTS,).
+    """
+
+    low: Array
+    high: Array
+    torque: Array
+    bounds: JointBounds
+    load: JointLoad
+    power: Array
+    verdicts: Indices
+    suspects: NDArray[np.bool_]
+    counts: Indices
+
+
+def new_memory(task: PackedTask) -> Memory:
+    """Memory for the propagation of one task.
+
+    Args:
+        task: The packed study.
+
+    Returns:
+        Nothing in it yet.
+    """
+    n, _, samples = task.series.shape
+    empty = np.zeros((n, NUMBERS))
+    counts = np.zeros(COUNTS, dtype=np.int64)
+    load, power = new_load(task), np.zeros(samples)
+    verdicts = np.full(len(task.pairs), UNKNOWN, dtype=np.int64)
+    torque, suspects = np.zeros((2, samples)), np.zeros(len(task.pairs), dtype=np.bool_)
+    return Memory(empty, empty.copy(), torque, new_bounds(task), load, power, verdicts, suspects, counts)
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def range_of_numbers(task: PackedTask, choices: Choices, joint: int, low: Array, high: Array) -> bool:
+    """The smallest and largest numbers of the candidates left at a joint.
+
+    Args:
+        task: The packed study.
+        choices: The candidates.
+        joint: Index of the joint.
+        low, high: Take the numbers, in the units of ``drive_numbers``, (n, NUMBERS).
+
+    Returns:
+        Whether they changed.
+    """
+    changed = False
+    begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
+    for i in range(NUMBERS):
+        least, most = np.inf, -np.inf
+        for at in range(begin, end):
+            value = task.numbers[choices.pool[at], i]
+            least = min(least, value)
+            most = max(most, value)
+        changed = changed or least != low[joint, i] or most != high[joint, i]
+        low[joint, i], high[joint, i] = least, most
+    return changed
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def interval(task: PackedTask, setting: Setting, joint: int, low: Array, high: Array, torque: Array) -> bool:
+    """The interval of torque that open choices leave on a joint, without what its own drive adds.
+
+    Args:
+        task: The packed study.
+        setting: Which drives load which joints.
+        joint: Index of the joint.
+        low, high: Numbers of all joints' drives, (n, NUMBERS).
+        torque: Takes both ends, at the gear's output, joint friction not in it [N m], (2, N).
+
+    Returns:
+        Whether it has no width: every drive that loads the joint is decided.
+    """
+    bottom, top = torque[0], torque[1]
+    bottom[:] = task.bare[joint]
+    top[:] = bottom
+    decided = True
+    for k in range(low.shape[0]):
+        if not setting.loads[joint, k]:
+            continue
+        row = task.offsets[joint, k]
+        for i in range(NUMBERS):
+            unit = task.force[row + i]
+            middle, half = 0.5 * (low[k, i] + high[k, i]), 0.5 * (high[k, i] - low[k, i])
+            if half == 0.0:
+                if middle != 0.0:
+                    for t in range(unit.size):
+                        bottom[t] += middle * unit[t]
+                        top[t] += middle * unit[t]
+                continue
+            decided = False
+            half += WIDER * (half + abs(middle))
+            for t in range(unit.size):
+                at, wide = middle * unit[t], half * abs(unit[t])
+                bottom[t] += at - wide
+                top[t] += at + wide
+    return decided
+
+
+# long kernel: one joint's candidates in one pass, with what was ruled out closed up in place
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def sieve(
+    task: PackedTask, setting: Setting, choices: Choices, joint: int, limit: float, full: bool, memory: Memory
+) -> bool:
+    """Rule out the candidates of one joint that cannot be part of a set within a limit.
+
+    Args:
+        task: The packed study.
+        setting: What pairs cost, and which drives load which joints.
+        choices: The candidates; those of the joint are closed up.
+        joint: Index of the joint, its bounds in memory.
+        limit: Candidates that cost as much or more are out.
+        full: Test all candidates; else, where energy does not count, only those up to the cheapest that may hold.
+        memory: Bounds.
+
+    Returns:
+        Whether any is left.
+    """
+    begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
+    pool, cost = choices.pool, choices.cost
+    kept, lazy = begin, not full and setting.energy == 0.0
+    for at in range(begin, end):
+        pair = pool[at]
+        asked = setting.share[pair]
+        if setting.energy == 0.0 and asked >= limit:
+            break
+        if kept == begin or not lazy:
+            memory.counts[TESTED] += 1
+            if not (may_hold(task, joint, pair, memory.bounds) and stays_cool(task, joint, pair, memory.bounds)):
+                continue
+            if setting.energy != 0.0:
+                asked += setting.energy * least_energy(task, joint, pair, memory.bounds)
+                if asked >= limit:
+                    continue
+        pool[kept], cost[kept] = pair, asked
+        kept += 1
+    choices.size[joint] = kept - begin
+    return kept > begin
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def _close_up(choices: Choices, joint: int) -> None:
+    """Take out the candidates of a joint that cost infinitely much."""
+    begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
+    kept = begin
+    for at in range(begin, end):
+        if choices.cost[at] < np.inf:
+            choices.pool[kept], choices.cost[kept] = choices.pool[at], choices.cost[at]
+            kept += 1
+    choices.size[joint] = kept - begin
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alone: bool, memory: Memory) -> int:
+    """Judge the cheapest candidates of a joint whose load is decided, until one holds.
+
+    Args:
+        task: The packed study.
+        setting: What pairs cost, and which drives load which joints.
+        choices: The candidates; those of the joint that fall are taken out, where energy counts the costs of those
+            that hold become exact.
+        joint: Index of the joint, its load in memory.
+        alone: Whether no other drive loads it, so that what is judged holds for good.
+        memory: The load.
+
+    Returns:
+        OPEN, EMPTY, or ASKED: then ``known`` holds -2 less the pair that is to be asked of the Python road.
+    """
+    begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
+    pool, cost, known = choices.pool, choices.cost, choices.known
+    exact, best, found = np.zeros(end - begin, dtype=np.bool_), begin, OPEN
+    while True:
+        if setting.energy != 0.0:
+            best = begin + int(np.argmin(cost[begin:end]))
+        if best == end or cost[best] == np.inf or exact[best - begin]:
+            break
+        pair = pool[best]
+        if pair != known[joint]:
+            code = memory.verdicts[pair] if alone else UNKNOWN
+            if code == UNKNOWN:
+                memory.counts[JUDGED] += 1
+                code, _, _ = judge_exact(task, joint, pair, memory.load)
+                memory.verdicts[pair] = code if alone and code != ASK else UNKNOWN
+            if code == ASK:
+                known[joint], found = -2 - pair, ASKED
+                break
+            if code == FALLS:
+                memory.suspects[pair] = True
+                cost[best] = np.inf
+                best += 1
+                continue
+        known[joint], exact[best - begin] = pair, True
+        if setting.energy != 0.0:
+            cost[best] = setting.share[pair] + setting.energy * pair_power(task, joint, pair, memory.load, memory.power)
+    _close_up(choices, joint)
+    return EMPTY if choices.size[joint] == 0 else found
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def _least(choices: Choices, joint: int) -> float:
+    begin = choices.first[joint]
+    return float(choices.cost[begin : begin + choices.size[joint]].min())
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def _all_decided(setting: Setting, memory: Memory) -> bool:
+    """Whether no drive that loads another joint is open."""
+    for k in range(memory.low.shape[0]):
+        if setting.loads[:, k].any():
+            for i in range(NUMBERS):
+                if memory.low[k, i] != memory.high[k, i]:
+                    return False
+    return True
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def propagate(
+    task: PackedTask, setting: Setting, choices: Choices, limit: float, full: int, passes: int, memory: Memory
+) -> tuple[int, int]:
+    """Rule out candidates until nothing changes.
+
+    Args:
+        task: The packed study.
+        setting: What pairs cost, and which drives load which joints.
+        choices: The candidates; they are closed up, their least costs brought up to date.
+        limit: Sets that cost as much or more are of no interest.
+        full: Joints with at most so many candidates have all of them tested.
+        passes: At most so many.
+        memory: Filled again; afterwards it holds the numbers that are left.
+
+    Returns:
+        OPEN; EMPTY and the joint at which nothing is left; TOO_DEAR; ASKED and the joint.
+    """
+    n = task.first.size - 1
+    for joint in range(n):
+        range_of_numbers(task, choices, joint, memory.low, memory.high)
+    for _ in range(passes):
+        memory.counts[PASSES] += 1
+        changed = False
+        for joint in range(n - 1, -1, -1):
+            decided = interval(task, setting, joint, memory.low, memory.high, memory.torque)
+            bound_joint(task, joint, memory.torque[0], memory.torque[1], memory.bounds)
+            room = limit - (choices.least.sum() - choices.least[joint])
+            if not sieve(task, setting, choices, joint, room, choices.size[joint] <= full, memory):
+                return EMPTY, joint
+            alone = not setting.loads[joint].any()
+            # Short of a whole set the bounds are nearly as good as a judgement, and hundreds of times cheaper.
+            doubted = memory.suspects[choices.pool[choices.first[joint]]]
+            if decided and (alone or doubted or _all_decided(setting, memory)):
+                load_joint(task, joint, memory.low, memory.load)
+                code = settle(task, setting, choices, joint, alone, memory)
+                if code != OPEN:
+                    return code, joint
+            least = _least(choices, joint)
+            changed = changed or least > choices.least[joint]
+            choices.least[joint] = max(choices.least[joint], least)
+            if choices.least.sum() >= limit:
+                return TOO_DEAR, joint
+            changed = range_of_numbers(task, choices, joint, memory.low, memory.high) or changed
+        if not changed:
+            break
+    return OPEN, 0
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def set_power(task: PackedTask, pairs: Indices, memory: Memory, total: Array) -> None:
+    """Electrical power of all drives of a set that holds.
+
+    Args:
+        task: The packed study.
+        pairs: One a joint, (n,).
+        memory: Filled again.
+        total: Takes it at each sample, negative when regenerating [W], (N,).
+    """
+    total[:] = 0.0
+    for joint in range(pairs.size):
+        memory.low[joint] = task.numbers[pairs[joint]]
+    for joint in range(pairs.size):
+        load_joint(task, joint, memory.low, memory.load)
+        pair_power(task, joint, pairs[joint], memory.load, memory.power)
+        total += memory.power

@@ -1,0 +1,272 @@
+"""Branch and bound over the choices of all joints, with the open choice that can be proven best looked at first.
+
+A node is a set of candidates at every joint, with all that propagation rules out taken out. Nodes are parted where the
+open choice loads the other joints most differently: many candidates fall together, before any is looked at alone.
+Once every load is decided the cheapest candidates that hold are a set of drives; what is left of such a node is parted
+so that no set comes up twice.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.choices import all_choices, cheapest, chosen, closed_up, copied, others, segment, without
+from drivetrain.sizing.problem import Problem
+from drivetrain.sizing.propagation import ASKED, JUDGED, OPEN, PASSES, TESTED, Choices, Indices, propagate
+
+TELL_EVERY = 50  # nodes
+MISSES = 20  # on the way to a first set
+SMALL = 64  # candidates of a joint: so few are all tested again at every node
+DESCEND = 3  # every third node of smallest bound is followed down to a set or a dead end
+PASSES_MOST = 8
+COARSE = 0.05  # of what a node can still gain: open loads that matter less are decided one by one
+
+Tell = Callable[[int, int, str], None]
+Pairs = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A part of all sets.
+
+    Attributes:
+        bound: No set in it that holds has a smaller objective.
+        limit: With which candidates were ruled out.
+        choices: The candidates left.
+        low, high: Of their numbers, (n, NUMBERS).
+    """
+
+    bound: float
+    limit: float
+    choices: Choices
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, order=True)
+class Found:
+    """One set that holds.
+
+    Attributes:
+        objective: Of the set.
+        pairs: One a joint.
+    """
+
+    objective: float
+    pairs: Pairs
+
+
+@dataclass
+class Tree:
+    """The search and what it found; it can be stopped between two nodes and go on.
+
+    Attributes:
+        problem: What is chosen from.
+        excluded: Sets that are not to be found.
+        best: The best sets so far, best first.
+        open: Nodes that are left, smallest bound first.
+        following: The node that a descent goes on with.
+        started: Whether the first node was made.
+        supply_binds: Whether the supply ruled out a set.
+        asks: What the Python road said, by joint, pair and the drives in place.
+        counters: Work done.
+    """
+
+    problem: Problem
+    excluded: frozenset[Pairs] = frozenset()
+    best: list[Found] = field(default_factory=list)
+    open: list[tuple[float, int, Node]] = field(default_factory=list)
+    following: Node | None = None
+    started: bool = False
+    _fine: bool = False
+    supply_binds: bool = False
+    asks: dict[tuple[int, int, bytes], bool] = field(default_factory=dict)
+    counters: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def limit(self) -> float:
+        """Sets that cost as much or more are of no interest."""
+        if len(self.best) < self.problem.wanted.sets:
+            return math.inf
+        last = self.best[-1].objective
+        return last - 1e-12 * abs(last)  # what is equal but for rounding is no better
+
+    @property
+    def finished(self) -> bool:
+        """Whether no better set can be left."""
+        return self.started and self._smallest >= self.limit
+
+    @property
+    def bound(self) -> float:
+        """No set that holds has a smaller objective; infinite when there is proven to be none."""
+        left = self._smallest if self.started else -math.inf
+        return min([left, *(found.objective for found in self.best[:1])])
+
+    @property
+    def _smallest(self) -> float:
+        """Bound of all that is left."""
+        left = [self.open[0][0]] if self.open else []
+        return min([*left, math.inf if self.following is None else self.following.bound])
+
+    def run(self, deadline: float, tell: Tell) -> None:
+        """Search until it is finished or the time is up.
+
+        Args:
+            deadline: On the clock of ``time.perf_counter`` [s]; at least one step is made.
+            tell: Told how far the search is.
+        """
+        if not self.started:
+            self._start()
+        while not self.finished:
+            node = self._next()
+            if self.counters["nodes"] % TELL_EVERY == 0:
+                self._tell(tell)
+            parts = [found for part in self._parts(node) if (found := self._narrowed(part, SMALL)) is not None]
+            if parts and self.counters["descents"] % DESCEND == 0:
+                self.following = parts[0] if self._fine else min(parts, key=lambda one: one.bound)
+            for part in parts:
+                if part is not self.following:
+                    self._push(part)
+            if time.perf_counter() >= deadline:
+                return
+
+    def _next(self) -> Node:
+        """The node to look at: the one of smallest bound, or the one that a descent goes on with."""
+        self.counters["nodes"] += 1
+        node, self.following = self.following, None
+        if node is not None and node.bound < self.limit:
+            return node
+        self.counters["descents"] += 1
+        return heapq.heappop(self.open)[2]
+
+    def _start(self) -> None:
+        """The first node, and the first sets to hold others against."""
+        self.started = True
+        if any(len(pairs) == 0 for pairs in self.problem.known):
+            return
+        root = self._narrowed(all_choices(self.problem.known, self.problem.setting), 0)
+        if root is None:
+            return
+        self._dive(root)
+        root = self._narrowed(root.choices, np.iinfo(np.int64).max)
+        if root is not None and not math.isinf(self.limit):
+            self._dive(root)
+            root = self._narrowed(root.choices, np.iinfo(np.int64).max)
+        self._push(root)
+
+    def _push(self, node: Node | None) -> None:
+        if node is not None:
+            # Of equals the youngest first: it is nearest to a set.
+            self.counters["pushed"] += 1
+            heapq.heappush(self.open, (node.bound, -self.counters["pushed"], node))
+
+    def _narrowed(self, choices: Choices, full: int) -> Node | None:
+        """What propagation leaves of some choices; a set that comes out of it is kept."""
+        if not choices.size.all():
+            return None
+        memory, task, setting = self.problem.memory, self.problem.packed.task, self.problem.setting
+        self.counters["nodes made"] += 1
+        memory.counts[:] = 0
+        limit = self.limit
+        choices = copied(choices)
+        code = ASKED
+        while code == ASKED:
+            code, joint = propagate(task, setting, choices, limit, full, PASSES_MOST, memory)
+            if code == ASKED:
+                self._ask(choices, joint)
+        for name, index in (("candidates tested", TESTED), ("candidates judged", JUDGED), ("passes", PASSES)):
+            self.counters[name] += int(memory.counts[index])
+        if code != OPEN:
+            return None
+        node = Node(float(choices.least.sum()), limit, closed_up(choices), memory.low.copy(), memory.high.copy())
+        if self._decided(node):
+            self._offer(node)
+        return node
+
+    def _ask(self, choices: Choices, joint: int) -> None:
+        """Let the Python road say whether a candidate holds; one that does not is taken out."""
+        pair = -2 - int(choices.known[joint])
+        drives = {k: cheapest(choices, k) for k in range(self.problem.n) if k != joint}
+        key = (joint, pair, self.problem.numbers(drives).tobytes())
+        if key not in self.asks:
+            self.counters["asked of the exact road"] += 1
+            self.asks[key] = self.problem.holds(joint, pair, drives)
+        choices.known[joint] = pair if self.asks[key] else -1
+        if not self.asks[key]:
+            without(choices, joint, pair)
+
+    def _decided(self, node: Node) -> bool:
+        """Whether every load is decided, and the cheapest candidates are known to hold."""
+        settled = [int(node.choices.known[joint]) == cheapest(node.choices, joint) for joint in range(self.problem.n)]
+        return all(settled) and not self._open_loads(node).size
+
+    def _open_loads(self, node: Node) -> Indices:
+        """Joints whose drives load others and are not decided."""
+        loads = self.problem.setting.loads.any(axis=0)
+        return np.flatnonzero(loads & (node.low != node.high).any(axis=1))
+
+    def _offer(self, node: Node) -> None:
+        """Keep the cheapest set of a node whose loads are decided, if it is among the best."""
+        pairs = tuple(cheapest(node.choices, joint) for joint in range(self.problem.n))
+        if pairs in self.excluded or any(found.pairs == pairs for found in self.best):
+            return
+        if not self.problem.supply_holds(pairs):
+            self.supply_binds = True
+            return
+        self.counters["sets that fit"] += 1
+        self.best = sorted([*self.best, Found(node.bound, pairs)])[: self.problem.wanted.sets]
+
+    def _dive(self, node: Node | None) -> None:
+        """Go for sets that hold: the cheapest candidate from the tip to the base."""
+        misses = 0
+        while node is not None and misses < MISSES and node.bound < self.limit:
+            loads = self._open_loads(node)
+            if loads.size:
+                kept, rest = self._one_load(node, int(loads[-1]))
+                below = self._narrowed(kept, SMALL)
+                misses += below is None
+                node = self._narrowed(rest, SMALL) if below is None else below
+            else:
+                before = len(self.best)
+                node = next((self._narrowed(part, SMALL) for part in self._parts(node)), None)
+                misses += len(self.best) == before
+
+    def _parts(self, node: Node) -> list[Choices]:
+        """A node in parts, each with less to be decided."""
+        loads = self._open_loads(node)
+        if not loads.size:
+            self._fine = False
+            return others(node.choices)
+        half = 0.5 * (node.high - node.low)
+        effect = half * np.einsum("j,jki->ki", np.abs(node.choices.least), self.problem.reach)
+        joint, number = np.unravel_index(int(np.argmax(effect)), effect.shape)
+        room = self.limit - node.bound
+        if math.isinf(room):
+            room = 0.1 * abs(node.bound)
+        self._fine = bool(effect[joint].sum() <= COARSE * room)
+        if self._fine:
+            return list(self._one_load(node, int(loads[-1])))
+        pool = segment(node.choices, int(joint))
+        values = self.problem.packed.task.numbers[pool, number]
+        below = values <= 0.5 * (node.low[joint, number] + node.high[joint, number])
+        return [chosen(node.choices, int(joint), below), chosen(node.choices, int(joint), ~below)]
+
+    def _one_load(self, node: Node, joint: int) -> tuple[Choices, Choices]:
+        """The candidates of a joint that load others as its cheapest does, and the rest."""
+        numbers = self.problem.packed.task.numbers
+        same = (numbers[segment(node.choices, joint)] == numbers[cheapest(node.choices, joint)]).all(axis=1)
+        return chosen(node.choices, joint, same), chosen(node.choices, joint, ~same)
+
+    def _tell(self, tell: Tell) -> None:
+        share = 0.0
+        if self.best and self.best[0].objective > 0.0:
+            share = min(max(self.bound / self.best[0].objective, 0.0), 1.0)
+        tell(round(1000 * share), 1000, f"{self.counters['nodes']} nodes, {len(self.open)} open")
