@@ -17,7 +17,7 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 0}
+SOURCES = {"effects/tables.py": 931185917}
 
 
 # long kernel: one polynomial and its derivatives for each joint

@@ -19,7 +19,7 @@ from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Pl
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/spring_kernel.py": 0}
+SOURCES = {"drive/spring_kernel.py": 1622032493}
 
 
 @Compiled

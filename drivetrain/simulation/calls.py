@@ -9,14 +9,13 @@ from numba import types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
-from drivetrain.arrays import Array
 from drivetrain.dynamics.compiled_vectors import part
+from drivetrain.effects.effect import DOUBLES, WORDS
+from drivetrain.simulation.fields import AT_SIGNALS, AT_STATE
 
 
 @intrinsic
-def call_one(
-    typing: Any, address: Any, t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any, row: Any
-) -> Any:
+def call_one(typing: Any, address: Any, t: Any, h: Any, rates: Any, n: Any, w: Any, x: Any, s: Any, row: Any) -> Any:
     """Inside compiled code: call the law at an address.
 
     Args:
@@ -24,43 +23,78 @@ def call_one(
         address: Where it lies.
         t: Instant, or middle of the step [s].
         h: Step, 0 at an instant [s].
-        x, rates, signals, numbers, words: Contiguous arrays; the last of whole numbers.
-        row: From which of the words on.
+        rates: Pointer to where rates go.
+        n, w: Pointers to all real and all whole numbers.
+        x, s: Where states and signals begin among the real numbers.
+        row: Where the law's rows begin among the whole numbers.
 
     Returns:
         What the compiler needs to know.
     """
-    arrays = (x, rates, signals, numbers, words)
-    signature = types.void(types.int64, types.float64, types.float64, *arrays, types.int64)
+    whole = types.int64
+    signature = types.void(whole, types.float64, types.float64, DOUBLES, DOUBLES, WORDS, whole, whole, whole)
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        pairs = zip(arrays, args[3:8], strict=True)
-        pointers = [make_array(kind)(context, builder, value).data for kind, value in pairs]
-        pointers[-1] = builder.gep(pointers[-1], [args[8]])
-        double, data = ir.DoubleType(), ir.DoubleType().as_pointer()
-        kind = ir.FunctionType(ir.VoidType(), [double, double, data, data, data, data, ir.IntType(64).as_pointer()])
-        builder.call(builder.inttoptr(args[0], kind.as_pointer()), [args[1], args[2], *pointers])
+        address, t, h, rates, n, w, x, s, row = args
+        double, data, integer = ir.DoubleType(), ir.DoubleType().as_pointer(), ir.IntType(64).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [double, double, data, data, data, data, integer])
+        state, signals, rows = builder.gep(n, [x]), builder.gep(n, [s]), builder.gep(w, [row])
+        builder.call(builder.inttoptr(address, kind.as_pointer()), [t, h, state, rates, signals, n, rows])
         return context.get_dummy_value()
 
     return signature, generate
 
 
 @part
-def call_all(
-    count: int, table: int, t: float, h: float, x: Array, rates: Array, signals: Array, numbers: Array, words: Array
-) -> None:
+def call_all(count: int, table: int, t: float, h: float, rates: Any, n: Any, w: Any) -> None:
     """Call the laws of a table, in its order.
 
     Args:
         count: How many.
-        table: Place of the first pair (address, place of its rows) in ``words``.
+        table: Place of the first pair (address, place of its rows) in the whole numbers.
         t: Instant, or middle of the step [s].
         h: Step, 0 at an instant [s].
-        x: States.
-        rates: Takes their rates.
-        signals: All signals [SI].
-        numbers, words: All constants.
+        rates: Takes the rates of the states.
+        n, w: The run.
     """
     for k in range(count):
-        address, rows = words[table + 2 * k], words[table + 2 * k + 1]
-        call_one(address, t, h, x, rates, signals, numbers, words, rows)
+        call_one(w[table + 2 * k], t, h, rates, n, w, w[AT_STATE], w[AT_SIGNALS], w[table + 2 * k + 1])
+
+
+@intrinsic
+def shifted(typing: Any, pointer: Any, by: Any) -> Any:
+    """Inside compiled code: a pointer to a later number of a block.
+
+    Args:
+        typing: Filled in by the compiler.
+        pointer: To real numbers.
+        by: How many further.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    signature = DOUBLES(DOUBLES, types.int64)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.gep(args[0], [args[1]])
+
+    return signature, generate
+
+
+@intrinsic
+def pointer_to(typing: Any, array: Any) -> Any:
+    """Inside compiled code: the first number of a contiguous array, as a pointer.
+
+    Args:
+        typing: Filled in by the compiler.
+        array: Of float64 or of int64.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    signature = (DOUBLES if array.dtype == types.float64 else WORDS)(array)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return make_array(array)(context, builder, args[0]).data
+
+    return signature, generate

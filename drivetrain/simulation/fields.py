@@ -20,8 +20,8 @@ COMPUTES, AT_COMPUTES, ACCOUNTS, AT_ACCOUNTS, SAMPLES, AT_SAMPLES = range(30, 36
 AT_MASS, ADDED_FROM, ADDED_TO, POWERS, AT_POWERS, TIP, AT_TIP, AT_TIP_TAKEN, HELD_MODES = range(36, 45)
 NUMBERS, WORDS, RATES_CALLS, AT_TIP_SIGNALS = range(45, 49)
 # Addresses of the compiled equations, what they came to (as ``solve_friction`` tells), and where theta stands in numbers.
-MOTION, FORCES, SOLVED, AT_THETA = range(49, 53)
-HEADER = 53
+MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE = range(49, 54)
+HEADER = 54
 
 # Fields of signals, in the order of ``effects.signals``: known before, told after, taken by the mechanics.
 POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE = range(7)

@@ -11,36 +11,33 @@ from functools import lru_cache
 from typing import Any
 
 import numba as nb
-from numba import carray
 
 from drivetrain.effects.effect import SIGNATURE
 from drivetrain.simulation import fields as f
-from drivetrain.simulation.equations_kernel import parts_of, solve_instant, solve_step, tell_forces
+from drivetrain.simulation.equations_kernel import solve_instant, solve_step
+from drivetrain.simulation.forces_kernel import tell_forces
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 0, "simulation/equations_kernel.py": 0, "simulation/fields.py": 0,
-    "simulation/friction_kernel.py": 0, "dynamics/compiled_vectors.py": 0, "dynamics/mass_and_bias.py": 0,
+    "simulation/calls.py": 2653342693, "simulation/equations_kernel.py": 3721000209, "simulation/fields.py": 3003687261,
+    "simulation/forces_kernel.py": 3466238865, "simulation/friction_kernel.py": 422177456, "simulation/tip_kernel.py": 3886163878,
+    "dynamics/compiled_vectors.py": 1257686601, "dynamics/mass_and_bias.py": 2602371696,
 }  # fmt: skip
 
 
 def _motion(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    head = carray(words, f.HEADER)
-    p = parts_of(carray(numbers, head[f.NUMBERS]), carray(words, head[f.WORDS]))
     if h > 0.0:
-        head[f.SOLVED] = solve_step(p, t, h, numbers[head[f.AT_THETA]])
+        words[f.SOLVED] = solve_step(numbers, words, t, h, numbers[words[f.AT_THETA]], rates)
     else:
-        head[f.SOLVED] = solve_instant(p, t, carray(rates, head[f.STATES]))
+        words[f.SOLVED] = solve_instant(numbers, words, t, rates)
 
 
 def _forces(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    head = carray(words, f.HEADER)
-    p = parts_of(carray(numbers, head[f.NUMBERS]), carray(words, head[f.WORDS]))
-    theta = numbers[head[f.AT_THETA]]
+    theta = numbers[words[f.AT_THETA]]
     if h > 0.0:
-        tell_forces(p, h, theta, theta * h)
+        tell_forces(numbers, words, h, theta, theta * h)
     else:
-        tell_forces(p, 1.0, 0.0, 0.0)
+        tell_forces(numbers, words, 1.0, 0.0, 0.0)
 
 
 @lru_cache(maxsize=1)

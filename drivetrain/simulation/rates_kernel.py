@@ -6,45 +6,37 @@ import math
 from functools import lru_cache
 from typing import Any
 
-from numba import carray
-
 from drivetrain.simulation import fields as f
-from drivetrain.simulation.calls import call_all, call_one
+from drivetrain.simulation.calls import call_all, call_one, shifted
 from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"simulation/calls.py": 0, "simulation/fields.py": 0}
+SOURCES = {"simulation/calls.py": 2653342693, "simulation/fields.py": 3003687261}
 
 
 def _rates(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
-    head = carray(words, f.HEADER)
-    block, whole, states = carray(numbers, head[f.NUMBERS]), carray(words, head[f.WORDS]), head[f.STATES]
-    at = head[f.AT_STATE]
+    states, at = words[f.STATES], words[f.AT_STATE]
     for k in range(states):
         numbers[at + k] = x[k]
         result[k] = 0.0
-    rates = carray(result, states)
-    call_one(head[f.MOTION], t, 0.0, block, rates, block, block, whole, 0)
-    head[f.RATES_CALLS] += 1
-    if head[f.SOLVED] < 0:
+    call_one(words[f.MOTION], t, 0.0, result, numbers, words, at, words[f.AT_SIGNALS], 0)
+    words[f.RATES_CALLS] += 1
+    if words[f.SOLVED] < 0:
         for k in range(states):
             result[k] = math.nan
 
 
 def _signals(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
-    head = carray(words, f.HEADER)
-    block, whole = carray(numbers, head[f.NUMBERS]), carray(words, head[f.WORDS])
-    states, at, first = head[f.STATES], head[f.AT_STATE], head[f.AT_SIGNALS]
-    rates = block[head[f.AT_RATES] : head[f.AT_RATES] + states]
-    state, signals = block[at : at + states], block[first : first + head[f.SIGNALS]]
+    states, at, first = words[f.STATES], words[f.AT_STATE], words[f.AT_SIGNALS]
+    rates = shifted(numbers, words[f.AT_SPARE])
     for k in range(states):
         numbers[at + k] = x[k]
         rates[k] = 0.0
-    call_one(head[f.MOTION], t, 0.0, state, rates, signals, block, whole, 0)
-    call_one(head[f.FORCES], t, 0.0, state, rates, signals, block, whole, 0)
-    call_all(head[f.ACCOUNTS], head[f.AT_ACCOUNTS], t, 0.0, state, rates, signals, block, whole)
-    for k in range(head[f.SIGNALS]):
-        result[k] = signals[k]
+    call_one(words[f.MOTION], t, 0.0, rates, numbers, words, at, first, 0)
+    call_one(words[f.FORCES], t, 0.0, rates, numbers, words, at, first, 0)
+    call_all(words[f.ACCOUNTS], words[f.AT_ACCOUNTS], t, 0.0, rates, numbers, words)
+    for k in range(words[f.SIGNALS]):
+        result[k] = numbers[first + k]
 
 
 @lru_cache(maxsize=1)

@@ -74,8 +74,9 @@ def _recording(plan: Plan, engine: Engine, outcome: Outcome) -> Recording:
 
 
 def _wanted(plan: Plan, name: str) -> tuple[str, ...]:
-    """Names worth recording: no sums that nobody adds to."""
+    """Names worth recording: no sums that nobody adds to, no constants that nobody gives."""
     silent = name in plan.signals.adders and not plan.signals.adders[name]
+    silent = silent or (name in plan.signals.defaults and name not in plan.signals.givers)
     return () if silent or name == "scene.mass_matrix" else (name,)
 
 

@@ -6,30 +6,22 @@ that to stop and to go on changes nothing.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import Any
-
-import math
 
 import numba as nb
 import numpy as np
 
-from drivetrain.arrays import Array
 from drivetrain.dynamics.compiled_vectors import part
 from drivetrain.simulation import fields as f
-from drivetrain.simulation.calls import call_all, call_one
-from drivetrain.simulation.equations_kernel import (
-    Parts,
-    compute,
-    parts_of,
-    show_states,
-    tell_motion,
-)
+from drivetrain.simulation.calls import call_all, call_one, pointer_to, shifted
+from drivetrain.simulation.equations_kernel import compute, guess_still, row_of, show_states, tell_motion
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 0, "simulation/equations_kernel.py": 0, "simulation/fields.py": 0,
-    "dynamics/compiled_vectors.py": 0,
+    "simulation/calls.py": 2653342693, "simulation/equations_kernel.py": 3721000209, "simulation/fields.py": 3003687261,
+    "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 
 # The clock, float64, and the counts, int64: all that a run must keep besides numbers and modes.
@@ -44,134 +36,137 @@ BEYOND = 1e60
 
 
 @part
-def _equations(p: Parts, which: int, t: float, h: float, rates: Array) -> None:
+def _equations(n: Any, w: Any, which: int, t: float, h: float, rates: Any) -> None:
     """Motion or forces."""
-    call_one(p.words[which], t, h, p.state, rates, p.signals, p.numbers, p.words, 0)
+    call_one(w[which], t, h, rates, n, w, w[f.AT_STATE], w[f.AT_SIGNALS], 0)
 
 
 @part
-def _still(p: Parts, t: float, h: float) -> None:
-    """Signals of motion and laws at a node, without forces."""
-    for i in range(p.words[f.COORDINATES]):
-        p.vectors[f.GUESS, i] = p.state[p.words[f.COORDINATES] + i]
-    tell_motion(p, 0.0)
-    show_states(p, 0.0)
-
-
-@part
-def _sample(p: Parts, t: float, h: float, spare: Array) -> None:
-    """Samples that are due at a node."""
-    told = False
-    for k in range(p.words[f.SAMPLES]):
-        at = p.words[f.AT_SAMPLES] + 4 * k
-        period, count = p.numbers[p.words[at + 2]], p.words[at + 3]
-        if t < period * count - SLACK * h:
+def _sample(n: Any, w: Any, t: float, slack: float) -> None:
+    """Samples that are due at a node; all laws are computed there before the first."""
+    told, spare = False, shifted(n, w[f.AT_SPARE])
+    for k in range(w[f.SAMPLES]):
+        at = w[f.AT_SAMPLES] + 4 * k
+        if t < n[w[at + 2]] * w[at + 3] - slack:
             continue
         if not told:
-            _still(p, t, h)
-            compute(p, t, 0.0, spare)
+            guess_still(n, w)
+            tell_motion(n, w, 0.0)
+            show_states(n, w, 0.0)
+            compute(n, w, t, 0.0, spare)
             told = True
-        call_all(1, at, t, 0.0, p.state, spare, p.signals, p.numbers, p.words)
-        p.words[at + 3] = count + 1
+        call_all(1, at, t, 0.0, spare, n, w)
+        w[at + 3] += 1
 
 
 @part
-def _next_sample(p: Parts) -> float:
+def _next_sample(n: Any, w: Any) -> float:
     """The next instant at which something is sampled."""
     first = math.inf
-    for k in range(p.words[f.SAMPLES]):
-        at = p.words[f.AT_SAMPLES] + 4 * k
-        first = min(first, p.numbers[p.words[at + 2]] * p.words[at + 3])
+    for k in range(w[f.SAMPLES]):
+        at = w[f.AT_SAMPLES] + 4 * k
+        first = min(first, n[w[at + 2]] * w[at + 3])
     return first
 
 
 @part
-def _row(p: Parts, t: float, row: Array, spare: Array, kept: Array) -> None:
-    """States, signals and energies at a node."""
-    c, states, signals = p.words[f.COORDINATES], p.words[f.STATES], p.words[f.SIGNALS]
-    for i in range(c):
-        kept[i], kept[c + i] = p.modes[i], p.sides[i]
-    _equations(p, f.MOTION, t, 0.0, spare)
-    _equations(p, f.FORCES, t, 0.0, spare)
-    call_all(
-        p.words[f.ACCOUNTS], p.words[f.AT_ACCOUNTS], t, 0.0, p.state, spare, p.signals, p.numbers, p.words
-    )
-    for i in range(c):
-        p.modes[i], p.sides[i] = kept[i], kept[c + i]
+def _row(n: Any, w: Any, t: float, row: Any, kept: Any) -> None:
+    """States, signals and energies at a node; the modes of friction stay as they are."""
+    c, states, signals, spare = w[f.COORDINATES], w[f.STATES], w[f.SIGNALS], shifted(n, w[f.AT_SPARE])
+    for i in range(3 * c):
+        kept[i] = w[w[f.AT_MODES] + i]
+    _equations(n, w, f.MOTION, t, 0.0, spare)
+    _equations(n, w, f.FORCES, t, 0.0, spare)
+    call_all(w[f.ACCOUNTS], w[f.AT_ACCOUNTS], t, 0.0, spare, n, w)
+    for i in range(3 * c):
+        w[w[f.AT_MODES] + i] = kept[i]
     row[0] = t
     for k in range(states):
-        row[1 + k] = p.state[k]
+        row[1 + k] = n[w[f.AT_STATE] + k]
     for k in range(signals):
-        row[1 + states + k] = p.signals[k]
-    for k in range(p.words[f.POWERS]):
-        row[1 + states + signals + k] = p.numbers[p.words[f.AT_ENERGIES] + k]
+        row[1 + states + k] = n[w[f.AT_SIGNALS] + k]
+    for k in range(w[f.POWERS]):
+        row[1 + states + signals + k] = n[w[f.AT_ENERGIES] + k]
 
 
+# long kernel: every state once
 @part
-def _accept(p: Parts, t: float, h: float, theta: float) -> int:
+def _accept(n: Any, w: Any, t: float, h: float, theta: float) -> int:
     """Move on by a solved step; a coordinate or state that is no number any more, or -1."""
-    n, c, states = p.words[f.JOINTS], p.words[f.COORDINATES], p.words[f.STATES]
-    change, v = p.vectors[f.CHANGE], p.vectors
-    _equations(p, f.FORCES, t, h, p.rates)
-    call_all(
-        p.words[f.ACCOUNTS], p.words[f.AT_ACCOUNTS], t + theta * h, h, p.state, p.rates, p.signals, p.numbers, p.words
-    )
-    for k in range(p.words[f.POWERS]):
-        p.numbers[p.words[f.AT_ENERGIES] + k] += h * p.signals[p.words[p.words[f.AT_POWERS] + k]]
-    bad = -1
-    for i in range(n):
-        p.state[i] += h * v[f.GUESS, i]
-        m = p.motors[i]
+    joints, c, x, rates, bad = w[f.JOINTS], w[f.COORDINATES], w[f.AT_STATE], w[f.AT_RATES], -1
+    change, guess, last, surface = row_of(w, f.CHANGE), row_of(w, f.GUESS), row_of(w, f.LAST), row_of(w, f.SURFACE)
+    own = shifted(n, rates)
+    _equations(n, w, f.FORCES, t, h, own)
+    call_all(w[f.ACCOUNTS], w[f.AT_ACCOUNTS], t + theta * h, h, own, n, w)
+    for k in range(w[f.POWERS]):
+        n[w[f.AT_ENERGIES] + k] += h * n[w[f.AT_SIGNALS] + w[w[f.AT_POWERS] + k]]
+    for i in range(joints):
+        n[x + i] += h * n[guess + i]
+        m = w[w[f.AT_MOTORS] + i]
         if m != i:
-            p.state[m] += h * (v[f.GUESS, m] - v[f.GUESS, i])
+            n[x + m] += h * (n[guess + m] - n[guess + i])
     for i in range(c):
-        if p.modes[i] == 0:
+        speed = x + c + i
+        if w[w[f.AT_MODES] + i] == 0:
             # Exactly the speed of what it rubs on, not what rounding makes of it.
-            p.state[c + i] = v[f.SURFACE, i]
-            v[f.LAST, i] = 0.0
+            n[speed] = n[surface + i]
+            n[last + i] = 0.0
         else:
-            p.state[c + i] += change[i]
-            v[f.LAST, i] = change[i] / h
-        if not abs(p.state[c + i]) < BEYOND:
+            n[speed] += n[change + i]
+            n[last + i] = n[change + i] / h
+        if not abs(n[speed]) < BEYOND:
             bad = c + i
-    for k in range(2 * c, states):
-        p.state[k] += h * p.rates[k]
-        if not abs(p.state[k]) < BEYOND:
+    for k in range(2 * c, w[f.STATES]):
+        n[x + k] += h * n[rates + k]
+        if not abs(n[x + k]) < BEYOND:
             bad = k
     return bad
 
 
 @part
-def _log(p: Parts, t: float, kept: Array, events: Array, counts: Array) -> None:
+def _log(w: Any, c: int, t: float, before: Any, events: Any, counts: Any) -> None:
     """Write down the modes that have changed."""
-    for i in range(p.words[f.COORDINATES]):
-        if p.modes[i] != kept[i] and p.levels[i, f.ACTIVE] != 0.0:
+    for i in range(c):
+        mode = w[w[f.AT_MODES] + i]
+        if mode != before[i]:
             if counts[EVENTS] < len(events):
                 events[counts[EVENTS], 0] = t
                 events[counts[EVENTS], 1] = i
-                events[counts[EVENTS], 2] = kept[i]
-                events[counts[EVENTS], 3] = p.modes[i]
+                events[counts[EVENTS], 2] = before[i]
+                events[counts[EVENTS], 3] = mode
             counts[EVENTS] += 1
+
+
+@part
+def _next_node(n: Any, w: Any, clock: Any, counts: Any, breaks: Any) -> float:
+    """Where the step ends: on the grid, or on what comes first."""
+    mark = min(clock[END], min(breaks[counts[NEXT_BREAK]], _next_sample(n, w)))
+    to = clock[ANCHOR] + clock[STEP] * (counts[IN_SEGMENT] + 1)
+    counts[IN_SEGMENT] += 1
+    if to > mark - SLACK * clock[STEP]:
+        to = mark
+        if mark < clock[END]:
+            clock[ANCHOR] = mark
+            counts[IN_SEGMENT] = 0
+    return to
 
 
 # long kernel: the loop over nodes
 @nb.njit(cache=True, error_model="numpy", nogil=True)
-def _advance(
-    numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, rows: Any, events: Any
-) -> int:
+def _advance(numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, rows: Any, events: Any) -> int:
     """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back."""
-    p = parts_of(numbers, words)
-    c, h = words[f.COORDINATES], clock[STEP]
-    spare, kept, before = np.zeros(words[f.STATES]), np.zeros(2 * c), np.zeros(c)
-    budget = counts[BUDGET]
+    n, w = pointer_to(numbers), pointer_to(words)
+    c, slack = words[f.COORDINATES], SLACK * clock[STEP]
+    kept, before = np.zeros(3 * c, dtype=np.int64), np.zeros(c, dtype=np.int64)
+    budget, modes = counts[BUDGET], words[f.AT_MODES]
+    guess, last, speeds = row_of(w, f.GUESS), row_of(w, f.LAST), words[f.AT_STATE] + c
     while True:
         t = clock[TIME]
-        slack = SLACK * h
-        _sample(p, t, h, spare)
+        _sample(n, w, t, slack)
         if t >= clock[NEXT_ROW] - slack:
             if counts[ROWS] == len(rows):
                 return FULL
-            _row(p, t, rows[counts[ROWS]], spare, kept)
+            _row(n, w, t, rows[counts[ROWS]], kept)
             counts[ROWS] += 1
             counts[INSTANTS] += 1
             clock[NEXT_ROW] = min(clock[INTERVAL] * (math.floor(t / clock[INTERVAL] + 1e-6) + 1.0), clock[END])
@@ -180,31 +175,22 @@ def _advance(
         if budget == 0:
             return PAUSED
         budget -= 1
-        sample = _next_sample(p)
-        mark = min(clock[END], min(breaks[counts[NEXT_BREAK]], sample))
-        to = clock[ANCHOR] + h * (counts[IN_SEGMENT] + 1)
-        counts[IN_SEGMENT] += 1
-        if to > mark - slack:
-            to = mark
-            if mark < clock[END]:
-                clock[ANCHOR] = mark
-                counts[IN_SEGMENT] = 0
+        to = _next_node(n, w, clock, counts, breaks)
         theta = 1.0 if counts[SOFT] else 0.5
         counts[SOFT] = 0
         for i in range(c):
-            before[i] = p.modes[i]
-            p.vectors[f.GUESS, i] = p.state[c + i] + theta * (to - t) * p.vectors[f.LAST, i]
+            before[i] = words[modes + i]
+            numbers[guess + i] = numbers[speeds + i] + theta * (to - t) * numbers[last + i]
         numbers[words[f.AT_THETA]] = theta
-        _equations(p, f.MOTION, t, to - t, p.rates)
-        solved = words[f.SOLVED]
-        if solved < 0:
-            counts[CULPRIT] = -1 - solved
-            return JAMMED if solved > -1000 else ENDLESS
-        counts[SOLVES] += solved
+        _equations(n, w, f.MOTION, t, to - t, shifted(n, words[f.AT_RATES]))
+        if words[f.SOLVED] < 0:
+            counts[CULPRIT] = -1 - words[f.SOLVED]
+            return JAMMED if words[f.SOLVED] > -1000 else ENDLESS
+        counts[SOLVES] += words[f.SOLVED]
         counts[STEPS] += 1
-        bad = _accept(p, t, to - t, theta)
+        bad = _accept(n, w, t, to - t, theta)
         clock[TIME] = to
-        _log(p, to, before, events, counts)
+        _log(w, c, to, before, events, counts)
         if bad >= 0:
             counts[CULPRIT] = bad
             return DIVERGED

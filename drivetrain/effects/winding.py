@@ -1,0 +1,171 @@
+"""The motor with inductance: the current follows the voltage at its terminals, stepped exactly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from drivetrain.drive.electrical import current_reach
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor_lines import motor_lines
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import (
+    Compiled,
+    Conditions,
+    Effect,
+    Estimate,
+    Place,
+    Ports,
+    Role,
+    Signal,
+    State,
+    TimeScale,
+)
+from drivetrain.errors import Fault, InputError
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"drive/electrical.py": 3770981426, "drive/exponentials.py": 4137605713}
+
+MAGNETIC_ENERGY = Signal("magnetic_energy", "J")
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        current = x[words[row + 1]]
+        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 4]]
+        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 5]]
+        missing = signals[words[row + 2]] - constant * signals[words[row + 3]] - resistance * current
+        if h == 0.0:
+            rates[words[row + 1]] = missing / numbers[at + 4]
+            signals[words[row + 6]] += constant * current
+            continue
+        end, mean = current_reach(resistance, numbers[at + 4], h)
+        rates[words[row + 1]] = end * missing / h
+        signals[words[row + 6]] += constant * (current + mean * missing)
+        signals[words[row + 7]] += constant * constant * mean
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        current = x[words[row + 1]]
+        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 4]]
+        square, mean = current * current, current
+        if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential
+            constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 5]]
+            missing = signals[words[row + 2]] - constant * signals[words[row + 3]] - resistance * current
+            _, share = current_reach(resistance, numbers[at + 4], h)
+            _, twice = current_reach(2.0 * resistance, numbers[at + 4], h)
+            reach = missing / resistance
+            # 1 - R share is the mean of the fading exponential, 1 - 2 R twice that of its square.
+            fade, faded = 1.0 - resistance * share, 1.0 - 2.0 * resistance * twice
+            mean = current + share * missing
+            final = current + reach
+            square = final * final - 2.0 * final * reach * fade + reach * reach * faded
+        signals[words[row + 8]] = resistance * square
+        signals[words[row + 9]] = signals[words[row + 2]] * mean
+        signals[words[row + 10]] = 0.5 * numbers[at + 4] * current * current
+
+
+@dataclass(frozen=True)
+class Winding(Effect):
+    """Resistance and inductance between the terminals; torque from the current that flows.
+
+    In a fixed step voltage and speed are held at their means and the current moves along its exponential, so that no
+    step is too long for it.
+
+    Attributes:
+        motor: Resistance, inductance, torque constant, and how they change with temperature.
+        current: At the start [A].
+    """
+
+    motor: Motor
+    current: float = 0.0
+
+    compute: ClassVar[Compiled | None] = _compute
+    account: ClassVar[Compiled | None] = _account
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not (self.motor.inductance or 0.0) > 0.0:
+            hint = "MotorCurrent is the motor without inductance"
+            faults.append(Fault("Winding.motor", "has no inductance on its sheet [H]", self.motor.key, hint))
+        if not math.isfinite(self.current):
+            faults.append(Fault("Winding.current", "must be a finite number [A]", self.current))
+        if faults:
+            raise InputError(faults)
+
+    def ports(self, place: Place) -> Ports:
+        """Remembers the current; reads voltage, speed and temperatures, adds torque, tells powers.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        rest = self.motor.reference_temperature
+        return Ports(
+            states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6),),
+            needs=(
+                s.VOLTAGE, s.MOTOR_SPEED, replace(s.WINDING_TEMPERATURE, default=rest),
+                replace(s.HOUSING_TEMPERATURE, default=rest),
+            ),
+            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING),
+            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER, MAGNETIC_ENERGY),
+            powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
+            stores=(MAGNETIC_ENERGY.name,),
+        )  # fmt: skip
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The motor.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            The lines of ``motor_lines``, the inductance [H].
+        """
+        return *motor_lines(self.motor), self.motor.inductance or math.nan
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        """The current that flows at the start.
+
+        Args:
+            place: Where it stands.
+            signals: Not needed.
+
+        Returns:
+            [A].
+        """
+        return (self.current,)
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        """The electrical time constant.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            L/R [s].
+        """
+        return (TimeScale("current follows", (self.motor.inductance or math.nan) / self.motor.resistance),)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """The delay of the current at a voltage that is held: a time constant of the slope of the current.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            Not valid: without a current loop nothing bounds it.
+        """
+        return Estimate(valid=False, why="a voltage-driven winding: the current follows no command")
