@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import LARGEST, Fault, InputError
 
 Array = NDArray[np.float64]
-
-LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
 
 
 def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
@@ -86,6 +84,49 @@ def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST,
     if number < least:
         raise InputError(Fault(name, f"must be at least {least:g} [{unit}]", number))
     return number
+
+
+def checked_numbers(
+    named: Mapping[str, tuple[Any, str]], *, above: float = -LARGEST, least: float = -LARGEST
+) -> list[float]:
+    """Several numbers of one range, every one that is wrong told at once.
+
+    Args:
+        named: Value and unit, by name.
+        above: They must be larger than this [each in its unit].
+        least: They must not be smaller than this [each in its unit].
+
+    Returns:
+        The numbers in their order.
+
+    Raises:
+        InputError: As ``checked_number``.
+    """
+    numbers: list[float] = []
+    faults: list[Fault] = []
+    for name, (value, unit) in named.items():
+        try:
+            numbers.append(checked_number(value, name, unit, above=above, least=least))
+        except InputError as error:
+            faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)
+    return numbers
+
+
+def axes_of(value: Any) -> int:
+    """How many axes a value has as an array.
+
+    Args:
+        value: Anything.
+
+    Returns:
+        0 for one number; -1 for rows of different lengths, which are no array.
+    """
+    try:
+        return np.ndim(value)
+    except ValueError:
+        return -1
 
 
 def real_array(value: Any) -> Array:

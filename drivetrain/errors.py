@@ -10,6 +10,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 
+LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
+
+
 class DrivetrainError(Exception):
     """Base of every error this package raises on purpose."""
 

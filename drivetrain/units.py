@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import LARGEST, Fault, InputError, nearest
 from drivetrain.unit_spelling import NotAUnitError, pint_expression
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def _unit(text: str) -> _Unit:
         missing = str(error.unit_names if isinstance(error.unit_names, str) else error.unit_names[0])
         known = [str(name) for name in registry._units if len(str(name)) <= 10]
         raise NotAUnitError(f"unknown unit {missing!r}", nearest(missing, [*known, "Nm", "krpm"])) from None
-    except (pint.PintError, ValueError, TypeError, SyntaxError, AttributeError, KeyError):
+    except (pint.PintError, ArithmeticError, ValueError, TypeError, SyntaxError, AttributeError, KeyError):
         raise NotAUnitError(f"cannot read {text!r} as a unit") from None
     dimension: Any = parsed.dimensionality
     return _Unit(scale, {str(base): float(power) for base, power in dimension.items()}, expression)
@@ -228,12 +228,14 @@ def quantity(
         The value in ``unit``.
 
     Raises:
-        InputError: No number, no unit, an unknown unit, another dimension, or out of range.
+        InputError: No number, no unit, an unknown unit, another dimension, out of range or too large.
     """
     try:
         number, unit_text = _split_number(value, unit)
         scale, offset = _conversion(unit_text, unit)
         result = number * scale + offset
+        if not abs(result) <= LARGEST:
+            raise NotAUnitError(f"is too large to calculate with, above {LARGEST:g} in SI")
         _check_range(result, unit, minimum, maximum, above)
     except NotAUnitError as error:
         raise InputError(Fault(place, error.problem, value, error.hint, file)) from None

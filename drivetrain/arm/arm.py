@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arm.checks import Faults, checked_inertia, checked_pose, checked_screw, each, warn_of_inertias
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array, frozen_array
+from drivetrain.arrays import Array, axes_of, frozen_array, real_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import axis_point
 
@@ -161,13 +161,14 @@ def _frozen(array: Array | None) -> Array:
 
 def _count(masses: Any, others: dict[str, Any], faults: Faults) -> int:
     """The number of joints, by the masses; the other lists must have as many entries, or nothing can be checked."""
-    n = len(masses) if np.ndim(masses) == 1 else 0
+    n = len(masses) if axes_of(masses) == 1 else 0
     if n == 0:
         faults.add("masses", "must be a list of at least one mass [kg]", masses)
         faults.raise_any()
     for name, values in others.items():
-        if not hasattr(values, "__len__") or len(values) != n:
-            count = len(values) if hasattr(values, "__len__") else values
+        sized = hasattr(values, "__len__") and getattr(values, "ndim", 1) > 0  # an array without axes has no length
+        if not sized or len(values) != n:
+            count = len(values) if sized else values
             faults.add(name, f"must have one entry a joint, {n} as masses has", count)
     faults.raise_any()
     return n
@@ -197,8 +198,8 @@ def _limit(n: int, values: Any, unknown: float, name: str, faults: Faults) -> Ar
     if values is None:
         return _frozen(np.full(n, unknown))
     try:
-        limits = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
+        limits = real_array(values).copy()
+    except (TypeError, ValueError, OverflowError):
         limits = np.empty(0)
     if limits.shape != (n,) or np.isnan(limits).any():
         faults.add(name, f"must be {n} numbers (infinite where unknown)", values)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array, checked_array, checked_numbers
 from drivetrain.errors import Fault, InputError
 
 SINGULAR = 1e-9  # of the largest singular value, rows and columns scaled alike: what six printed digits leave
@@ -135,9 +135,13 @@ def differential(first: float = 1.0, second: float = 1.0) -> Array:
     Returns:
         ``[[first, second], [first, -second]]`` [-], (2, 2).
 
+    Raises:
+        InputError: Values that are no finite numbers.
+
     Reference: ros_control, transmission_interface/DifferentialTransmission, with these as the joints' reductions.
     """
-    return np.array([[first, second], [first, -second]])
+    a, b = checked_numbers({"first": (first, "-"), "second": (second, "-")})
+    return np.array([[a, b], [a, -b]])
 
 
 def belts_over(passes: Sequence[float]) -> Array:
@@ -153,11 +157,15 @@ def belts_over(passes: Sequence[float]) -> Array:
     Returns:
         Lower triangular, 1 on the diagonal: below it, entry i, j is the product of the passes from j to i - 1 [-],
         (k, k) for k - 1 passes. Whatever else is between a shaft and its joint belongs to its ratio.
+
+    Raises:
+        InputError: Values that are no finite numbers.
     """
-    size = len(passes) + 1
+    wheels = checked_array(passes, (None,), "passes")
+    size = len(wheels) + 1
     result = np.eye(size)
     for i in range(1, size):
-        result[i, :i] = passes[i - 1] * result[i - 1, :i]
+        result[i, :i] = wheels[i - 1] * result[i - 1, :i]
     return result
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import placed
 from drivetrain.arm.rotors import MountedRotor
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, checked_number
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.beams import Beam
 from drivetrain.spatial.inertia import RigidBody, combined
@@ -38,9 +38,11 @@ class BendingLink:
     pieces: int = 4
 
     def __post_init__(self) -> None:
-        faults = []
-        if not (np.isfinite(self.mass) and self.mass > 0.0):
-            faults.append(Fault("bending link.mass", "must be greater than 0 [kg]", self.mass))
+        faults: list[Fault] = []
+        try:
+            object.__setattr__(self, "mass", checked_number(self.mass, "bending link.mass", "kg", above=0.0))
+        except InputError as error:
+            faults.extend(error.faults)
         if isinstance(self.pieces, bool) or not isinstance(self.pieces, int) or self.pieces < 1:
             faults.append(Fault("bending link.pieces", "must be a whole number, 1 or more", self.pieces))
         if faults:

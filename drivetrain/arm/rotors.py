@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from drivetrain.arm.checks import TOLERANCE, Faults, checked_inertia, checked_pose, checked_screw
-from drivetrain.arrays import Array, frozen_array
+from drivetrain.arrays import Array, axes_of, frozen_array
 from drivetrain.errors import Fault, InputError
 
 
@@ -120,11 +120,11 @@ def _not_negative(value: object, name: str, unit: str) -> float:
 
 
 def _inertia(value: float | Array) -> float | Array:
-    if np.ndim(value) == 0:
+    if axes_of(value) == 0:
         return _not_negative(value, "inertia", "kg m^2")
-    if np.shape(value) != (3, 3):
+    if axes_of(value) != 2 or np.shape(value) != (3, 3):
         problem = "must be a number (about the spin axis) or a (3, 3) tensor [kg m^2]"
-        raise InputError(Fault("inertia", problem, f"shape {np.shape(value)}"))
+        raise InputError(Fault("inertia", problem, value))
     return checked_inertia(value, "inertia")
 
 

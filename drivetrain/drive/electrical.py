@@ -7,12 +7,14 @@ temperature are held, so its exponential is the step.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, axes_of, checked_array, checked_number, checked_numbers
 from drivetrain.drive.exponentials import first, second
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
 from drivetrain.errors import Fault, InputError
@@ -20,6 +22,8 @@ from drivetrain.errors import Fault, InputError
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the other file compiled into it, so that who
 # changes it must change this line, and the cache is renewed.
 SOURCES = {"exponentials.py": 4137605713}
+
+ABSOLUTE_ZERO = -273.15  # C
 
 
 class CurrentStep(NamedTuple):
@@ -63,24 +67,36 @@ def exact_current_step(
     Reference: L dI/dt = V - R I - k_t w, Modern Robotics, equation 8.102; its solution with the right-hand side held.
     """
     cold = motor.reference_temperature
-    resistance = winding_resistance(motor, cold if winding_temperature is None else winding_temperature)
-    constant = torque_constant(motor, cold if magnet_temperature is None else magnet_temperature)
-    faults = [] if 0.0 < step < np.inf else [Fault("step", "must be a positive number [s]", step)]
-    if not 0.0 < resistance < np.inf:
-        faults.append(Fault("winding_temperature", "leaves the winding no resistance [C]", winding_temperature))
-    if not np.isfinite(constant):
-        faults.append(Fault("magnet_temperature", "must be a finite number [C]", magnet_temperature))
-    given = {"current": (current, "A"), "voltage": (voltage, "V"), "speed": (speed, "rad/s")}
-    arrays = {name: np.asarray(value, dtype=np.float64) for name, (value, _) in given.items()}
-    for name, array in arrays.items():
-        if not np.isfinite(array).all():
-            faults.append(Fault(name, f"must be finite [{given[name][1]}]", array.tolist()))
+    winding, magnets = (cold if t is None else t for t in (winding_temperature, magnet_temperature))
+    temperatures = {"winding_temperature": (winding, "C"), "magnet_temperature": (magnets, "C")}
+    given = {"current": current, "voltage": voltage, "speed": speed}
+    checks: list[Callable[[], object]] = [
+        lambda: checked_numbers(temperatures, least=ABSOLUTE_ZERO),
+        lambda: checked_number(step, "step", "s", above=0.0),
+        *(partial(checked_array, value, (None,) * max(axes_of(value), 0), name) for name, value in given.items()),
+    ]
+    faults = [fault for check in checks for fault in _faults_of(check)]
     if faults:
         raise InputError(faults)
-    driving = arrays["voltage"] - constant * arrays["speed"]
-    start, missing = arrays["current"], driving - resistance * arrays["current"]
-    at_end, in_mean = current_reach(resistance, motor.inductance or 0.0, step)
-    return CurrentStep(np.asarray(start + at_end * missing), np.asarray(start + in_mean * missing))
+    arrays = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}
+    return _stepped(motor, arrays, step, winding_resistance(motor, winding), torque_constant(motor, magnets))
+
+
+def _stepped(motor: Motor, given: dict[str, Array], step: float, resistance: float, constant: float) -> CurrentStep:
+    """The step itself, for checked values."""
+    if not resistance > 0.0:
+        raise InputError(Fault("winding_temperature", "leaves the winding no resistance", resistance))
+    start, at_end = given["current"], current_reach(resistance, motor.inductance or 0.0, step)
+    missing = given["voltage"] - constant * given["speed"] - resistance * start
+    return CurrentStep(*(np.asarray(start + reach * missing) for reach in at_end))
+
+
+def _faults_of(check: Callable[[], object]) -> tuple[Fault, ...]:
+    try:
+        check()
+    except InputError as error:
+        return error.faults
+    return ()
 
 
 @njit(cache=True)

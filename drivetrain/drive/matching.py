@@ -17,7 +17,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array
 from drivetrain.drive.drive import Drive, motor_torque, shaft_friction
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.ranges import EFFICIENCY, POSITIVE
+from drivetrain.drive.ranges import EFFICIENCY, POSITIVE, is_number_in
 from drivetrain.errors import Fault, InputError
 
 _REAL = 1e-7  # imaginary part over magnitude below which a root is a real one with rounding
@@ -333,6 +333,6 @@ def _golden(function: Callable[[float], float], low: float, high: float) -> floa
 
 def _check_positive(values: dict[str, float]) -> None:
     """Every number positive, or one error for all that are not."""
-    faults = [Fault(name, POSITIVE.words, value) for name, value in values.items() if not POSITIVE.holds(value)]
+    faults = [Fault(name, POSITIVE.words, value) for name, value in values.items() if not is_number_in(POSITIVE, value)]
     if faults:
         raise InputError(faults)

@@ -144,7 +144,8 @@ def periodic_rise(network: ThermalNetwork, losses: CycleLosses) -> PeriodicRise:
         return _RUNAWAY
     # Both rises only ever warm each other, so the larger eigenvalue is real and the radius.
     mean = 0.5 * (transfer[0, 0] + transfer[1, 1])
-    radius = mean + math.sqrt((0.5 * (transfer[0, 0] - transfer[1, 1])) ** 2 + transfer[0, 1] * transfer[1, 0])
+    spread = (0.5 * (transfer[0, 0] - transfer[1, 1])) ** 2 + transfer[0, 1] * transfer[1, 0]
+    radius = mean + math.sqrt(max(spread, 0.0))  # rounding may leave less than nothing
     if not radius < 1.0:
         return _RUNAWAY._replace(spectral_radius=radius)
     start = np.asarray(np.linalg.solve(np.eye(2) - transfer, cycle[:, 2]), dtype=np.float64)

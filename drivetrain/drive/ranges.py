@@ -6,7 +6,8 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from drivetrain.errors import Fault
+from drivetrain.arrays import axes_of
+from drivetrain.errors import LARGEST, Fault
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Range:
     low_included: bool = False
 
     def holds(self, value: float) -> bool:
-        """Whether a finite number lies in the range.
+        """Whether a number lies in the range and is not too large to calculate with.
 
         Args:
             value: The number, in the unit of the range's ends.
@@ -34,7 +35,7 @@ class Range:
             False for a NaN and for both infinities.
         """
         above = value >= self.low if self.low_included else value > self.low
-        return math.isfinite(value) and above and value <= self.high
+        return abs(value) <= LARGEST and above and value <= self.high
 
 
 POSITIVE = Range("must be greater than 0", low=0.0)
@@ -64,14 +65,26 @@ def range_faults(
         if value is None:
             if name in required:
                 faults.append(Fault(f"{owner}.{name}", "is needed", hint=allowed.words))
-        elif isinstance(value, (bool, str)) or not _is_number_in(allowed, value):
+        elif not is_number_in(allowed, value):
             faults.append(Fault(f"{owner}.{name}", allowed.words, value))
     return faults
 
 
-def _is_number_in(allowed: Range, value: object) -> bool:
-    """Whether a value turns into a float that the range holds."""
+def is_number_in(allowed: Range, value: object) -> bool:
+    """Whether a value is a number that the range holds.
+
+    Args:
+        allowed: The range.
+        value: Anything.
+
+    Returns:
+        False also for text, truth values and arrays.
+    """
+    if isinstance(value, float):  # the usual case: thousands of them stand in a catalogue
+        return allowed.holds(value)
+    if isinstance(value, (bool, str)) or axes_of(value) != 0:
+        return False
     try:
         return allowed.holds(float(value))  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return False

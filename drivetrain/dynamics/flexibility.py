@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, real_array
 from drivetrain.dynamics.doors import finite_samples
 from drivetrain.dynamics.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.spatial.beams import Beam, beam_compliance
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import inverse_pose
@@ -213,7 +213,10 @@ def check_beams(arm: Arm, beams: Mapping[int, Beam]) -> None:
 def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Positions (N, n), spring stiffness of every sample (N, n), and which joints are sprung (n,)."""
     (positions,) = finite_samples(arm.n, {"q": q})
-    given = np.asarray(stiffness, dtype=np.float64)
+    try:
+        given = real_array(stiffness)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(Fault("stiffness", f"must be numbers of shape ({arm.n},) or that of q", stiffness)) from None
     if given.shape not in ((arm.n,), positions.shape):
         raise InputError(Fault("stiffness", f"must have shape ({arm.n},) or that of q", f"shape {given.shape}"))
     springs = np.broadcast_to(given, positions.shape)
@@ -221,6 +224,9 @@ def _door(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDArray[np.bo
         problem = "must be positive [N m/rad or N/m]; infinite where rigid"
         raise InputError(Fault("stiffness", problem, float(given.min())))
     sprung = np.isfinite(springs)
+    if (springs[sprung] > LARGEST).any():
+        hint = "infinite says that the joint is rigid"
+        raise InputError(Fault("stiffness", "is too large to calculate with", float(springs[sprung].max()), hint))
     if (sprung.any(axis=0) != sprung.all(axis=0)).any():
         joint = int(np.argmax(sprung.any(axis=0) != sprung.all(axis=0)))
         raise InputError(Fault(f"stiffness of {arm.joint_names[joint]}", "must be finite in every sample or in none"))

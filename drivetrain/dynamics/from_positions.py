@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array, axes_of, checked_array
 from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.smoothing import Parabolas, Smoothing, SmoothingSpline, chosen_smoothing, detected_resolution
@@ -117,7 +117,7 @@ def _steps(arm: Arm, resolution: Any) -> list[float | None]:
     """The resolution of each joint, None where it is to be found."""
     if resolution is None:
         return [None] * arm.n
-    each = np.full(arm.n, resolution) if np.ndim(resolution) == 0 else resolution
+    each = np.full(arm.n, resolution) if axes_of(resolution) == 0 else resolution
     steps = checked_array(each, (arm.n,), "resolution")
     if (steps < 0.0).any():
         raise InputError(Fault("resolution", "must not be negative [rad or m]", steps.tolist()))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array, axes_of, checked_array
 from drivetrain.dynamics.doors import finite_samples
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.errors import Fault, InputError
@@ -70,7 +70,7 @@ def coupling(matrix: Any) -> Array:
     Raises:
         InputError: Wrong shape, a NaN or infinity, or a diagonal that is not positive.
     """
-    shape = (None, None) if np.ndim(matrix) == 2 else (None, None, None)
+    shape = (None, None) if axes_of(matrix) == 2 else (None, None, None)
     values = checked_array(matrix, shape, "matrix")
     if values.shape[-1] != values.shape[-2]:
         raise InputError(Fault("matrix", "must be square", f"shape {values.shape}"))
@@ -105,8 +105,8 @@ def sweep_ratio(arm: Arm, q: Any, ratios: Any) -> RatioSweep:
     Reference: Modern Robotics, section 8.9.2.
     """
     values = checked_array(ratios, (None,), "ratios")
-    if np.ndim(q) != 2 or not len(q):
-        raise InputError(Fault("q", f"must be at least one posture, shape (N, {arm.n})", f"shape {np.shape(q)}"))
+    if axes_of(q) != 2 or not len(q):
+        raise InputError(Fault("q", f"must be at least one posture, shape (N, {arm.n})", q))
     (postures,) = finite_samples(arm.n, {"q": q})
     coupled = np.empty((len(values), len(postures)))
     variation = np.empty((len(values), arm.n))

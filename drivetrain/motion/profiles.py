@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, checked_number
 from drivetrain.errors import Fault, InputError
 
 # s = 10 u^3 - 15 u^4 + 6 u^5: largest values of its derivatives over u in [0, 1].
@@ -129,6 +129,20 @@ def _chain(lengths: list[float], accelerations: list[float], jerks: list[float],
     return Law(np.array(knots), np.array(rows), peak)
 
 
+def _check_shares(shares: dict[str, float]) -> None:
+    """Every share above 0 and at most 0.5, or one error for all that are not."""
+    faults = []
+    for name, share in shares.items():
+        try:
+            inside = checked_number(share, name, "-", above=0.0) <= 0.5
+        except InputError:
+            inside = False
+        if not inside:
+            faults.append(Fault("profile", f"{name} must be above 0 and at most 0.5", share))
+    if faults:
+        raise InputError(faults)
+
+
 @dataclass(frozen=True)
 class Trapezoid:
     """Constant acceleration, constant speed, constant deceleration; acceleration steps.
@@ -152,8 +166,7 @@ class Trapezoid:
         Raises:
             InputError: The ramp share is not above 0 and at most 0.5.
         """
-        if not 0.0 < self.ramp_share <= 0.5:
-            raise InputError(Fault("profile", "ramp share must be above 0 and at most 0.5", self.ramp_share))
+        _check_shares({"ramp share": self.ramp_share})
         ramp = self.ramp_share * duration
         return self._law(ramp, duration - 2.0 * ramp)
 
@@ -248,14 +261,7 @@ class SCurve:
         Raises:
             InputError: A share is not above 0 and at most 0.5.
         """
-        shares = {"ramp share": self.ramp_share, "jerk share": self.jerk_share}
-        faults = [
-            Fault("profile", f"{name} must be above 0 and at most 0.5", share)
-            for name, share in shares.items()
-            if not 0.0 < share <= 0.5
-        ]
-        if faults:
-            raise InputError(faults)
+        _check_shares({"ramp share": self.ramp_share, "jerk share": self.jerk_share})
         ramp = self.ramp_share * duration
         return self._law(self.jerk_share * ramp, ramp, duration - 2.0 * ramp)
 

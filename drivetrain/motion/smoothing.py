@@ -124,13 +124,17 @@ class SmoothingSpline:
             Both derivatives.
 
         Raises:
-            InputError: Too few samples, or a resolution that is not above zero.
+            InputError: Too few samples, a resolution that is not above zero, or samples that no spline fits.
         """
         _check_count(time, FEWEST_SAMPLES)
         resolution = self.resolution if self.resolution is not None else detected_resolution(values)
         if not resolution > 0.0:
             raise InputError(Fault("smoothing", "needs a resolution above zero", resolution))
-        spline = _penalised_spline(time, values, resolution * NOISE_OF_RESOLUTION)
+        try:
+            spline = _penalised_spline(time, values, resolution * NOISE_OF_RESOLUTION)
+        except np.linalg.LinAlgError:
+            problem = "no spline fits: samples too far apart in time, or values too large for their resolution"
+            raise InputError(Fault("smoothing", problem, float(np.diff(time).max()), "split the recording")) from None
         return Derivatives(spline.derivative(1)(time), spline.derivative(2)(time))
 
     @property

@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.arrays import Array, checked_array, checked_number, real_array
+from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.profiles import Law, PathLimits, Profile
 
 TOO_SHORT = 1.0 - 1e-9  # a duration that misses the minimum by less was meant to be the minimum
 
+MOST_SAMPLES = 1e7  # of one move
 STANDING = 1e-12  # [rad or m] below this, two points are one: rounding, not a move
 
 
@@ -94,11 +95,17 @@ def _bounds(limits: MotionLimits, n: int, place: str) -> Array:
     """Speed, acceleration and jerk limits of every joint, (3, n)."""
     rows, faults = np.empty((3, n)), []
     for row, what in zip(rows, ("speed", "acceleration", "jerk"), strict=True):
-        value = np.asarray(getattr(limits, what), dtype=np.float64)
-        if value.shape not in ((), (n,)) or not (value > 0.0).all():
-            faults.append(Fault(f"{place}: {what} limit", f"must be above zero, one number or {n}", value.tolist()))
-        else:
+        given = getattr(limits, what)
+        try:
+            value = real_array(given)
+        except (TypeError, ValueError, OverflowError):
+            value = np.full(1, np.nan)
+        reachable = value.shape in ((), (n,)) and bool(((value > 0.0) & ((value <= LARGEST) | np.isinf(value))).all())
+        if reachable:
             row[:] = value
+        else:
+            problem = f"must be above zero, one number or {n}; infinite where free"
+            faults.append(Fault(f"{place}: {what} limit", problem, given))
     if faults:
         raise InputError(faults)
     return rows
@@ -109,8 +116,10 @@ def _check_times(times: Array | None, waits: Array, sample_time: float, place: s
     if times is not None:
         negative = np.flatnonzero(times < 0)
         faults += [Fault(f"{place}: durations[{i}]", "must not be negative", float(times[i])) for i in negative]
-    if not (math.isfinite(sample_time) and sample_time > 0.0):
-        faults.append(Fault(f"{place}: sample time", "must be above zero [s]", sample_time))
+    try:
+        checked_number(sample_time, f"{place}: sample time", "s", above=0.0)
+    except InputError as error:
+        faults.extend(error.faults)
     if faults:
         raise InputError(faults)
 
@@ -139,6 +148,9 @@ def _move(start: Array, end: Array, law: Law | None, duration: float | None, sam
     """Samples of one move: time, then position, velocity and acceleration of every joint, (N, 1 + 3 n)."""
     if law is None:
         return _rest(end, 0.0, duration or 0.0)
+    if not law.duration / sample_time <= MOST_SAMPLES:
+        problem = f"takes {law.duration:.3g} s, more than {MOST_SAMPLES:g} samples"
+        raise InputError(Fault("", problem, None, "check distances, limits and sample time"))
     time, along, rate, second = law.sampled(sample_time).T[:, :, np.newaxis]
     step = end - start
     position = start + along * step

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, frozen_array
+from drivetrain.arrays import Array, checked_number, checked_numbers, frozen_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.spatial.wrenches import same_batches
@@ -34,14 +34,8 @@ class Section:
     axial: float
 
     def __post_init__(self) -> None:
-        values = {name: getattr(self, name) for name in ("bending_x", "bending_y", "torsion", "axial")}
-        faults = [
-            Fault(f"section.{name}", "must be greater than 0", value)
-            for name, value in values.items()
-            if not value > 0.0
-        ]
-        if faults:
-            raise InputError(faults)
+        units = {"bending_x": "N m^2", "bending_y": "N m^2", "torsion": "N m^2", "axial": "N"}
+        checked_numbers({f"section.{name}": (getattr(self, name), unit) for name, unit in units.items()}, above=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +93,11 @@ def round_tube(outer: float, inner: float, youngs_modulus: float, shear_modulus:
         The section.
 
     Raises:
-        InputError: An inner diameter that is negative or not the smaller one.
+        InputError: Values that are no positive numbers, or an inner diameter that is negative or not the smaller one.
     """
+    place = "round_tube"
+    checked_numbers({f"{place}.outer": (outer, "m"), **_moduli(place, youngs_modulus, shear_modulus)}, above=0.0)
+    checked_number(inner, f"{place}.inner", "m", least=0.0)
     if not 0.0 <= inner < outer:
         raise InputError(Fault("round_tube.inner", f"must lie between 0 and the outer diameter {outer:g} m", inner))
     second = math.pi / 64.0 * (outer**4 - inner**4)
@@ -121,11 +118,14 @@ def box_tube(width: float, height: float, wall: float, youngs_modulus: float, sh
         The section.
 
     Raises:
-        InputError: A wall that is not thinner than half the smaller side.
+        InputError: Values that are no positive numbers, or a wall that is not thinner than half the smaller side.
 
     Reference:
         Torsion by Bredt's second formula for thin closed walls, 4 A^2 t / perimeter of the middle line.
     """
+    place, sizes = "box_tube", {"width": width, "height": height, "wall": wall}
+    named = {f"{place}.{name}": (value, "m") for name, value in sizes.items()}
+    checked_numbers({**named, **_moduli(place, youngs_modulus, shear_modulus)}, above=0.0)
     if not 0.0 < wall < 0.5 * min(width, height):
         raise InputError(Fault("box_tube.wall", "must lie between 0 and half the smaller side", wall))
     inside = (width - 2.0 * wall, height - 2.0 * wall)
@@ -134,9 +134,11 @@ def box_tube(width: float, height: float, wall: float, youngs_modulus: float, sh
     middle = (width - wall, height - wall)
     torsion = 2.0 * (middle[0] * middle[1]) ** 2 * wall / (middle[0] + middle[1])
     area = width * height - inside[0] * inside[1]
-    return Section(
-        youngs_modulus * about_x, youngs_modulus * about_y, shear_modulus * torsion, youngs_modulus * area
-    )
+    return Section(youngs_modulus * about_x, youngs_modulus * about_y, shear_modulus * torsion, youngs_modulus * area)
+
+
+def _moduli(place: str, youngs: Any, shear: Any) -> dict[str, tuple[Any, str]]:
+    return {f"{place}.youngs_modulus": (youngs, "Pa"), f"{place}.shear_modulus": (shear, "Pa")}
 
 
 def beam_compliance(section: Section, length: float) -> Array:
@@ -150,9 +152,13 @@ def beam_compliance(section: Section, length: float) -> Array:
         The matrix that takes a wrench on the end (moment [N m], force [N]) to its (rotation [rad], displacement [m]),
         (6, 6), symmetric; about the end, axes of the section, z along the beam.
 
+    Raises:
+        InputError: A length that is not positive.
+
     Reference:
         Euler and Bernoulli's cantilever: f L^3/(3 E I), f L^2/(2 E I), m L/(E I), and m L/(G J), f L/(E A).
     """
+    checked_number(length, "length", "m", above=0.0)
     result = np.diag([
         length / section.bending_x, length / section.bending_y, length / section.torsion,
         length**3 / (3.0 * section.bending_y), length**3 / (3.0 * section.bending_x), length / section.axial,
@@ -182,8 +188,9 @@ def end_deflection(section: Section, length: float, start_wrench: Any, end_wrenc
         (rotation [rad], displacement [m]) of the end, same axes, (6,) or (N, 6).
 
     Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+        InputError: Wrong shapes, a NaN or infinity, or a length that is not positive.
     """
+    length = checked_number(length, "length", "m", above=0.0)
     first, last = same_batches(6, {"start_wrench": start_wrench, "end_wrench": end_wrench})
     result = np.zeros_like(first)
     for s, weight in zip(_POINTS, _WEIGHTS, strict=True):

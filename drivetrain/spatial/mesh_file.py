@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import checked_array
+from drivetrain.arrays import axes_of, checked_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.mesh_inertia import TriangleMesh
 
@@ -27,7 +27,7 @@ def read_mesh(path: str | Path, *, scale: Any = 1.0) -> TriangleMesh:
         InputError: No such file, none that can be read, a scale of zero, or trimesh is not installed.
     """
     file = Path(path)
-    factors = checked_array(np.broadcast_to(scale, 3) if np.ndim(scale) == 0 else scale, (3,), "scale")
+    factors = checked_array(np.broadcast_to(scale, 3) if axes_of(scale) == 0 else scale, (3,), "scale")
     if not factors.all():
         raise InputError(Fault("scale", "must not be zero", factors.tolist()))
     if not file.is_file():

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from drivetrain.arrays import Array, frozen_array
+from drivetrain.arrays import Array, checked_number, frozen_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.inertia import RigidBody
 
@@ -84,8 +84,7 @@ def _check_one_of(density: float | None, mass: float | None) -> None:
     if len(given) != 1:
         raise InputError(Fault("density, mass", "give one of them: density [kg/m^3] or mass [kg]", given or None))
     ((name, value),) = given.items()
-    if not 0.0 < float(value) < np.inf:
-        raise InputError(Fault(name, "must be positive and finite", value))
+    checked_number(value, name, "kg/m^3" if name == "density" else "kg", above=0.0)
 
 
 def _checked_faces(faces: object, count: int, name: str) -> np.ndarray:

@@ -79,5 +79,5 @@ def test_no_inductance_is_the_limit_of_small_ones() -> None:
 
 def test_wrong_input_is_told_at_once() -> None:
     with pytest.raises(InputError) as error:
-        exact_current_step(MOTOR, math.nan, 1.0, math.inf, -1.0, winding_temperature=-300.0)
-    assert {fault.place for fault in error.value.faults} == {"step", "winding_temperature", "current", "speed"}
+        exact_current_step(MOTOR, math.nan, 1.0, [[1.0], [math.inf]], -1.0, winding_temperature=-300.0)
+    assert {fault.place for fault in error.value.faults} == {"step", "winding_temperature", "current", "speed[1, 0]"}
