@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import chain
+
 import numpy as np
 import pandas as pd
 
@@ -9,6 +11,8 @@ from drivetrain.sizing.results import Selection
 
 COLUMNS = ("joint", "motor", "gear", "check", "required", "available", "unit", "utilisation", "objective")
 _NUMBERS = ("required", "available", "utilisation", "objective")
+_ROW = ",".join("%.6g" if name in _NUMBERS else "%s" for name in COLUMNS) + "\n"
+_AT_ONCE = 4096  # rows formatted by one call
 
 
 def fallen_columns(selection: Selection) -> pd.DataFrame:
@@ -18,17 +22,19 @@ def fallen_columns(selection: Selection) -> pd.DataFrame:
         selection: Of ``select``.
 
     Returns:
-        One row a candidate in the order of ``selection.fallen``; its columns are ``COLUMNS``.
+        One row a candidate in the order of ``selection.fallen``; its columns are ``COLUMNS``, names as categories.
     """
     frame = getattr(selection.fallen, "frame", None)  # a table that is made of columns hands them over
     if frame is not None:
         table: pd.DataFrame = frame()
         return table
-    columns = {
-        name: np.array([getattr(one, name) for one in selection.fallen], dtype=float if name in _NUMBERS else object)
-        for name in COLUMNS
-    }
-    return pd.DataFrame(columns)
+    columns = {name: [getattr(one, name) for one in selection.fallen] for name in COLUMNS}
+    return pd.DataFrame(
+        {
+            name: np.array(values, dtype=float) if name in _NUMBERS else pd.Categorical(values)
+            for name, values in columns.items()
+        }
+    )
 
 
 def fallen_text(fallen: pd.DataFrame) -> str:
@@ -40,8 +46,24 @@ def fallen_text(fallen: pd.DataFrame) -> str:
     Returns:
         One header row, one row a candidate; required and available in the unit of their column ``unit``.
     """
-    out = pd.DataFrame(fallen[list(COLUMNS)])
-    return str(out.to_csv(index=False, lineterminator="\n", float_format="%.6g", na_rep="nan"))
+    columns = [fallen[name].tolist() if name in _NUMBERS else _quoted(fallen[name]) for name in COLUMNS]
+    parts = [",".join(COLUMNS) + "\n"]
+    for first in range(0, len(fallen), _AT_ONCE):
+        rows = zip(*(values[first : first + _AT_ONCE] for values in columns), strict=True)
+        values = tuple(chain.from_iterable(rows))
+        parts.append(_ROW * (len(values) // len(COLUMNS)) % values)
+    return "".join(parts)
+
+
+def _quoted(names: pd.Series) -> list[str]:
+    """Names as cells of a CSV file."""
+    texts = [_cell(str(name)) for name in names.cat.categories]
+    return np.array([*texts, ""], dtype=object)[names.cat.codes.to_numpy()].tolist()
+
+
+def _cell(text: str) -> str:
+    quoted = any(letter in text for letter in ',"\r\n')
+    return '"' + text.replace('"', '""') + '"' if quoted else text
 
 
 def counted(fallen: pd.DataFrame) -> dict[tuple[str, str], int]:
@@ -53,10 +75,8 @@ def counted(fallen: pd.DataFrame) -> dict[tuple[str, str], int]:
     Returns:
         By (joint, check); pairs that never occur are left out.
     """
-    codes, names = {}, {}
-    for column in ("joint", "check"):
-        codes[column], names[column] = pd.factorize(fallen[column])
-    size = max(len(names["check"]), 1)
-    counts = np.bincount(codes["joint"] * size + codes["check"], minlength=1)
-    found = np.flatnonzero(counts)
-    return {(str(names["joint"][k // size]), str(names["check"][k % size])): int(counts[k]) for k in found.tolist()}
+    joints, checks = (list(fallen[name].cat.categories) for name in ("joint", "check"))
+    joint, check = (fallen[name].cat.codes.to_numpy().astype(np.int64) for name in ("joint", "check"))
+    counts = np.bincount(joint * len(checks) + check, minlength=1)
+    found = np.flatnonzero(counts).tolist()
+    return {(str(joints[k // len(checks)]), str(checks[k % len(checks)])): int(counts[k]) for k in found}

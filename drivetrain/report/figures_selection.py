@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.report.colours import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
@@ -33,12 +34,13 @@ _ALSO = Key("also passes", "triangle", Pen(GREEN, 1.0), "#fff")
 
 @dataclass(frozen=True, eq=False)
 class _Fell:
-    """The candidates of one joint that fell and whose share of the objective is known."""
+    """The candidates of one joint that fell and whose share of the objective is known; checks by number."""
 
     count: int
     share: Array
     used: Array
-    check: Array
+    check: NDArray[np.int8]
+    checks: tuple[str, ...]
 
 
 def candidates(selection: Selection, *, name: str = "candidates", fallen: pd.DataFrame | None = None) -> str:
@@ -54,7 +56,7 @@ def candidates(selection: Selection, *, name: str = "candidates", fallen: pd.Dat
     """
     table = fallen_columns(selection) if fallen is None else fallen
     by_joint = _by_joint(table)
-    nothing = _Fell(0, np.zeros(0), np.zeros(0), np.zeros(0, dtype=object))
+    nothing = _Fell(0, np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int8), ())
     joints = [j for j in selection.evaluation.joints if j in by_joint or selection.alternatives.get(j)]
     if not joints:
         return ""
@@ -94,12 +96,16 @@ def objective_label(objective: str) -> str:
 
 def _by_joint(table: pd.DataFrame) -> dict[str, _Fell]:
     """The columns that are drawn, by joint."""
+    share, used = (table[column].to_numpy(dtype=float) for column in ("objective", "utilisation"))
+    used, known = np.minimum(used, LARGEST_DRAWN), np.isfinite(share)
+    checks, joints = tuple(map(str, table["check"].cat.categories)), table["joint"].cat.codes.to_numpy()
+    check = table["check"].cat.codes.to_numpy().astype(np.int8)
     found = {}
-    for joint, rows in table.groupby("joint", sort=False, observed=True):
-        share, used = (rows[column].to_numpy(dtype=float) for column in ("objective", "utilisation"))
-        known = np.isfinite(share)
-        checks = rows["check"].to_numpy(dtype=object)
-        found[str(joint)] = _Fell(len(rows), share[known], np.minimum(used[known], LARGEST_DRAWN), checks[known])
+    for number, joint in enumerate(table["joint"].cat.categories):
+        own = joints == number
+        if own.any():
+            drawn = own & known
+            found[str(joint)] = _Fell(int(own.sum()), share[drawn], used[drawn], check[drawn], checks)
     return found
 
 
@@ -125,8 +131,9 @@ def _joint(
     axes.grid()
     axes.block(None, (18.0, 100.0), GREEN, 0.07)
     axes.level(100.0, Pen(VERMILLION, 1.0))
-    for check in sorted(set(fell.check.tolist()), key=lambda check: (check in colours, check)):
-        group = fell.check == check
+    names = {fell.checks[number]: number for number in np.unique(fell.check).tolist()}
+    for check in sorted(names, key=lambda check: (check in colours, check)):
+        group = fell.check == names[check]
         axes.dots(fell.share[group], 100.0 * fell.used[group], Pen(colours.get(check, OTHER), 2.8, opacity=0.75))
     for share in others:
         axes.mark("triangle", share, 80.0, 6.0, _ALSO)
