@@ -167,6 +167,19 @@ def torque_constant(motor: Motor, magnet_temperature: Values) -> Values:
     return motor.torque_constant * (1.0 + motor.magnet_coefficient * rise)
 
 
+def motor_lines(motor: Motor) -> tuple[float, float, float, float]:
+    """Resistance and torque constant over temperature, both straight lines.
+
+    Args:
+        motor: The sheet.
+
+    Returns:
+        Resistance at 0 C [ohm] and its rise [ohm/K], torque constant at 0 C [N m/A] and its rise [N m/(A K)].
+    """
+    cold, weak = winding_resistance(motor, 0.0), torque_constant(motor, 0.0)
+    return cold, (winding_resistance(motor, 100.0) - cold) / 100.0, weak, (torque_constant(motor, 100.0) - weak) / 100.0
+
+
 def no_load_friction(motor: Motor) -> Friction | None:
     """Friction at the motor shaft as the sheet's no-load data tell it.
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
+from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role
 from drivetrain.errors import Fault, InputError
@@ -103,16 +103,3 @@ class MotorCurrent(Effect):
             Resistance at 0 C and its rise a kelvin [ohm, ohm/K], torque constant likewise [N m/A], peak current [A].
         """
         return *motor_lines(self.motor), self.peak_current
-
-
-def motor_lines(motor: Motor) -> tuple[float, float, float, float]:
-    """Resistance and torque constant over temperature, both straight lines.
-
-    Args:
-        motor: The sheet.
-
-    Returns:
-        Resistance at 0 C [ohm] and its rise [ohm/K], torque constant at 0 C [N m/A] and its rise [N m/(A K)].
-    """
-    cold, weak = winding_resistance(motor, 0.0), torque_constant(motor, 0.0)
-    return cold, (winding_resistance(motor, 100.0) - cold) / 100.0, weak, (torque_constant(motor, 100.0) - weak) / 100.0
