@@ -86,6 +86,15 @@ from drivetrain.sizing.packed_task import (
 from drivetrain.sizing.torque_kernels import breakaway, constant_at, curved_friction, resistance
 from drivetrain.sizing.vector_max import larger, smaller
 
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {
+    "packed_rows.py": 959813297,
+    "packed_task.py": 828810947,
+    "load_kernels.py": 3049833669,
+    "torque_kernels.py": 656801329,
+    "check_kernels.py": 3709711939,
+}
+
 # Rows of the scratch of bounds.
 LOW, HIGH, OWN_LOW, OWN_HIGH = 1, 2, 3, 4
 OVER = 1.0 + CLOSE

@@ -88,6 +88,16 @@ from drivetrain.sizing.torque_kernels import (
 )
 from drivetrain.solvers.compiled_function import call
 
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {
+    "heat_state.py": 3313927286,
+    "compiled_function.py": 2718191824,
+    "packed_rows.py": 959813297,
+    "packed_task.py": 828810947,
+    "load_kernels.py": 3049833669,
+    "torque_kernels.py": 656801329,
+}
+
 HOUR = 3600.0  # s
 
 # Checks in the order of ``judge.STAGES``.

@@ -57,6 +57,16 @@ __all__ = [
     "new_load", "pair_power",
 ]  # fmt: skip
 
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {
+    "packed_rows.py": 959813297,
+    "packed_task.py": 828810947,
+    "load_kernels.py": 3049833669,
+    "torque_kernels.py": 656801329,
+    "check_kernels.py": 3709711939,
+    "bound_kernels.py": 4013933186,
+}
+
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
 LACKS = 100  # added to the number of a check that could not be made
 EXACT, STAGES, FULL = 0, 1, 2

@@ -27,6 +27,9 @@ from drivetrain.sizing.packed_task import (
 )
 from drivetrain.sizing.vector_max import larger
 
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"heat_state.py": 3313927286, "packed_task.py": 828810947, "vector_max.py": 2907682659}
+
 # Rows of a load's series; the last two hold the samples at rest alone, one after another.
 FORCE, DRIVING_LOAD, DRIVEN_LOAD, HELD_LOAD, START_LOAD, START_WAY, LOAD_SERIES = range(7)
 
