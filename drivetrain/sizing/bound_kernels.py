@@ -14,15 +14,14 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.check_kernels import CLOSE, essential_lack, fast_enough, life
-from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.load_kernels import (
     LOAD_NUMBERS,
     PEAK_LOAD,
     JointBounds,
+    add_drive,
     compiled,
     entry,
     fast,
-    gather,
     least_average,
     least_peak,
     part,
@@ -83,16 +82,16 @@ from drivetrain.sizing.packed_task import (
     Indices,
     PackedTask,
 )
-from drivetrain.sizing.torque_kernels import breakaway, constant_at, curved_friction, resistance
+from drivetrain.sizing.torque_kernels import breakaway, constant_at, curved_friction, first_look, resistance
 from drivetrain.sizing.vector_max import larger, smaller
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "packed_rows.py": 959813297,
-    "packed_task.py": 828810947,
-    "load_kernels.py": 3049833669,
-    "torque_kernels.py": 656801329,
-    "check_kernels.py": 3709711939,
+    "packed_task.py": 789668293,
+    "load_kernels.py": 780120506,
+    "torque_kernels.py": 4092301015,
+    "check_kernels.py": 1921660598,
 }
 
 # Rows of the scratch of bounds.
@@ -254,19 +253,29 @@ def _torque_bounds(task: PackedTask, joint: int, m: Array, g: Array, bounds: Joi
 
 
 @part
+def _first_look_holds(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
+    """Whether gear and motor bear what a few samples ask at least."""
+    gear, at = task.pairs[pair, 1], task.offsets[joint, joint]
+    m, g, limits, row = task.motors[joint, task.pairs[pair, 0]], task.gears[gear], task.tasks[joint], task.series[joint]
+    curved, low, high = limits[CURVED] != 0.0, bounds.low, bounds.high
+    asked = first_look(row, m, g, curved, low, high, task.force, at, task.numbers, pair, bounds.instants)
+    peak = limits[PEAK_FACTOR] * asked[0]
+    holds = g[DIRECT_DRIVE] != 0.0 or not (peak > g[REPEATED] * OVER or peak > g[MOMENTARY] * OVER)
+    if holds and limits[PEAK_FACTOR] * asked[1] <= m[PEAK_TORQUE] * OVER:
+        asked = first_look(row, m, g, curved, low, high, task.force, at, task.numbers, pair, task.sharp[joint])
+    return holds and limits[PEAK_FACTOR] * asked[1] <= m[PEAK_TORQUE] * OVER
+
+
+@part
 def _own_bounds(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> JointBounds:
     """The bounds with what the joint's own drive asks, where it rides on the link that it moves."""
     at = task.offsets[joint, joint]
     if at < 0:
         return bounds
     low, high = bounds.scratch[OWN_LOW], bounds.scratch[OWN_HIGH]
-    offsets, numbers = np.zeros(1, np.int64), np.empty((1, NUMBERS))
-    offsets[0] = at
-    for i in range(NUMBERS):
-        numbers[0, i] = task.numbers[pair, i]
-    gather(bounds.low, task.force, offsets, numbers, low)
-    gather(bounds.high, task.force, offsets, numbers, high)
-    own = JointBounds(low, high, np.full(len(bounds.numbers), np.nan), bounds.scratch)
+    add_drive(bounds.low, task.force, at, task.numbers, pair, low)
+    add_drive(bounds.high, task.force, at, task.numbers, pair, high)
+    own = JointBounds(low, high, np.full(len(bounds.numbers), np.nan), bounds.scratch, bounds.instants)
     own.numbers[PEAK_LOAD] = least_peak(task.series[joint], task.tasks[joint], low, high)
     return own
 
@@ -287,6 +296,8 @@ def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bo
     gear = task.pairs[pair, 1]
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[gear]
     if essential_lack(m, g) >= 0 or not fast_enough(task.tasks[joint], m, g):
+        return False
+    if not _first_look_holds(task, joint, pair, bounds):
         return False
     own = _own_bounds(task, joint, pair, bounds)
     if g[DIRECT_DRIVE] == 0.0 and not _gear_may_hold(task, joint, gear, own):

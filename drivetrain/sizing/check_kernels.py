@@ -11,12 +11,12 @@ from drivetrain.drive.heat_state import GROWTH, MAGNETS, PEAK_WINDING, RUNAWAY, 
 from drivetrain.sizing.load_kernels import (
     CHECKS,
     PEAK_LOAD,
-    PUSH,
-    SIDE,
     TILT,
     JointLoad,
     average,
     bearing,
+    bearing_base,
+    bearing_reach,
     compiled,
     entry,
     inertia_peak,
@@ -93,9 +93,9 @@ SOURCES = {
     "heat_state.py": 3313927286,
     "compiled_function.py": 2718191824,
     "packed_rows.py": 959813297,
-    "packed_task.py": 828810947,
-    "load_kernels.py": 3049833669,
-    "torque_kernels.py": 656801329,
+    "packed_task.py": 789668293,
+    "load_kernels.py": 780120506,
+    "torque_kernels.py": 4092301015,
 }
 
 HOUR = 3600.0  # s
@@ -146,19 +146,20 @@ def held(checks: Array, check: int, required: float, available: float) -> float:
 
 
 @part
-def gear_checks(task: PackedTask, joint: int, g: Array, which: int, load: JointLoad) -> float:
+def gear_checks(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> float:
     """The gear's limits.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
-        g: The gear's row.
-        which: Index of its exponent.
+        pair: Index into ``task.pairs``.
         load: The joint's; takes the figures.
+        full: Also bear out what cannot be the largest utilisation.
 
     Returns:
         The largest utilisation.
     """
+    g, exponent = task.gears[task.pairs[pair, 1]], task.exponent_of[task.pairs[pair, 1]]
     if g[DIRECT_DRIVE] != 0.0:
         return UNCHECKED
     limits, checks = task.tasks[joint], load.checks
@@ -167,17 +168,25 @@ def gear_checks(task: PackedTask, joint: int, g: Array, which: int, load: JointL
     lives = not (np.isnan(g[RATED_LIFE]) or np.isnan(g[RATED_SPEED]) or np.isnan(g[RATED_TORQUE]))
     lives = lives and not np.isnan(limits[LIFE])
     if lives or not np.isnan(g[AVERAGE]):
-        mean = average(task, joint, which, load)
+        mean = average(task, joint, exponent, load)
         worst = max(worst, held(checks, AVERAGE_TORQUE, mean, g[AVERAGE]))
         if lives:
             worst = max(worst, held(checks, GEAR_LIFE, limits[LIFE] / HOUR, life(limits, g, mean) / HOUR))
     worst = max(worst, gear_speeds(limits, g, checks))
     if limits[BEARING] != 0.0 and not (np.isnan(g[TILTING]) and np.isnan(g[AXIAL]) and np.isnan(g[RADIAL])):
-        bearing(task, joint, load)
-        factor = limits[PEAK_FACTOR]
-        worst = max(worst, held(checks, TILTING_MOMENT, factor * load.numbers[TILT], g[TILTING]))
-        worst = max(worst, held(checks, AXIAL_LOAD, factor * load.numbers[PUSH], g[AXIAL]))
-        worst = max(worst, held(checks, RADIAL_LOAD, factor * load.numbers[SIDE], g[RADIAL]))
+        bearing_base(task, joint, load)
+        factor, most = limits[PEAK_FACTOR], UNCHECKED
+        for which in range(3):
+            reach = factor * bearing_reach(task, joint, pair, which, load)
+            most = max(most, held(checks, TILTING_MOMENT + which, reach, g[TILTING + which]))
+        if full or most > worst:
+            bearing(task, joint, pair, load)
+            for which in range(3):
+                value = factor * load.numbers[TILT + which]
+                worst = max(worst, held(checks, TILTING_MOMENT + which, value, g[TILTING + which]))
+        else:
+            for which in range(3):
+                checks[TILTING_MOMENT + which, USED] = UNCHECKED
     return worst
 
 
@@ -215,22 +224,23 @@ def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
 
 
 @part
-def speed_checks(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> float:
+def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> float:
     """The motor's limits that need no torque.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
-        m, g: Rows of motor and gear.
+        pair: Index into ``task.pairs``.
         load: The joint's; takes the figures.
 
     Returns:
         The largest utilisation.
     """
+    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
     limits, checks = task.tasks[joint], load.checks
     worst = held(checks, MOTOR_SPEED, limits[SPEED_FACTOR] * abs(g[RATIO]) * limits[FASTEST], m[MAX_SPEED])
     if limits[INERTIA] != 0.0 and not np.isnan(limits[RATIO_LIMIT]) and not np.isnan(m[ROTOR]):
-        ratio = inertia_peak(task, joint, load) / (g[RATIO] ** 2 * (m[ROTOR] + g[INPUT_INERTIA]))
+        ratio = inertia_peak(task, joint, pair, load) / (g[RATIO] ** 2 * (m[ROTOR] + g[INPUT_INERTIA]))
         worst = max(worst, held(checks, INERTIA_RATIO, ratio, limits[RATIO_LIMIT]))
     return worst
 

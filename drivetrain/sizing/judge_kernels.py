@@ -34,7 +34,6 @@ from drivetrain.sizing.check_kernels import (
 )
 from drivetrain.sizing.load_kernels import (
     CHECKS,
-    PEAK_LOAD,
     JointBounds,
     JointLoad,
     bound_joint,
@@ -44,12 +43,12 @@ from drivetrain.sizing.load_kernels import (
     load_joint,
     new_bounds,
     new_load,
+    own_load,
     part,
-    sum_up,
 )
-from drivetrain.sizing.packed_rows import DIRECT_DRIVE, INNER, MAGNET, MOMENTARY, RATIO, REPEATED
-from drivetrain.sizing.packed_task import AMBIENT, PEAK_FACTOR, VOLTAGE_FACTOR, VOLTS, Indices, PackedTask
-from drivetrain.sizing.torque_kernels import constant_at, electrical_power, resistance, voltage_peak
+from drivetrain.sizing.packed_rows import DIRECT_DRIVE, INNER, MAGNET, MOMENTARY, PEAK_TORQUE, RATIO, REPEATED
+from drivetrain.sizing.packed_task import AMBIENT, CURVED, PEAK_FACTOR, VOLTAGE_FACTOR, VOLTS, Indices, PackedTask
+from drivetrain.sizing.torque_kernels import constant_at, electrical_power, first_look, resistance, voltage_peak
 
 __all__ = [
     "ASK", "ASKED", "FALLS", "HELD", "HOLDS", "LACKS", "JointBounds", "JointLoad", "bound_joint", "figures",
@@ -60,11 +59,11 @@ __all__ = [
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "packed_rows.py": 959813297,
-    "packed_task.py": 828810947,
-    "load_kernels.py": 3049833669,
-    "torque_kernels.py": 656801329,
-    "check_kernels.py": 3709711939,
-    "bound_kernels.py": 4013933186,
+    "packed_task.py": 789668293,
+    "load_kernels.py": 780120506,
+    "torque_kernels.py": 4092301015,
+    "check_kernels.py": 1921660598,
+    "bound_kernels.py": 1943851125,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
@@ -90,19 +89,23 @@ def _worst(checks: Array, first: int, last: int) -> int:
 
 
 @part
-def own_load(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
-    """Add what the joint's own drive asks of it, where it rides on the link that it moves.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        load: From ``load_joint``.
-    """
-    if task.offsets[joint, joint] >= 0:
-        for i in range(5):
-            load.drives[joint, i] = task.numbers[pair, i]
-        sum_up(task, joint, load)
+def _fails_at_once(task: PackedTask, joint: int, pair: int, load: JointLoad) -> int:
+    """The check that a look at a few samples fells a pair by; -1 where it does not."""
+    gear = task.pairs[pair, 1]
+    m, g, limits, row = task.motors[joint, task.pairs[pair, 0]], task.gears[gear], task.tasks[joint], task.series[joint]
+    curved, at, base = limits[CURVED] != 0.0, task.offsets[joint, joint], load.base[0]
+    asked = first_look(row, m, g, curved, base, base, task.force, at, task.numbers, pair, load.instants)
+    over = 1.0 + CLOSE
+    peak, felled = limits[PEAK_FACTOR] * asked[0], -1
+    if g[DIRECT_DRIVE] == 0.0 and (peak > g[REPEATED] * over or peak > g[MOMENTARY] * over):
+        felled = REPEATED_PEAK
+    elif limits[PEAK_FACTOR] * asked[1] > m[PEAK_TORQUE] * over:
+        felled = MOTOR_TORQUE
+    else:
+        asked = first_look(row, m, g, curved, base, base, task.force, at, task.numbers, pair, task.sharp[joint])
+        if limits[PEAK_FACTOR] * asked[1] > m[PEAK_TORQUE] * over:
+            felled = MOTOR_TORQUE
+    return felled
 
 
 @compiled
@@ -110,24 +113,24 @@ def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) 
     """Both ways of judging; see ``judge_exact`` (EXACT) and ``figures`` (STAGES, FULL)."""
     gear = task.pairs[pair, 1]
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[gear]
-    limits, checks, which = task.tasks[joint], load.checks, task.exponent_of[gear]
+    limits, checks = task.tasks[joint], load.checks
     lack, quick = essential_lack(m, g), mode == EXACT
     if quick and lack >= 0:
         return FALLS, lack + LACKS, np.inf
+    if quick:
+        felled = _fails_at_once(task, joint, pair, load)
+        if felled >= 0:
+            return FALLS, felled, np.inf
     own_load(task, joint, pair, load)
-    if quick and g[DIRECT_DRIVE] == 0.0:
-        peak = limits[PEAK_FACTOR] * load.numbers[PEAK_LOAD]
-        if peak > g[REPEATED] * (1.0 + CLOSE) or peak > g[MOMENTARY] * (1.0 + CLOSE):
-            return FALLS, REPEATED_PEAK, peak / g[REPEATED]
     for check in range(CHECKS):
         checks[check, 0], checks[check, 1], checks[check, USED] = np.nan, np.nan, UNCHECKED
     over = 1.0 + CLOSE if quick else 1.0
     felled, used = -1, 0.0
     for stage in range(4):
         if stage == 0:
-            used, last = gear_checks(task, joint, g, which, load), MOTOR_SPEED
+            used, last = gear_checks(task, joint, pair, load, mode == FULL), MOTOR_SPEED
         elif stage == 1:
-            used, last = speed_checks(task, joint, m, g, load), MOTOR_TORQUE
+            used, last = speed_checks(task, joint, pair, load), MOTOR_TORQUE
         elif torque_unknown(m, g):
             break
         elif stage == 2:
@@ -168,7 +171,7 @@ def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tup
 
     Returns:
         HOLDS, FALLS or ASK; the check that felled it (LACKS more where it could not be made), that is too close, or
-        that binds; its utilisation.
+        that binds; its utilisation, infinite where a part of the cycle or the lack of data told enough.
     """
     return _judge(task, joint, pair, load, np.int64(EXACT))
 

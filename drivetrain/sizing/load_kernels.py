@@ -16,6 +16,7 @@ from drivetrain.sizing.packed_task import (
     BREAK_BACK,
     BREAK_FORWARD,
     FRICTION,
+    INSTANTS,
     LOSS_FRICTION,
     MOVES,
     NEXT_WAY,
@@ -28,7 +29,7 @@ from drivetrain.sizing.packed_task import (
 from drivetrain.sizing.vector_max import larger
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"heat_state.py": 3313927286, "packed_task.py": 828810947, "vector_max.py": 2907682659}
+SOURCES = {"heat_state.py": 3313927286, "packed_task.py": 789668293, "vector_max.py": 2907682659}
 
 # Rows of a load's series; the last two hold the samples at rest alone, one after another.
 FORCE, DRIVING_LOAD, DRIVEN_LOAD, HELD_LOAD, START_LOAD, START_WAY, LOAD_SERIES = range(7)
@@ -58,6 +59,10 @@ class JointLoad(NamedTuple):
         drives: Numbers of the drives in place, (n, NUMBERS).
         checks: Required, available and utilisation of every check of the last pair judged, (CHECKS, 3).
         scratch: (SCRATCH, N).
+        base: Force, wrench (six rows) and inertia without what the joint's own drive adds, (8, N).
+        kept: Largest bearing loads of ``base``, then what a unit of each number of the joint's own drive adds to each
+            at most; NaN: not needed so far, (1 + NUMBERS, 3).
+        instants: Samples of large torque, (INSTANTS,).
     """
 
     series: Array
@@ -65,6 +70,9 @@ class JointLoad(NamedTuple):
     drives: Array
     checks: Array
     scratch: Array
+    base: Array
+    kept: Array
+    instants: Indices
 
 
 class JointBounds(NamedTuple):
@@ -74,12 +82,14 @@ class JointBounds(NamedTuple):
         low, high: Torque at the gear's output, joint friction not in it [N m], (N,).
         numbers: What is asked at least, as in ``JointLoad``, (LOAD_NUMBERS + E,).
         scratch: (SCRATCH, N).
+        instants: Samples that ask much at least, (INSTANTS,).
     """
 
     low: Array
     high: Array
     numbers: Array
     scratch: Array
+    instants: Indices
 
 
 def new_load(task: PackedTask) -> JointLoad:
@@ -95,7 +105,8 @@ def new_load(task: PackedTask) -> JointLoad:
     count = LOAD_NUMBERS + len(task.exponents)
     return JointLoad(
         np.zeros((LOAD_SERIES, samples)), np.zeros(count), np.zeros((n, NUMBERS)), np.zeros((CHECKS, 3)),
-        np.zeros((SCRATCH, samples)),
+        np.zeros((SCRATCH, samples)), np.zeros((8, samples)), np.zeros((1 + NUMBERS, 3)),
+        np.zeros(INSTANTS, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -110,7 +121,8 @@ def new_bounds(task: PackedTask) -> JointBounds:
     """
     samples = task.series.shape[2]
     count = LOAD_NUMBERS + len(task.exponents)
-    return JointBounds(np.zeros(samples), np.zeros(samples), np.zeros(count), np.zeros((SCRATCH, samples)))
+    instants = np.zeros(INSTANTS, dtype=np.int64)
+    return JointBounds(np.zeros(samples), np.zeros(samples), np.zeros(count), np.zeros((SCRATCH, samples)), instants)
 
 
 @fast
@@ -138,6 +150,45 @@ def gather(bare: Array, rows: Array, offsets: Indices, drives: Array, out: Array
         elif d != 0.0 or e != 0.0:
             for t in range(len(out)):
                 out[t] += d * r3[t] + e * r4[t]
+
+
+@fast
+def add_drive(start: Array, rows: Array, at: int, drives: Array, k: int, out: Array) -> None:
+    """A start and what one drive adds to it.
+
+    Args:
+        start: Any unit, (N,).
+        rows: What a unit of each number of each drive adds, (R, N).
+        at: First row of the drive.
+        drives: Numbers of drives, (n, NUMBERS).
+        k: Which of them.
+        out: Takes the sum, (N,).
+    """
+    a, b, c, d, e = drives[k, 0], drives[k, 1], drives[k, 2], drives[k, 3], drives[k, 4]
+    r0, r1, r2, r3, r4 = rows[at], rows[at + 1], rows[at + 2], rows[at + 3], rows[at + 4]
+    for t in range(len(out)):
+        out[t] = start[t] + (a * r0[t] + b * r1[t] + c * r2[t] + d * r3[t] + e * r4[t])
+
+
+@compiled
+def large_instants(row: Array, low: Array, high: Array, instants: Indices) -> None:
+    """In each of INSTANTS stretches the sample whose interval of torque is furthest from zero.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        low, high: Torque at the gear's output [N m], (N,); both the same for one history.
+        instants: Takes the samples.
+    """
+    samples, friction = len(low), row[FRICTION]
+    for i in range(INSTANTS):
+        first, last = i * samples // INSTANTS, (i + 1) * samples // INSTANTS
+        found, most = min(first, samples - 1), -np.inf
+        for t in range(first, last):
+            a, b = low[t] + friction[t], -(high[t] + friction[t])
+            least = a if a > b else b
+            if least > most:
+                found, most = t, least
+        instants[i] = found
 
 
 @fast
@@ -228,7 +279,7 @@ def bearing_peaks(wrench: Array, numbers: Array) -> None:
 
     Args:
         wrench: Moments and forces across and along the axis, rows as in ``PackedTask.wrench``, (6, N).
-        numbers: Takes TILT, PUSH and SIDE.
+        numbers: Takes tilting moment [N m], force along and across the axis [N], (3,).
     """
     mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
     tilt, push, side = 0.0, 0.0, 0.0
@@ -236,7 +287,7 @@ def bearing_peaks(wrench: Array, numbers: Array) -> None:
         tilt = larger(tilt, mx[t] * mx[t] + my[t] * my[t])
         side = larger(side, fx[t] * fx[t] + fy[t] * fy[t])
         push = larger(push, abs(fz[t]))
-    numbers[TILT], numbers[PUSH], numbers[SIDE] = math.sqrt(tilt), push, math.sqrt(side)
+    numbers[0], numbers[1], numbers[2] = math.sqrt(tilt), push, math.sqrt(side)
 
 
 @fast
@@ -271,15 +322,14 @@ def load_force(task: PackedTask, joint: int, drives: Array, force: Array) -> Non
 
 @part
 def sum_up(task: PackedTask, joint: int, load: JointLoad) -> None:
-    """What follows from the drives of a load, its own included.
+    """What follows from the force of a load.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
-        load: Its ``drives`` are read, the rest is filled.
+        load: Its FORCE is read, series and numbers are filled.
     """
     force, row, limits = load.series[FORCE], task.series[joint], task.tasks[joint]
-    gather(task.bare[joint], task.force, task.offsets[joint], load.drives, force)
     split(row, limits, task.rests[joint], load.series)
     for i in range(len(load.numbers)):
         load.numbers[i] = np.nan
@@ -299,7 +349,29 @@ def load_joint(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> 
     for k in range(len(drives)):
         for i in range(NUMBERS):
             load.drives[k, i] = drives[k, i] if k != joint else 0.0
+    for i in range(1 + NUMBERS):
+        load.kept[i, 0] = np.nan
+    base, force = load.base[0], load.series[FORCE]
+    gather(task.bare[joint], task.force, task.offsets[joint], load.drives, base)
+    for t in range(len(base)):
+        force[t] = base[t]
     sum_up(task, joint, load)
+    large_instants(task.series[joint], base, base, load.instants)
+
+
+@part
+def own_load(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
+    """Add what the joint's own drive asks of it, where it rides on the link that it moves.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        pair: Index into ``task.pairs``.
+        load: From ``load_joint``.
+    """
+    if task.offsets[joint, joint] >= 0:
+        add_drive(load.base[0], task.force, task.offsets[joint, joint], task.numbers, pair, load.series[FORCE])
+        sum_up(task, joint, load)
 
 
 @part
@@ -323,36 +395,85 @@ def average(task: PackedTask, joint: int, which: int, load: JointLoad) -> float:
 
 
 @part
-def bearing(task: PackedTask, joint: int, load: JointLoad) -> None:
-    """The largest loads on the output bearing, computed when first asked for.
+def bearing_base(task: PackedTask, joint: int, load: JointLoad) -> None:
+    """The loads on the output bearing without the joint's own drive, computed when first asked for.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
-        load: The joint's; takes TILT, PUSH and SIDE.
+        load: The joint's; takes wrench and largest loads into ``base`` and ``kept``.
     """
-    if np.isnan(load.numbers[TILT]):
+    if np.isnan(load.kept[0, 0]):
         for component in range(6):
-            to = load.scratch[component]
+            to = load.base[1 + component]
             gather(task.bare_wrench[joint, component], task.wrench[component], task.offsets[joint], load.drives, to)
-        bearing_peaks(load.scratch, load.numbers)
+        bearing_peaks(load.base[1:7], load.kept[0])
+        at = task.offsets[joint, joint]
+        for i in range(NUMBERS if at >= 0 else 0):
+            bearing_peaks(task.wrench[:, at + i], load.kept[1 + i])
 
 
 @part
-def inertia_peak(task: PackedTask, joint: int, load: JointLoad) -> float:
+def bearing_reach(task: PackedTask, joint: int, pair: int, which: int, load: JointLoad) -> float:
+    """What a load on the output bearing is at most; exact where the joint's own drive does not load it.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        pair: Index into ``task.pairs``.
+        which: 0 for the tilting moment [N m], 1 and 2 for forces along and across the axis [N].
+        load: The joint's, after ``bearing_base``.
+
+    Returns:
+        [N m] or [N].
+    """
+    reach = load.kept[0, which]
+    if task.offsets[joint, joint] >= 0:
+        for i in range(NUMBERS):
+            reach += abs(task.numbers[pair, i]) * load.kept[1 + i, which]
+    return reach
+
+
+@part
+def bearing(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
+    """The largest loads on the output bearing.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        pair: Index into ``task.pairs``.
+        load: The joint's, after ``bearing_base``; takes TILT, PUSH and SIDE.
+    """
+    at = task.offsets[joint, joint]
+    if at < 0:
+        for which in range(3):
+            load.numbers[TILT + which] = load.kept[0, which]
+    elif np.isnan(load.numbers[TILT]):
+        for component in range(6):
+            to = load.scratch[component]
+            add_drive(load.base[1 + component], task.wrench[component], at, task.numbers, pair, to)
+        bearing_peaks(load.scratch, load.numbers[TILT : TILT + 3])
+
+
+@part
+def inertia_peak(task: PackedTask, joint: int, pair: int, load: JointLoad) -> float:
     """The largest inertia that the gear's output accelerates, computed when first asked for.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
+        pair: Index into ``task.pairs``.
         load: The joint's.
 
     Returns:
         [kg m^2].
     """
     if np.isnan(load.numbers[MOST_INERTIA]):
-        total = load.scratch[0]
+        total, at = load.scratch[0], task.offsets[joint, joint]
         gather(task.bare_inertia[joint], task.inertia, task.offsets[joint], load.drives, total)
+        if at >= 0:
+            add_drive(total, task.inertia, at, task.numbers, pair, load.scratch[1])
+            total = load.scratch[1]
         load.numbers[MOST_INERTIA] = magnitude(total)
     return load.numbers[MOST_INERTIA]
 
@@ -373,3 +494,4 @@ def bound_joint(task: PackedTask, joint: int, low: Array, high: Array, bounds: J
     for i in range(len(bounds.numbers)):
         bounds.numbers[i] = np.nan
     bounds.numbers[PEAK_LOAD] = least_peak(task.series[joint], task.tasks[joint], low, high)
+    large_instants(task.series[joint], low, high, bounds.instants)

@@ -7,6 +7,7 @@ made for a pair.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -54,6 +55,7 @@ Indices = NDArray[np.int64]
     INERTIA, CURVED, DURATION, STEP_SPEED, STEP_SQUARE, TASK,
 ) = range(24)  # fmt: skip
 
+INSTANTS = 16  # that a first look takes
 NOBODY = Drive(Motor("", 1.0, 1.0), DIRECT)  # weighs nothing and turns nothing
 
 
@@ -82,6 +84,7 @@ class PackedTask(NamedTuple):
         mix: How many samples, how many parts of a mix, first sample of each, how many samples, (parts + 3,).
         shares: Of the parts in the time of use, (parts,).
         heat: Address of ``heat_state.steady_state``.
+        sharp: The sample of largest acceleration in each of INSTANTS stretches of the cycle, (n, INSTANTS).
     """
 
     series: Array
@@ -104,6 +107,7 @@ class PackedTask(NamedTuple):
     mix: Indices
     shares: Array
     heat: int
+    sharp: Indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +184,7 @@ def pack(study: Study, work: Workload | None = None) -> Packed:
         mix=_mix(study),
         shares=np.array(study.cycle.shares, dtype=np.float64),
         heat=steady_state.address,
+        sharp=np.array([_sharp(demand) for demand in demands]),
     )
     return Packed(study, work, task, motor_keys, gear_keys, mass, price)
 
@@ -276,6 +281,14 @@ def _steps(study: Study) -> tuple[Array, Array]:
         length = float(steps[part].sum())
         shares[part] = share * steps[part] / length if length > 0.0 else 0.0
     return steps, shares
+
+
+def _sharp(demand: JointDemand) -> Indices:
+    """Where a rotor asks most; a look at these samples alone rules out most motors that are too weak."""
+    magnitude, samples = np.abs(demand.acceleration), len(demand.time)
+    edges = np.linspace(0, samples, INSTANTS + 1).astype(np.int64)
+    parts = [(a, b) if b > a else (min(a, samples - 1), a + 1) for a, b in itertools.pairwise(edges.tolist())]
+    return np.array([a + int(np.argmax(magnitude[a:b])) for a, b in parts], dtype=np.int64)
 
 
 def _mix(study: Study) -> Indices:

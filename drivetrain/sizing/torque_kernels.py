@@ -46,6 +46,8 @@ from drivetrain.sizing.packed_rows import (
 from drivetrain.sizing.packed_task import (
     ACCELERATION,
     CARRIER,
+    FRICTION,
+    LOSS_FRICTION,
     LOSS_SPEED,
     RATE_AFTER,
     RATE_AT,
@@ -151,6 +153,50 @@ def pair_torque(row: Array, m: Array, g: Array, curved: bool, series: Array, tot
             a * driving[t] + b * held[t] + (geared * acceleration[t] + inertia * carrier[t])
             + (constant * way[t] + viscous * slow[t])
         )  # fmt: skip
+
+
+@compiled
+def first_look(
+    row: Array, m: Array, g: Array, curved: bool, low: Array, high: Array, rows: Array, at: int, numbers: Array,
+    pair: int, instants: Indices,
+) -> tuple[float, float]:  # fmt: skip
+    """What some samples ask of a pair at least, those at rest left out for the motor.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        m, g: Rows of motor and gear.
+        curved: Whether the shaft's friction is more than two straight lines: the motor's torque is not told then.
+        low, high: Torque at the gear's output [N m], (N,); both the same for one history.
+        rows: What a unit of each number of each drive adds to it, (R, N).
+        at: First of the rows of the joint's own drive, -1 where it adds nothing.
+        numbers: Of all pairs, (P, NUMBERS).
+        pair: Which of them.
+        instants: The samples.
+
+    Returns:
+        Load torque and motor torque [N m].
+    """
+    ratio, inertia, gear, motor = g[RATIO], m[ROTOR] + g[INPUT_INERTIA], 0.0, 0.0
+    sign = 1.0 if ratio > 0.0 else -1.0
+    for t in instants:
+        a, b = low[t], high[t]
+        if at >= 0:
+            added = 0.0
+            for i in range(5):
+                added += numbers[pair, i] * rows[at + i, t]
+            a, b = a + added, b + added
+        shown = row[FRICTION, t]
+        gear = max(gear, a + shown, -(b + shown))
+        way = row[WAY, t]
+        if way != 0.0:
+            a, b = a + row[LOSS_FRICTION, t], b + row[LOSS_FRICTION, t]
+            first = (g[DRIVING] if a * way > 0.0 else g[DRIVEN]) * a / ratio
+            second = (g[DRIVING] if b * way > 0.0 else g[DRIVEN]) * b / ratio
+            bend = 0.0 if a < 0.0 < b else first
+            shaft = inertia * (ratio * row[ACCELERATION, t] + row[CARRIER, t])
+            shaft += sign * way * (g[NO_LOAD] + m[COULOMB]) + m[VISCOUS] * ratio * row[LOSS_SPEED, t]
+            motor = max(motor, min(first, second, bend) + shaft, -(max(first, second, bend) + shaft))
+    return gear, 0.0 if curved else motor
 
 
 @fast
