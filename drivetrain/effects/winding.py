@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from drivetrain.drive.electrical import current_reach
-from drivetrain.drive.motor import Motor
-from drivetrain.drive.motor_lines import motor_lines
+from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import (
     Compiled,
@@ -19,7 +18,6 @@ from drivetrain.effects.effect import (
     Place,
     Ports,
     Role,
-    Signal,
     State,
     TimeScale,
 )
@@ -27,8 +25,6 @@ from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"drive/electrical.py": 3770981426, "drive/exponentials.py": 4137605713}
-
-MAGNETIC_ENERGY = Signal("magnetic_energy", "J")
 
 
 @Compiled
@@ -119,9 +115,9 @@ class Winding(Effect):
                 replace(s.HOUSING_TEMPERATURE, default=rest),
             ),
             adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING),
-            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER, MAGNETIC_ENERGY),
+            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
             powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
-            stores=(MAGNETIC_ENERGY.name,),
+            stores=(s.MAGNETIC_ENERGY.name,),
         )  # fmt: skip
 
     def numbers(self, place: Place) -> Sequence[float]:

@@ -1,0 +1,230 @@
+"""The motor's winding under a continuous current controller, between the limits of current and voltage."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
+from drivetrain.drive.motor import Motor, motor_lines
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import (
+    Compiled,
+    Conditions,
+    Effect,
+    Estimate,
+    Place,
+    Ports,
+    Role,
+    State,
+    TimeScale,
+)
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.errors import Fault, InputError
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"drive/current_loop_kernel.py": 1641158789}
+
+
+# long kernel: at an instant and over a step, with the slopes that the mechanics need
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        current, integral = x[words[row + 1]], x[words[row + 2]]
+        speed = signals[words[row + 6]]
+        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 7]]
+        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 8]]
+        inductance, kp, ki, peak = numbers[at + 4], numbers[at + 5], numbers[at + 6], numbers[at + 7]
+        volts = signals[words[row + 9]]
+        asked, free = signals[words[row + 3]], 1.0
+        if abs(asked) > peak:
+            asked, free = peak if asked > 0.0 else -peak, 0.0
+        forward, emf = numbers[at + 8] * speed, constant * speed
+        limit = held_at(current, integral, volts, kp, asked, forward)
+        loop = (resistance, inductance, kp, ki, asked, emf, forward)
+        if h == 0.0:
+            wanted = kp * (asked - current) + integral + forward
+            voltage = limit if limit != 0.0 else wanted
+            rates[words[row + 1]] = (voltage - resistance * current - emf) / inductance
+            rates[words[row + 2]] = ki * (asked - current) + (voltage - wanted) * ki / kp
+            signals[words[row + 10]] = voltage
+            signals[words[row + 11]] += constant * current
+            continue
+        end, drawn, mean = loop_step(current, integral, h, volts, loop)
+        rates[words[row + 1]] = (end - current) / h
+        rates[words[row + 2]] = (drawn - integral) / h
+        signals[words[row + 10]] = resistance * mean + emf + inductance * (end - current) / h
+        signals[words[row + 11]] += constant * mean
+        # The mean is a straight function of command and back-emf as long as the limit stays.
+        _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, constant, numbers[at + 8]))
+        if limit != 0.0:
+            _, _, held = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, 0.0, 0.0))
+            by_speed -= held
+            free = 0.0
+        _, _, by_command = stretch(0.0, 0.0, h, 0.0, (resistance, inductance, kp, ki, 1.0, 0.0, 0.0))
+        signals[words[row + 12]] += constant * (free * by_command * signals[words[row + 4]] - by_speed)
+        signals[words[row + 13]] += constant * free * by_command * signals[words[row + 5]]
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        current, speed = x[words[row + 1]], signals[words[row + 6]]
+        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 7]]
+        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 8]]
+        inductance = numbers[at + 4]
+        square, mean, grown = current * current, current, 0.0
+        if h > 0.0:
+            change = h * rates[words[row + 1]]
+            end = current + change
+            # The mean that the voltage told: V = R I + e + L dI/dt, all of them means over the step.
+            mean = (signals[words[row + 10]] - constant * speed - inductance * change / h) / resistance
+            # Simpson's rule, with the middle that this mean asks for.
+            middle = 1.5 * mean - 0.25 * (current + end)
+            square = (current * current + 4.0 * middle * middle + end * end) / 6.0
+            grown = 0.5 * inductance * (end * end - current * current) / h
+        copper = resistance * square
+        signals[words[row + 14]] = copper
+        power = copper + constant * speed * mean + grown
+        signals[words[row + 15]] = power if h > 0.0 else signals[words[row + 10]] * current
+        signals[words[row + 16]] = 0.5 * inductance * current * current
+
+
+@dataclass(frozen=True)
+class CurrentLoop(Effect):
+    """A proportional and integral controller of the current, whose zero cancels the winding's pole.
+
+    In a fixed step the winding and its controller move exactly, through any change at the voltage's limit; the
+    integrator does not wind up there (see ``drive/current_loop_kernel.py``).
+
+    Attributes:
+        motor: Resistance, inductance, torque constant, and how they change with temperature.
+        bandwidth: Of the closed loop [rad/s]: kp = L w, ki = R w, with R cold.
+        peak_current: To which commands are cut [A].
+        fed_forward: Share of the cold motor's back-emf that the controller adds to its voltage [-].
+    """
+
+    motor: Motor
+    bandwidth: float
+    peak_current: float = math.inf
+    fed_forward: float = 1.0
+
+    compute: ClassVar[Compiled | None] = _compute
+    account: ClassVar[Compiled | None] = _account
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not (self.motor.inductance or 0.0) > 0.0:
+            hint = "MotorCurrent is the motor without inductance"
+            faults.append(Fault("CurrentLoop.motor", "has no inductance on its sheet [H]", self.motor.key, hint))
+        if not 0.0 < self.bandwidth < math.inf:
+            faults.append(Fault("CurrentLoop.bandwidth", "must be positive [rad/s]", self.bandwidth))
+        if not self.peak_current > 0.0:
+            faults.append(Fault("CurrentLoop.peak_current", "must be positive [A]", self.peak_current))
+        if not math.isfinite(self.fed_forward):
+            faults.append(Fault("CurrentLoop.fed_forward", "must be a finite number [-]", self.fed_forward))
+        if faults:
+            raise InputError(faults)
+
+    def ports(self, place: Place) -> Ports:
+        """Remembers current and integrator; reads command, speed, temperatures and limit, adds torque, tells powers.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        rest = self.motor.reference_temperature
+        return Ports(
+            states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6), State("integrated_voltage", "V", 1e-6)),
+            needs=(
+                s.CURRENT_COMMAND, replace(s.CURRENT_DAMPING, default=0.0), replace(s.CURRENT_STIFFNESS, default=0.0),
+                s.MOTOR_SPEED,
+                replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
+                s.VOLTAGE_LIMIT,
+            ),
+            gives=(s.VOLTAGE,),
+            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
+            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
+            powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
+            stores=(s.MAGNETIC_ENERGY.name,),
+        )  # fmt: skip
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """Motor and gains.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            The lines of ``motor_lines``, inductance [H], kp [V/A], ki [V/(A s)], peak current [A], voltage fed forward
+            over speed [V s/rad].
+        """
+        inductance = self.motor.inductance or math.nan
+        kp, ki = inductance * self.bandwidth, self.motor.resistance * self.bandwidth
+        forward = self.fed_forward * self.motor.torque_constant
+        return *motor_lines(self.motor), inductance, kp, ki, self.peak_current, forward
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        """The current that is commanded, and the integrator that holds it.
+
+        Args:
+            place: Where it stands.
+            signals: Command, speed and temperature at the start.
+
+        Returns:
+            Current [A], integrator [V].
+        """
+        asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)
+        current = min(max(asked, -self.peak_current), self.peak_current)
+        speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
+        rest = self.motor.reference_temperature
+        cold, rise, weak, weaker = motor_lines(self.motor)
+        resistance = cold + rise * signals.get(f"{place.name}.{s.WINDING_TEMPERATURE.name}", rest)
+        constant = weak + weaker * signals.get(f"{place.name}.{s.HOUSING_TEMPERATURE.name}", rest)
+        return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        """The closed loop's and the winding's.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            1/w and L/R [s].
+        """
+        winding = (self.motor.inductance or math.nan) / self.motor.resistance
+        return TimeScale("current loop", 1.0 / self.bandwidth), TimeScale("winding", winding)
+
+    def quasi_static(self) -> Effect:
+        """The same motor, its current at once what is commanded.
+
+        Returns:
+            A ``MotorCurrent``.
+        """
+        return MotorCurrent(self.motor, self.peak_current)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """The lag of a first-order loop behind a command that moves within the time of a move.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            5.7 p^0.94 of the peak current and 7.6 p^1.11 of the RMS, p = 1 / (w T); valid below p = 0.02.
+
+        Reference:
+            Fits over twelve scenes of one joint; the current lags by dI/dt over w, and never differs by more.
+        """
+        slow = 1.0 / (self.bandwidth * max(conditions.move_time, 1e-300))
+        rms = 7.6 * slow**1.11
+        why = "lag of the current loop: 5.7 p^0.94 of the peak, p = 1/(bandwidth x time of a move)"
+        return Estimate(5.7 * slow**0.94, rms, 2.0 * rms, 0.0, conditions.free and slow < 0.02, why)
