@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.book_lists import BookArm, arm_from_lists
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array, axes_of, checked_array, checked_number
 from drivetrain.dynamics.articulated_body import articulated_body
 from drivetrain.dynamics.bias import tip_torque, velocity_torque
 from drivetrain.dynamics.from_positions import torque_from_positions
@@ -34,6 +34,8 @@ from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.newton_euler import gravity_torque, inverse_dynamics
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.wrenches import bracket
+
+MOST_TURNS = 1e6  # steps of integration a row
 
 
 def ad(V: Any) -> Array:
@@ -204,15 +206,17 @@ def EulerStep(thetalist: Any, dthetalist: Any, ddthetalist: Any, dt: float) -> t
         Positions [rad or m] and speeds [rad/s or m/s], as given; the positions by the old speeds.
 
     Raises:
-        InputError: Three shapes that differ.
+        InputError: Three shapes that differ, or values that are no finite numbers.
 
     Reference: Modern Robotics, section 8.11.
     """
-    positions, speeds, accelerations = _values(thetalist), _values(dthetalist), _values(ddthetalist)
+    given = {"thetalist": thetalist, "dthetalist": dthetalist, "ddthetalist": ddthetalist}
+    positions, speeds, accelerations = _all_values(given)
+    step = checked_number(dt, "dt", "s")
     if not positions.shape == speeds.shape == accelerations.shape:
         shapes = f"shapes {positions.shape}, {speeds.shape}, {accelerations.shape}"
         raise InputError(Fault("thetalist, dthetalist, ddthetalist", "must have one shape", shapes))
-    return positions + dt * speeds, speeds + dt * accelerations
+    return positions + step * speeds, speeds + step * accelerations
 
 
 def InverseDynamicsTrajectory(
@@ -274,8 +278,8 @@ def InverseDynamicsTrajectoryFromPositions(
     positions = checked_array(thetamat, (None, len(scale)), "thetamat") * scale
     step = resolution
     if step is not None:
-        step = _values(step) * scale if np.ndim(step) == 0 else _scaled(chain, {"resolution": step})[0]
-    time = float(dt) * np.arange(len(positions))
+        step = _values(step, "resolution") * scale if axes_of(step) == 0 else _scaled(chain, {"resolution": step})[0]
+    time = checked_number(dt, "dt", "s", above=0.0) * np.arange(len(positions))
     return torque_from_positions(chain.arm, time, positions, resolution=step, tip_wrench=_tip(Ftipmat)).torque * scale
 
 
@@ -303,13 +307,15 @@ def ForwardDynamicsTrajectory(
         Positions [rad or m] and speeds [rad/s or m/s], (N, n) each; the last row of ``taumat`` moves nothing.
 
     Raises:
-        InputError: As ``InverseDynamics``; or a number of steps below 1.
+        InputError: As ``InverseDynamics``; or a number of steps below 1, or absurd.
 
     Reference: Modern Robotics, section 8.11.
     """
     chain = _chain(Mlist, Glist, Slist, g)
-    if int(intRes) != intRes or intRes < 1:
-        raise InputError(Fault("intRes", "must be a whole number of steps, at least 1", intRes))
+    turns = checked_number(intRes, "intRes", "-")
+    if turns != int(turns) or not 1.0 <= turns <= MOST_TURNS:
+        raise InputError(Fault("intRes", f"must be a whole number of steps, 1 to {MOST_TURNS:g}", intRes))
+    step = checked_number(dt, "dt", "s") / turns
     torques = checked_array(taumat, (None, chain.arm.n), "taumat") / chain.scale
     wrenches = _tip(Ftipmat)
     tips = [None] * len(torques) if wrenches is None else checked_array(wrenches, (len(torques), 6), "Ftipmat")
@@ -318,30 +324,45 @@ def ForwardDynamicsTrajectory(
     q[:1], qd[:1] = start
     for row in range(len(torques) - 1):
         now = (q[row], qd[row])
-        for _ in range(int(intRes)):
-            now = EulerStep(*now, articulated_body(chain.arm, *now, torques[row], tip_wrench=tips[row]), dt / intRes)
+        for _ in range(int(turns)):
+            now = EulerStep(*now, articulated_body(chain.arm, *now, torques[row], tip_wrench=tips[row]), step)
         q[row + 1], qd[row + 1] = now
     return q / chain.scale, qd / chain.scale
 
 
-def _values(value: Any) -> Array:
-    return np.asarray(value, dtype=np.float64)
+def _values(value: Any, name: str) -> Array:
+    """Finite numbers, of any shape."""
+    return checked_array(value, (None,) * max(axes_of(value), 0), name)
+
+
+def _all_values(named: dict[str, Any]) -> list[Array]:
+    """Finite numbers, every fault of all of them told at once."""
+    arrays: list[Array] = []
+    faults: list[Fault] = []
+    for name, value in named.items():
+        try:
+            arrays.append(_values(value, name))
+        except InputError as error:
+            faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)
+    return arrays
 
 
 def _vector(value: Any) -> Any:
     """A column as the vector that is meant; everything else as it is."""
-    return np.ravel(value) if np.ndim(value) == 2 and np.shape(value)[1] == 1 else value
+    return np.ravel(value) if axes_of(value) == 2 and np.shape(value)[1] == 1 else value
 
 
 def _posture(chain: BookArm, named: dict[str, Any]) -> list[Array]:
     """As ``_scaled``, where one posture may be a column."""
     n = chain.arm.n
-    return _scaled(chain, {k: _vector(v) if np.shape(v) == (n, 1) else v for k, v in named.items()})
+    return _scaled(chain, {k: _vector(v) if axes_of(v) == 2 and np.shape(v) == (n, 1) else v for k, v in named.items()})
 
 
 def _scaled(chain: BookArm, named: dict[str, Any]) -> list[Array]:
     """Joint values for unit screws, (n,) or (N, n) each."""
-    arrays = {name: _values(value) for name, value in named.items()}
+    arrays = dict(zip(named, _all_values(named), strict=True))
     n = chain.arm.n
     faults = [
         Fault(name, f"must have shape ({n},) or (N, {n})", f"shape {array.shape}")
@@ -355,12 +376,15 @@ def _scaled(chain: BookArm, named: dict[str, Any]) -> list[Array]:
 
 def _tip(wrench: Any) -> Any:
     """The wrench, or None for the zero that stands for none."""
-    return None if wrench is None or (np.ndim(wrench) == 0 and wrench == 0) else wrench
+    return (
+        None
+        if wrench is None or (axes_of(wrench) == 0 and isinstance(wrench, (int, float, np.number)) and wrench == 0)
+        else wrench
+    )
 
 
 def _chain(poses: Any, inertias: Any, screws: Any, gravity: Any) -> BookArm:
-    given = (poses, inertias, screws, _vector(gravity))
-    arrays = [np.ascontiguousarray(value, dtype=np.float64) for value in given]
+    arrays = _all_values({"Mlist": poses, "Glist": inertias, "Slist": screws, "g": _vector(gravity)})
     return _remembered(*((array.tobytes(), array.shape) for array in arrays))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from random_arms import pose, random_arm, rotors_of, tensor
 
 import drivetrain as dt
+from drivetrain import modern_robotics as book
 from drivetrain.arm.dh import DHConvention, DHRow
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.electrical import exact_current_step
@@ -116,8 +117,31 @@ def public_calls() -> dict[str, Call]:
     calls["inverse_dynamics of many"] = (
         lambda q, qd, qdd: dt.inverse_dynamics(ARM, q, qd, qdd), dict(zip(("q", "qd", "qdd"), MANY, strict=True))
     )  # fmt: skip
-    calls |= _of_arms() | _of_dynamics() | _of_drives() | _of_motions() | _of_bodies()
+    calls |= _of_the_book() | _of_arms() | _of_dynamics() | _of_drives() | _of_motions() | _of_bodies()
     return calls
+
+
+def _of_the_book() -> dict[str, Call]:
+    """The functions under the names of the book's own package."""
+    lists = dt.book_lists(BARE)
+    chain = {"Mlist": np.array(lists.Mlist), "Glist": np.array(lists.Glist), "Slist": np.array(lists.Slist)}
+    state = {"thetalist": Q, "dthetalist": QD}
+    weight, tip = {"g": np.array([0.0, 0.0, -9.81])}, {"Ftip": WRENCH}
+    rows = {"thetamat": MANY[0], "dthetamat": MANY[1], "ddthetamat": MANY[2], **weight, "Ftipmat": 0.1 * MANY[2]}
+    return {
+        "book.InverseDynamics": (book.InverseDynamics, {**state, "ddthetalist": QDD, **weight, **tip, **chain}),
+        "book.ForwardDynamics": (book.ForwardDynamics, {**state, "taulist": TAU, **weight, **tip, **chain}),
+        "book.MassMatrix": (book.MassMatrix, {"thetalist": Q, **chain}),
+        "book.VelQuadraticForces": (book.VelQuadraticForces, {**state, **chain}),
+        "book.GravityForces": (book.GravityForces, {"thetalist": Q, **weight, **chain}),
+        "book.EndEffectorForces": (book.EndEffectorForces, {"thetalist": Q, **tip, **chain}),
+        "book.EulerStep": (book.EulerStep, {**state, "ddthetalist": QDD, "dt": 0.01}),
+        "book.InverseDynamicsTrajectory": (book.InverseDynamicsTrajectory, {**rows, **chain}),
+        "book.ForwardDynamicsTrajectory": (
+            book.ForwardDynamicsTrajectory,
+            {**state, "taumat": MANY[0], **weight, "Ftipmat": 0.1 * MANY[2], **chain, "dt": 0.01, "intRes": 2},
+        ),
+    }
 
 
 def _of_arms() -> dict[str, Call]:
@@ -153,6 +177,7 @@ def _of_dynamics() -> dict[str, Call]:
     rows = {"normal": np.array([0, 0, 1.0]), "point": np.zeros(3), "q": Q}
     time, path = np.linspace(0.0, 1.0, 12), np.sin(np.linspace(0.0, 1.0, 12))[:, None]
     run = {"q0": Q, "qd0": 0.1 * QD, "duration": 0.02, "interval": 0.01}
+    touch = dt.tip_pose(ARM, Q)[:3, 3]
     stiff = {"q": Q, "stiffness": np.full(6, 1e4)}
     return {
         "constrained_forward_dynamics": (
@@ -174,6 +199,17 @@ def _of_dynamics() -> dict[str, Call]:
             lambda rtol, atol, **v: dt.simulate_passive(ARM, **v, solver=dt.DormandPrince853(rtol, atol)),
             {**run, "rtol": 1e-6, "atol": 1e-8},
         ),
+        "simulate_constrained": (
+            lambda normal, point, **v: dt.simulate_constrained(ARM, plane(ARM, normal, point), **v),
+            {**run, "duration": 0.003, "interval": 1e-3, "normal": held["normal"], "point": touch},
+        ),
+        "LoopClosure": (
+            lambda link, pose, **v: dt.constrained_forward_dynamics(
+                ARM, dt.LoopClosure(dt.Attachment(link, pose), dt.Attachment.base(POSE), dt.ClosingJoint.BALL), **v
+            ),
+            {"link": 5, "pose": POSE, "q": Q, "qd": QD, "tau": TAU},
+        ),
+        "load_arm": (lambda gravity: dt.load_arm("ur5", gravity=gravity), {"gravity": np.array([0.0, 0.0, -9.81])}),
         "Baumgarte": (dt.Baumgarte, {"rate": 10.0}),
         "Projection": (dt.Projection, {"tolerance": 1e-12, "most": 5}),
         "Euler": (dt.Euler, {"step": 1e-3}),
