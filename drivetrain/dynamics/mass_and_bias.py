@@ -5,7 +5,7 @@ are, no pass turns or shifts them, and an entry of the matrix is one scalar prod
 Rotors that move on their own (behind a spring) have a coordinate of their own after the joints: a stand-in joint at the
 end of the chain that moves nothing and weighs nothing, see ``packed.py``.
 
-Reference: Modern Robotics, section 8.3 and exercise 8.13; Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.
+Reference: Modern Robotics, section 8.3, exercise 8.13; Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -66,8 +66,8 @@ class CommandedMotion(Effect):
     motion: Motion | Cycle
     repetitions: int = 1
 
-    scope: ClassVar[str] = "scene"
-    compute: ClassVar[Compiled | None] = _compute
+    scope = "scene"
+    compute = _compute
 
     def __post_init__(self) -> None:
         if not isinstance(self.motion, Motion | Cycle) or len(self.motion.time) < 2:

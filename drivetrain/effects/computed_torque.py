@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal
@@ -46,8 +46,8 @@ class ComputedTorque(Effect):
     frequency: float
     torque_constants: tuple[tuple[str, float], ...]
 
-    scope: ClassVar[str] = "scene"
-    compute: ClassVar[Compiled | None] = _compute
+    scope = "scene"
+    compute = _compute
 
     def __post_init__(self) -> None:
         if not 0.0 < self.frequency < float("inf"):

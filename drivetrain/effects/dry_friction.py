@@ -1,14 +1,14 @@
 """Dry friction with true sticking: Coulomb, static and Stribeck, at the joint or at the motor's shaft.
 
-It adds bounds, not a torque: at rest friction is whatever holds, and only the solution of all joints together tells what
-that is. The curve is that of ``drive/friction.py``.
+It adds bounds, not a torque: at rest friction is whatever holds, and only all joints solved together tell what that
+is. The curve is that of ``drive/friction.py``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.friction_kernel import friction_numbers, sliding_torque
@@ -49,7 +49,7 @@ class DryFriction(Effect):
     friction: Friction
     side: str = "joint"
 
-    compute: ClassVar[Compiled | None] = _compute
+    compute = _compute
 
     def ports(self, place: Place) -> Ports:
         """Reads the shaft's speed, adds the bounds.

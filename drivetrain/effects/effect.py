@@ -1,6 +1,6 @@
 """What an effect is: a small description that says which signals it takes and gives, and a compiled law.
 
-An effect belongs to one joint or to the whole scene. It names what it reads and writes; the plan of a scene gives every
+An effect belongs to one joint or to the whole scene. It names what it reads and writes; the plan of a scene gives each
 name a place, orders the effects by who needs whom, and calls the compiled law of all joints with one call. Nothing else
 knows that an effect exists.
 
@@ -12,9 +12,9 @@ The compiled functions all look the same from outside:
 its constants in ``numbers``, then the places of its states in ``x`` and ``rates``, of its needs, gives and adds in
 ``signals``, in the order in which ``ports`` names them.
 
-``compute`` has two modes. At an instant (h = 0) states and signals are those of ``t``; rates are the states' derivatives.
+``compute`` has two modes. At an instant (h = 0) states and signals are those of ``t``, rates the states' derivatives.
 In a fixed step (h > 0) ``t`` and the signals are those of the middle of the step, own states in ``x`` those of its
-beginning; rates are what the states change by over the whole step, divided by h, and signals given are means over it. An
+beginning; rates are what the states change by over the whole step, divided by h, signals given are means over it. An
 effect faster than the step solves its own equation there; any other just adds half a step of its rates.
 
 ``account`` is called after motion and forces are known, and tells powers; with h > 0 the step is taken for good, and

@@ -8,14 +8,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.spring_kernel import spring, spring_numbers
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Role, Shape, Signal, TimeScale
+from drivetrain.effects.effect import (
+    Compiled,
+    Conditions,
+    Effect,
+    Estimate,
+    Place,
+    Ports,
+    Role,
+    Shape,
+    Signal,
+    TimeScale,
+)
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
@@ -61,8 +72,8 @@ class FlexibleJoint(Effect):
     gear: Gear
     damping: float = 0.0
 
-    compute: ClassVar[Compiled | None] = _compute
-    account: ClassVar[Compiled | None] = _account
+    compute = _compute
+    account = _account
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.damping < math.inf:

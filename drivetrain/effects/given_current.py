@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +37,7 @@ class GivenCurrent(Effect):
     time: Array
     current: Array
 
-    compute: ClassVar[Compiled | None] = _compute
+    compute = _compute
 
     def __post_init__(self) -> None:
         time, current = checked_array(self.time, (None,), "time"), checked_array(self.current, (None,), "current")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
 from drivetrain.effects.tables import table_numbers, table_value
 from drivetrain.errors import Fault, InputError
-
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"effects/tables.py": 931185917}
@@ -48,8 +47,8 @@ class GivenTorque(Effect):
     torque: Array
     side: str = "joint"
 
-    compute: ClassVar[Compiled | None] = _compute
-    account: ClassVar[Compiled | None] = _account
+    compute = _compute
+    account = _account
 
     def __post_init__(self) -> None:
         time, torque = checked_array(self.time, (None,), "time"), checked_array(self.torque, (None,), "torque")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.drive.gear import Gear, mesh_factors
 from drivetrain.effects import signals as s
@@ -32,7 +32,7 @@ class MeshLoss(Effect):
 
     gear: Gear
 
-    compute: ClassVar[Compiled | None] = _compute
+    compute = _compute
 
     @property
     def driven_loss(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
@@ -64,8 +64,8 @@ class MotorCurrent(Effect):
     motor: Motor
     peak_current: float = math.inf
 
-    compute: ClassVar[Compiled | None] = _compute
-    account: ClassVar[Compiled | None] = _account
+    compute = _compute
+    account = _account
 
     def __post_init__(self) -> None:
         if not self.peak_current > 0.0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, TimeScale
@@ -38,7 +38,7 @@ class PositionLoop(Effect):
     damping: float
     torque_constant: float
 
-    compute: ClassVar[Compiled | None] = _compute
+    compute = _compute
 
     def __post_init__(self) -> None:
         faults = [

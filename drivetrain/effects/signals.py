@@ -68,6 +68,7 @@ WINDING_TEMPERATURE = Signal("winding_temperature", "C")
 HOUSING_TEMPERATURE = Signal("housing_temperature", "C")
 COPPER_LOSS = Signal("copper_loss", "W")
 ELECTRICAL_POWER = Signal("electrical_power", "W")
+MAGNETIC_ENERGY = Signal("magnetic_energy", "J")
 
 BEFORE = (POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE)
 TAKEN = (

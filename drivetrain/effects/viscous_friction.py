@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.drive.friction import Friction
 from drivetrain.effects import signals as s
@@ -42,8 +42,8 @@ class ViscousFriction(Effect):
     friction: Friction
     side: str = "joint"
 
-    compute: ClassVar[Compiled | None] = _compute
-    account: ClassVar[Compiled | None] = _account
+    compute = _compute
+    account = _account
 
     def ports(self, place: Place) -> Ports:
         """Reads the shaft's speed, adds torque and damping, tells its loss.

@@ -1,6 +1,6 @@
 """Temperatures of winding and housing, on a clock of their own: never integrated with what is fast.
 
-Losses are gathered over a share of the winding's time constant, then the two nodes take one exact step under their mean.
+Losses are gathered over a share of the winding's time constant, then both nodes take one exact step under their mean.
 """
 
 from __future__ import annotations
@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, State, TimeScale
@@ -54,7 +55,7 @@ class WindingHeat(Effect):
     Attributes:
         network: Resistances and capacities; the winding's must be known.
         winding, housing: Temperatures at the start [C]; None: those of the air.
-        period: Between two steps of the temperatures [s]; None: a two-hundredth of the winding's time constant.
+        every: Time between two steps of the temperatures [s]; None: a two-hundredth of the winding's time constant.
     """
 
     network: ThermalNetwork
@@ -62,7 +63,7 @@ class WindingHeat(Effect):
     housing: float | None = None
     every: float | None = None
 
-    account: ClassVar[Compiled | None] = _account
+    account = _account
 
     def __post_init__(self) -> None:
         if self.network.winding_capacity is None:
@@ -103,13 +104,17 @@ class WindingHeat(Effect):
             Period [s], ambient [C], resistances [K/W], modes and their inverse, rates of decay [1/s].
         """
         net = self.network
+        modes: Array
+        inverse: Array
+        decay: Array
         inner, outer = net.resistance_winding_housing, net.resistance_housing_ambient
         if inner == 0.0:
-            modes, inverse, decay = np.eye(2), np.eye(2), np.full(2, -1.0 / (outer * (net.winding_capacity or 1.0)))
+            modes = inverse = np.eye(2)
+            decay = np.full(2, -1.0 / (outer * (net.winding_capacity or 1.0)))
         else:
             first, second = 1.0 / (net.winding_capacity or math.inf), 1.0 / (net.housing_capacity or math.inf)
             flow = np.array([[-first / inner, first / inner], [second / inner, -second / inner - second / outer]])
-            decay, modes = np.linalg.eig(flow)
+            decay, modes = (np.asarray(part, dtype=np.float64) for part in np.linalg.eig(flow))
             inverse = np.linalg.inv(modes)
         period = self.every or SHARE * (net.winding_time_constant or 1.0)
         return [period, net.ambient, inner, outer, *modes.ravel(), *inverse.ravel(), *decay]

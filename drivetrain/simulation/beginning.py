@@ -8,13 +8,14 @@ from drivetrain.arrays import Array
 from drivetrain.effects.effect import Effect
 from drivetrain.simulation import fields as f
 from drivetrain.simulation import rates_kernel
+from drivetrain.simulation.memory import Words
 from drivetrain.simulation.plan import Plan
 from drivetrain.solvers.compiled_function import evaluate
 
 PASSES = 4  # states that depend on states that depend on states
 
 
-def started(plan: Plan, numbers: Array, words: Array) -> Array:
+def started(plan: Plan, numbers: Array, words: Words) -> Array:
     """The numbers of a run with its states at the start.
 
     Args:

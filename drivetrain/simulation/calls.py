@@ -14,35 +14,39 @@ from drivetrain.effects.effect import DOUBLES, WORDS
 from drivetrain.simulation.fields import AT_SIGNALS, AT_STATE
 
 
-@intrinsic
-def call_one(typing: Any, address: Any, t: Any, h: Any, rates: Any, n: Any, w: Any, x: Any, s: Any, row: Any) -> Any:
-    """Inside compiled code: call the law at an address.
-
-    Args:
-        typing: Filled in by the compiler.
-        address: Where it lies.
-        t: Instant, or middle of the step [s].
-        h: Step, 0 at an instant [s].
-        rates: Pointer to where rates go.
-        n, w: Pointers to all real and all whole numbers.
-        x, s: Where states and signals begin among the real numbers.
-        row: Where the law's rows begin among the whole numbers.
-
-    Returns:
-        What the compiler needs to know.
-    """
+def _invoke(typing: Any, address: Any, t: Any, h: Any, data: Any, n: Any, w: Any, places: Any) -> Any:
+    """Call a law: rates go to ``data``, places of states, signals and rows in ``n``, ``n`` and ``w``."""
     whole = types.int64
-    signature = types.void(whole, types.float64, types.float64, DOUBLES, DOUBLES, WORDS, whole, whole, whole)
+    signature = types.void(whole, types.float64, types.float64, DOUBLES, DOUBLES, WORDS, types.UniTuple(whole, 3))
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        address, t, h, rates, n, w, x, s, row = args
+        address, t, h, rates, n, w, places = args
         double, data, integer = ir.DoubleType(), ir.DoubleType().as_pointer(), ir.IntType(64).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [double, double, data, data, data, data, integer])
+        x, s, row = (builder.extract_value(places, k) for k in range(3))
         state, signals, rows = builder.gep(n, [x]), builder.gep(n, [s]), builder.gep(w, [row])
         builder.call(builder.inttoptr(address, kind.as_pointer()), [t, h, state, rates, signals, n, rows])
         return context.get_dummy_value()
 
     return signature, generate
+
+
+_call: Any = intrinsic(_invoke)
+
+
+@part
+def call_one(address: int, t: float, h: float, rates: Any, n: Any, w: Any, row: int) -> None:
+    """Call the law at an address.
+
+    Args:
+        address: Where it lies.
+        t: Instant, or middle of the step [s].
+        h: Step, 0 at an instant [s].
+        rates: Pointer to where rates go.
+        n, w: Pointers to all real and all whole numbers.
+        row: Where the law's rows begin among the whole numbers.
+    """
+    _call(address, t, h, rates, n, w, (w[AT_STATE], w[AT_SIGNALS], row))
 
 
 @part
@@ -58,11 +62,10 @@ def call_all(count: int, table: int, t: float, h: float, rates: Any, n: Any, w: 
         n, w: The run.
     """
     for k in range(count):
-        call_one(w[table + 2 * k], t, h, rates, n, w, w[AT_STATE], w[AT_SIGNALS], w[table + 2 * k + 1])
+        call_one(w[table + 2 * k], t, h, rates, n, w, w[table + 2 * k + 1])
 
 
-@intrinsic
-def shifted(typing: Any, pointer: Any, by: Any) -> Any:
+def _shifted(typing: Any, pointer: Any, by: Any) -> Any:
     """Inside compiled code: a pointer to a later number of a block.
 
     Args:
@@ -81,8 +84,10 @@ def shifted(typing: Any, pointer: Any, by: Any) -> Any:
     return signature, generate
 
 
-@intrinsic
-def pointer_to(typing: Any, array: Any) -> Any:
+shifted: Any = intrinsic(_shifted)
+
+
+def _pointer_to(typing: Any, array: Any) -> Any:
     """Inside compiled code: the first number of a contiguous array, as a pointer.
 
     Args:
@@ -98,3 +103,6 @@ def pointer_to(typing: Any, array: Any) -> Any:
         return make_array(array)(context, builder, args[0]).data
 
     return signature, generate
+
+
+pointer_to: Any = intrinsic(_pointer_to)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ class Wish:
 
     interval: float
     progress: Progress | None = None
-    resume: dict[str, Array] | None = None
+    resume: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,7 @@ class Outcome:
     counters: dict[str, int]
     events: tuple[Event, ...] = ()
     stopped_by: Event | None = None
-    kept: dict[str, Array] = field(default_factory=dict)
+    kept: dict[str, Any] = field(default_factory=dict)
 
 
 class Engine(ABC):

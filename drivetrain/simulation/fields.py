@@ -19,7 +19,7 @@ COMPUTES, AT_COMPUTES, ACCOUNTS, AT_ACCOUNTS, SAMPLES, AT_SAMPLES = range(30, 36
 # Signals: places of the mass matrix, of the first and behind the last that is added to; powers to sum up.
 AT_MASS, ADDED_FROM, ADDED_TO, POWERS, AT_POWERS, TIP, AT_TIP, AT_TIP_TAKEN, HELD_MODES = range(36, 45)
 NUMBERS, WORDS, RATES_CALLS, AT_TIP_SIGNALS = range(45, 49)
-# Addresses of the compiled equations, what they came to (as ``solve_friction`` tells), and where theta stands in numbers.
+# Addresses of the compiled equations, what they came to (as ``solve_friction`` tells), where theta stands.
 MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE = range(49, 54)
 HEADER = 54
 
@@ -41,8 +41,7 @@ VECTORS = 13
 HOLD, SLIDE, MOTOR, DRIVING, DRIVEN, ACTIVE = 0, 2, 4, 8, 9, 10
 LEVELS = 11
 
-# Constants of a scene without an arm: inertia, weight torque of the joints where they point along x, that angle, a row
-# each.
+# Constants of a scene without an arm, a row each: inertia, torque of the weight along x, angle from x, rotor's inertia.
 INERTIA, WEIGHT, PHASE, EXTRA = range(4)
 
 # Kinds of mechanics.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +13,14 @@ from drivetrain.simulation import fields as f
 from drivetrain.simulation import step_kernel as kernel
 from drivetrain.simulation.beginning import started
 from drivetrain.simulation.engine import Engine, Outcome, Wish, column_names
+from drivetrain.simulation.memory import Words
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers.solver import check_positive
 
 ROWS = 512  # a chunk
 EVENTS = 4096  # a chunk; more are counted, not told
+Run = tuple[Array, Words, Array, Words, Array]  # numbers, words, clock, counts, breakpoints
 CHUNK = 20000  # steps between two looks at the progress
 
 
@@ -59,7 +62,7 @@ class FixedStep(Engine):
         return _looped(plan, wish, (numbers, words, clock, counts, breaks))
 
 
-def _looped(plan: Plan, wish: Wish, run: tuple[Array, Array, Array, Array, Array]) -> Outcome:
+def _looped(plan: Plan, wish: Wish, run: Run) -> Outcome:
     """Call the kernel until it is done."""
     _, _, clock, counts, _ = run
     advance, parts = kernel.compiled(), []
@@ -86,7 +89,7 @@ def _looped(plan: Plan, wish: Wish, run: tuple[Array, Array, Array, Array, Array
     )
 
 
-def _stopped(code: int, plan: Plan, clock: Array, counts: Array) -> Event | None:
+def _stopped(code: int, plan: Plan, clock: Array, counts: Words) -> Event | None:
     """What ended the run, if anything did."""
     t, culprit = float(clock[kernel.TIME]), int(counts[kernel.CULPRIT])
     if code == kernel.DIVERGED:
@@ -115,7 +118,7 @@ def _told(row: Array, plan: Plan) -> Event:
     return Event(float(row[0]), name, f"{_coordinate(plan, int(row[1]))}: {words[before]}, then {words[after]}")
 
 
-def _kept(plan: Plan, run: tuple[Array, Array, Array, Array, Array]) -> dict[str, Array]:
+def _kept(plan: Plan, run: Run) -> dict[str, Any]:
     """All that a run needs to go on."""
     numbers, words, clock, counts, _ = run
     modes, samples = words[f.AT_MODES], words[f.AT_SAMPLES]
@@ -128,7 +131,7 @@ def _kept(plan: Plan, run: tuple[Array, Array, Array, Array, Array]) -> dict[str
     }
 
 
-def _restore(kept: dict[str, Array], plan: Plan, numbers: Array, words: Array, clock: Array, counts: Array) -> None:
+def _restore(kept: dict[str, Any], plan: Plan, numbers: Array, words: Words, clock: Array, counts: Words) -> None:
     """Put back what a run has kept."""
     c, modes, samples = words[f.COORDINATES], words[f.AT_MODES], words[f.AT_SAMPLES]
     fits = {"numbers": plan.memory.kept, "modes": 3 * c, "samples": words[f.SAMPLES], "clock": 6, "counts": 10}

@@ -1,8 +1,8 @@
 """Set-valued friction of all coordinates at once: which stick, which slide and which way, exactly.
 
-The equations ``A w = r - h f``, w the change of speeds over a step: a coordinate sticks (its speed after the step is that
-of what it rubs on, f whatever that takes, within the bounds) or slides (f at its bound, against the motion). What a mesh
-takes grows with the torque it carries, so a sliding coordinate has its bound in the matrix: with kappa = side * loss,
+The equations ``A w = r - h f``, w the change of speeds over a step: a coordinate sticks (its speed after the step is
+that of what it rubs on, f whatever that takes, within bounds) or slides (f at its bound, against the motion). What a
+mesh takes grows with the torque it carries, so the bound of what slides is in the matrix: with kappa = side * loss,
 ``(A + h kappa N) w = r - ...``, N the rows that tell the carried torque.
 
 Modes are guessed from the step before and mended where the answer contradicts them, all at once, and one by one (least

@@ -19,9 +19,10 @@ from drivetrain.simulation.forces_kernel import tell_forces
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 2653342693, "simulation/equations_kernel.py": 3721000209, "simulation/fields.py": 3003687261,
-    "simulation/forces_kernel.py": 3466238865, "simulation/friction_kernel.py": 422177456, "simulation/tip_kernel.py": 3886163878,
-    "dynamics/compiled_vectors.py": 1257686601, "dynamics/mass_and_bias.py": 2602371696,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3721000209, "simulation/fields.py": 769696514,
+    "simulation/forces_kernel.py": 3466238865, "simulation/friction_kernel.py": 4042368809,
+    "simulation/tip_kernel.py": 3886163878,
+    "dynamics/compiled_vectors.py": 1257686601, "dynamics/mass_and_bias.py": 3714271039,
 }  # fmt: skip
 
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
@@ -14,6 +17,8 @@ from drivetrain.simulation import fields as f
 from drivetrain.simulation.law_kernels import forces, motion
 from drivetrain.simulation.shaping import Mechanics
 from drivetrain.simulation.wiring import Directory, Group, Instance
+
+Words = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,23 +37,23 @@ class Memory:
     """
 
     numbers: Array
-    words: Array
+    words: Words
     kept: int
     places: dict[str, int]
     states: dict[str, int]
     powers: tuple[str, ...]
     atol: Array
-    memory: Array
+    memory: NDArray[np.bool_]
 
 
 class _Block:
     """Numbers handed out one after another."""
 
     def __init__(self) -> None:
-        self.parts: list[Array] = []
+        self.parts: list[Any] = []
         self.size = 0
 
-    def put(self, values: Array | Sequence[float]) -> int:
+    def put(self, values: Any) -> int:
         """Place of some values, now at the end."""
         at, flat = self.size, np.ravel(np.asarray(values))
         self.parts.append(flat)
@@ -163,10 +168,13 @@ def lay_out(
     head[f.TIP] = _uses_tip(instances)
     shown = [(states[name], places[name]) for one in instances for name in one.states]
     head[f.AT_SHOWN], head[f.SHOWN] = words.put(np.array(shown, dtype=np.int64)), len(shown)
-    head[f.POWERS], head[f.AT_POWERS] = len(powers), words.put(np.array([places[name] for name in powers], dtype=np.int64))
+    head[f.POWERS] = len(powers)
+    head[f.AT_POWERS] = words.put(np.array([places[name] for name in powers], dtype=np.int64))
     wiring = _Wiring(places, states, {id(one): _constants(one, numbers) for one in instances}, words)
-    _table(head, (f.COMPUTES, f.AT_COMPUTES), [_call(g, g.kind.compute, wiring) for g in groups if g.kind.compute], words)
-    _table(head, (f.ACCOUNTS, f.AT_ACCOUNTS), [_call(g, g.kind.account, wiring) for g in accounts if g.kind.account], words)
+    laws = [_call(group, group.kind.compute, wiring) for group in groups if group.kind.compute]
+    telling = [_call(group, group.kind.account, wiring) for group in accounts if group.kind.account]
+    _table(head, (f.COMPUTES, f.AT_COMPUTES), laws, words)
+    _table(head, (f.ACCOUNTS, f.AT_ACCOUNTS), telling, words)
     _table(head, (f.SAMPLES, f.AT_SAMPLES), _sampled(groups, wiring, numbers), words)
     head[f.NUMBERS], head[f.WORDS] = numbers.size, words.size
     block = np.concatenate([part.astype(np.int64) for part in words.parts])
@@ -198,7 +206,7 @@ def _call(group: Group, law: Compiled, wiring: _Wiring) -> list[int]:
     ]  # fmt: skip
     longest = max(len(row) for row in rows)
     padded = [row + [0] * (longest - len(row)) for row in rows]
-    return [law.address, wiring.words.put(np.array([len(rows), longest, *sum(padded, [])], dtype=np.int64))]
+    return [law.address, wiring.words.put(np.array([len(rows), longest, *chain.from_iterable(padded)], dtype=np.int64))]
 
 
 def _sampled(groups: Sequence[Group], wiring: _Wiring, numbers: _Block) -> list[list[int]]:
@@ -213,11 +221,11 @@ def _sampled(groups: Sequence[Group], wiring: _Wiring, numbers: _Block) -> list[
     return calls
 
 
-def _table(head: Array, where: tuple[int, int], calls: Sequence[Sequence[int]], words: _Block) -> None:
+def _table(head: Words, where: tuple[int, int], calls: Sequence[Sequence[int]], words: _Block) -> None:
     head[where[0]], head[where[1]] = len(calls), words.put(np.array(calls, dtype=np.int64))
 
 
-def _tolerances(instances: Sequence[Instance], states: Mapping[str, int], c: int) -> tuple[Array, Array]:
+def _tolerances(instances: Sequence[Instance], states: Mapping[str, int], c: int) -> tuple[Array, NDArray[np.bool_]]:
     """Errors that do not matter, and which states are memory."""
     atol, memory = np.full(len(states), 1e-7), np.zeros(len(states), dtype=np.bool_)
     atol[c : 2 * c] = 1e-6

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.effects.effect import Effect, Place, Role, TimeScale
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.effects.effect import Place, TimeScale
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.memory import Memory, lay_out
 from drivetrain.simulation.scene import WHOLE, Scene
@@ -54,7 +55,7 @@ class Plan:
             f"Plan of {self.scene.name}: {self.body.n} joints, {len(self.memory.states)} states, "
             f"{len(self.instances)} effects in {len(self.groups)} calls, {self.scene.duration:g} s",
             *_table("States", ((name, self.units[name]) for name in self.memory.states)),
-            *_table("Order", ((f"{k + 1}. {group.kind.__name__}", _where(group)) for k, group in enumerate(self.groups))),
+            *_table("Order", ((f"{k}. {group.kind.__name__}", _where(group)) for k, group in enumerate(self.groups, 1))),
             *_table("Signals", _signal_rows(self.signals)),
             *_table("Time scales", ((who, f"{scale.name}: {scale.seconds:.3g} s") for who, scale in self.time_scales)),
             *_table("Left out", ((text, "") for text in self.left_out)),
@@ -83,7 +84,8 @@ def plan(scene: Scene) -> Plan:
     memory = lay_out(groups, accounts, body, known, scene.joints)
     check_meshes(instances, body, scene)
     return Plan(
-        scene, body, tuple(groups), known, memory, _state_units(instances, memory, scene), _breakpoints(instances, scene),
+        scene, body, tuple(groups), known, memory,
+        _state_units(instances, memory, scene), _breakpoints(instances, scene),
         _time_scales(instances), _left_out(scene, instances),
     )  # fmt: skip
 
@@ -102,7 +104,8 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, scene: Scene) -
     Reference:
         Of a N + mu |N| = r with a = 1 + J ratio^2 / I: one solution for every r only while mu < a.
     """
-    losses = {one.place.joint: loss for one in instances if (loss := getattr(one.effect, "driven_loss", None)) is not None}
+    told = {one.place.joint: getattr(one.effect, "driven_loss", None) for one in instances}
+    losses = {joint: float(loss) for joint, loss in told.items() if loss is not None}
     if not losses:
         return
     inertia = _inertia(body, scene)
@@ -112,7 +115,7 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, scene: Scene) -
             continue
         limit = 1.0 + body.rotors[joint] / inertia[joint]
         if not loss < limit:
-            problem = f"has a mesh friction of {loss:.4g}; from 1 + J ratio^2 / I = {limit:.4g} on it can jam while turning"
+            problem = f"has a mesh friction of {loss:.4g}; from 1 + J ratio^2 / I = {limit:.4g} on it jams as it turns"
             hint = "give the joint a spring (FlexibleJoint), or the rotor more inertia"
             faults.append(Fault(f"effects[{scene.joints[joint]!r}]", problem, loss, hint))
     if faults:
@@ -123,10 +126,9 @@ def _inertia(body: Mechanics, scene: Scene) -> Array:
     """What each joint moves without its rotor, at the start [kg m^2 or kg], (n,)."""
     if body.arm is None:
         return np.array([body.constant[0, 0] - body.constant[3, 0]])
-    from drivetrain.dynamics.mass_matrix import mass_matrix
-
     q = np.zeros(body.n) if scene.position is None else np.asarray(scene.position)
-    return np.asarray(np.diag(mass_matrix(body.arm, q))) - np.where([i in body.springs for i in range(body.n)], 0.0, body.rotors)
+    sprung = [i in body.springs for i in range(body.n)]
+    return np.asarray(np.diag(mass_matrix(body.arm, q)) - np.where(sprung, 0.0, body.rotors))
 
 
 def _rest(whole: Place) -> tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...], int]:
@@ -134,7 +136,7 @@ def _rest(whole: Place) -> tuple[tuple[str, ...], tuple[float, ...], tuple[bool,
 
 
 def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) -> dict[str, str]:
-    units = {}
+    units: dict[str, str] = {}
     for joint, turning in zip(scene.joints, scene.turning, strict=True):
         units |= {f"{joint}.{name}": unit_at("rad", turning) for name in ("position", "deflection")}
         units |= {f"{joint}.{name}": unit_at("rad/s", turning) for name in ("speed", "shaft_speed")}
@@ -184,12 +186,9 @@ def _signal_rows(known: Directory) -> list[tuple[str, str]]:
     return rows
 
 
-def _table(title: str, rows: object) -> list[str]:
-    listed = list(rows)  # type: ignore[call-overload]
+def _table(title: str, rows: Iterable[tuple[str, str]]) -> list[str]:
+    listed = list(rows)
     if not listed:
         return []
     width = max(len(first) for first, _ in listed)
     return ["", title, *(f"  {first:<{width}}  {second}".rstrip() for first, second in listed)]
-
-
-__all__ = ["Effect", "Plan", "Role", "check_meshes", "plan"]

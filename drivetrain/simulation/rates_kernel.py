@@ -11,7 +11,7 @@ from drivetrain.simulation.calls import call_all, call_one, shifted
 from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"simulation/calls.py": 2653342693, "simulation/fields.py": 3003687261}
+SOURCES = {"simulation/calls.py": 1418883735, "simulation/fields.py": 769696514}
 
 
 def _rates(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
@@ -19,7 +19,7 @@ def _rates(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     for k in range(states):
         numbers[at + k] = x[k]
         result[k] = 0.0
-    call_one(words[f.MOTION], t, 0.0, result, numbers, words, at, words[f.AT_SIGNALS], 0)
+    call_one(words[f.MOTION], t, 0.0, result, numbers, words, 0)
     words[f.RATES_CALLS] += 1
     if words[f.SOLVED] < 0:
         for k in range(states):
@@ -32,8 +32,8 @@ def _signals(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     for k in range(states):
         numbers[at + k] = x[k]
         rates[k] = 0.0
-    call_one(words[f.MOTION], t, 0.0, rates, numbers, words, at, first, 0)
-    call_one(words[f.FORCES], t, 0.0, rates, numbers, words, at, first, 0)
+    call_one(words[f.MOTION], t, 0.0, rates, numbers, words, 0)
+    call_one(words[f.FORCES], t, 0.0, rates, numbers, words, 0)
     call_all(words[f.ACCOUNTS], words[f.AT_ACCOUNTS], t, 0.0, rates, numbers, words)
     for k in range(words[f.SIGNALS]):
         result[k] = numbers[first + k]

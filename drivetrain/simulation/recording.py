@@ -66,7 +66,7 @@ class Recording:
     events: tuple[Event, ...] = ()
     stopped_by: Event | None = None
     about: Mapping[str, str] = field(default_factory=dict)
-    kept: Mapping[str, Array] = field(default_factory=dict)
+    kept: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         time = frozen_array(self.time, (None,), "time")

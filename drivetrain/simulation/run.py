@@ -9,6 +9,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.effects.effect import Role
 from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.energy import mechanical_energy
 from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish, column_names
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.plan import Plan
@@ -68,9 +69,7 @@ def _recording(plan: Plan, engine: Engine, outcome: Outcome) -> Recording:
             series[name] = Series(unit, rows[:, 1 + index])
     series |= _audit(plan, series)
     about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
-    return Recording(
-        rows[:, 0], series, outcome.counters, outcome.events, outcome.stopped_by, about, outcome.kept
-    )
+    return Recording(rows[:, 0], series, outcome.counters, outcome.events, outcome.stopped_by, about, outcome.kept)
 
 
 def _wanted(plan: Plan, name: str) -> tuple[str, ...]:
@@ -89,13 +88,12 @@ def _audit(plan: Plan, series: dict[str, Series]) -> dict[str, Series]:
         if energy is not None:
             put_in = put_in + (energy.values if role is Role.SOURCE else -energy.values)
     stored = _stored(plan, series)
-    return {"stored_energy": Series("J", stored), "energy_error": Series("J", stored - stored[:1] - put_in + put_in[:1])}
+    error = stored - stored[:1] - put_in + put_in[:1]
+    return {"stored_energy": Series("J", stored), "energy_error": Series("J", error)}
 
 
 def _stored(plan: Plan, series: dict[str, Series]) -> Array:
     """Kinetic, potential and whatever effects store [J]."""
-    from drivetrain.simulation.energy import mechanical_energy
-
     total = mechanical_energy(plan, {name: one.values for name, one in series.items()})
     for name in plan.signals.stores:
         total = total + series[name].values

@@ -34,7 +34,7 @@ class Inertia:
     name: str = "joint"
 
     def __post_init__(self) -> None:
-        faults = []
+        faults: list[Fault] = []
         for name in ("inertia", "weight", "phase"):
             try:
                 checked_array(getattr(self, name), (), name)
@@ -55,8 +55,8 @@ class Scene:
         effects: By joint name, and under ``scene`` those of the whole; their order does not matter.
         duration: [s].
         position, speed: At the start [rad or m, and per s], (n,); None: where an effect's command begins, else zero.
-        temperature: Of all windings and housings at the start [C]; None: what each effect says.
         name: What to call it.
+        notes: What the reader of a plan should know.
     """
 
     body: Arm | Inertia
@@ -130,4 +130,6 @@ def joint_scene(
     own = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "joint")
     whole = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "scene")
     named = {body.name: own, **({WHOLE: whole} if whole else {})}
-    return Scene(body, named, duration, checked_array([position], (1,), "position"), checked_array([speed], (1,), "speed"))
+    return Scene(
+        body, named, duration, checked_array([position], (1,), "position"), checked_array([speed], (1,), "speed")
+    )

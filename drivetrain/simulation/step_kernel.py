@@ -1,4 +1,4 @@
-"""The fixed implicit step, compiled: from node to node, over breakpoints and samples, with a row for each wanted instant.
+"""The fixed implicit step, compiled: from node to node, over breakpoints and samples, with a row a wanted instant.
 
 A step never crosses a breakpoint or a sample: it is shortened to end there. The grid counts from the last of them, so
 that to stop and to go on changes nothing.
@@ -20,7 +20,7 @@ from drivetrain.simulation.equations_kernel import compute, guess_still, row_of,
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 2653342693, "simulation/equations_kernel.py": 3721000209, "simulation/fields.py": 3003687261,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3721000209, "simulation/fields.py": 769696514,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 
@@ -38,7 +38,7 @@ BEYOND = 1e60
 @part
 def _equations(n: Any, w: Any, which: int, t: float, h: float, rates: Any) -> None:
     """Motion or forces."""
-    call_one(w[which], t, h, rates, n, w, w[f.AT_STATE], w[f.AT_SIGNALS], 0)
+    call_one(w[which], t, h, rates, n, w, 0)
 
 
 @part

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
@@ -284,7 +285,7 @@ def _loop(left: list[Instance], before: dict[int, set[int]], sets: dict[str, lis
             break
         path.append(one)
     links = []
-    for needy, giver in zip(path, path[1:], strict=False):
+    for needy, giver in pairwise(path):
         name = next(name for name in needy.needs if giver in sets.get(name, ()))
         links.append(f"{needy.title} needs {name} of {giver.title}")
     return "need one another in a loop: " + "; ".join(links)
