@@ -3,65 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
-from drivetrain.drive.drive import Drive
 from drivetrain.sizing.bench import Bench
-from drivetrain.sizing.candidates import Candidate, Field
 from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.judge import ESSENTIAL
+from drivetrain.sizing.nearest import SUPPLY, Nearest
 from drivetrain.sizing.results import Check, Evaluation, Verdict
 from drivetrain.sizing.smallest_change import Steps, first_passing
-from drivetrain.sizing.tree import Blocked
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.study import Study
 
 SLOWEST = 10.0  # times the cycle's length; slower is another task
 HIGHEST = 10.0  # times the supply's voltage
 STEPS = 32
 ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed digits hold too
-
-
-@dataclass(frozen=True, eq=False)
-class Nearest:
-    """The set of drives that comes nearest to what is asked.
-
-    Attributes:
-        study: What is asked.
-        blocked: Where nothing held.
-        path: One candidate a joint.
-    """
-
-    study: Study
-    blocked: Blocked
-    path: tuple[Candidate, ...]
-
-    @property
-    def keys(self) -> dict[str, tuple[str, str]]:
-        """Of motor and gear, by joint name."""
-        return {task.name: one.keys for task, one in zip(self.study.joints, self.path, strict=True)}
-
-
-def nearest_set(study: Study, fields: Sequence[Field], blocked: Blocked) -> Nearest:
-    """The set that comes nearest: what held, the nearest candidate where nothing did, and so on to the base.
-
-    Args:
-        study: The task.
-        fields: Candidates of every joint.
-        blocked: The deepest place the search reached.
-
-    Returns:
-        One candidate a joint.
-    """
-    chosen = dict(blocked.chosen)
-    for joint in range(blocked.joint, -1, -1):
-        mounted = {index: one.drive for index, one in chosen.items()}
-        chosen[joint] = _first_or_nearest(fields[joint], mounted)
-    return Nearest(study, blocked, tuple(chosen[joint] for joint in range(len(fields))))
 
 
 def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
@@ -86,31 +44,11 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     return (*words, *found)
 
 
-def _first_or_nearest(field: Field, mounted: dict[int, Drive]) -> Candidate:
-    """The first candidate that holds, else the one nearest to holding."""
-    work = field.work.at(field.joint, mounted)
-    quick: list[tuple[float, Candidate]] = []
-    for one in field.candidates:
-        judgement = field.judge(one, work)
-        if judgement.holds:
-            return one
-        quick.append((judgement.distance, one))
-    nearest, least = field.candidates[0], math.inf
-    for distance, one in sorted(quick, key=lambda entry: entry[0]):
-        # The stages made so far bound the rest from below.
-        if distance >= least:
-            break
-        full = field.judge(one, work, full=True).distance
-        if full < least:
-            nearest, least = one, full
-    return nearest
-
-
 def _place(near: Nearest) -> str:
-    if near.blocked.joint < 0:
+    if near.joint == SUPPLY:
         return "Every joint has a drive that holds; together they ask too much of the supply."
-    name = near.study.joints[near.blocked.joint].name
-    motor, gear = near.path[near.blocked.joint].keys
+    name = near.study.joints[near.joint].name
+    motor, gear = near.keys[name]
     return f"No candidate at {name} holds; the nearest is {motor} with {gear or 'no gear'}."
 
 
@@ -122,7 +60,7 @@ def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
     """The failed check that is furthest over its limit: where the search stopped, then place by place to the base."""
     found = []
     places = [(name, joint.checks) for name, joint in evaluation.joints.items()]
-    for place, checks in [*places[near.blocked.joint :: -1], *places, ("supply", evaluation.shared)]:
+    for place, checks in [*places[near.joint :: -1], *places, ("supply", evaluation.shared)]:
         failed = [check for check in checks if check.verdict is Verdict.FAIL]
         if failed:
             check = max(failed, key=_excess)

@@ -25,7 +25,8 @@ def all_choices(known: tuple[Indices, ...], setting: Setting) -> Choices:
     pool = np.concatenate(known).astype(np.int64)
     cost = setting.share[pool].copy()
     nothing = -1e300  # below every cost, and sums of it stay finite
-    least = np.array([nothing if setting.energy or not size else cost[at] for at, size in zip(first, count, strict=True)])
+    dear = [nothing if setting.energy or not size else cost[at] for at, size in zip(first, count, strict=True)]
+    least = np.array(dear)
     return Choices(pool, cost, first, count, least, np.full(len(known), -1, dtype=np.int64))
 
 

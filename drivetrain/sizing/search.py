@@ -1,24 +1,27 @@
-"""The lightest or cheapest set of drives: from the tip to the base, every drive loading the joints before it."""
+"""The best sets of drives for the whole arm, every drive loading the joints before it, with a proof."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import time
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from drivetrain.sizing.advice import advice_on, nearest_set
-from drivetrain.sizing.candidates import Candidate, Field, joint_fields, unknown_share
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.results import Fallen, Selection
-from drivetrain.sizing.tree import Blocked, Tree
-from drivetrain.study.study import Study
+from drivetrain.errors import Fault, InputError
+from drivetrain.sizing.advice import advice_on
+from drivetrain.sizing.beside_set import FallenBeside, alternatives
+from drivetrain.sizing.demand import Workload
+from drivetrain.sizing.evaluate import evaluated
+from drivetrain.sizing.nearest import nearest_set
+from drivetrain.sizing.packed_task import pack
+from drivetrain.sizing.problem import Problem, problem
+from drivetrain.sizing.results import Check, DriveSet, Evaluation, Selection, Verdict
+from drivetrain.sizing.search_tree import Found, Tell, Tree
+from drivetrain.study.study import Study, Wanted
 
-NODE_LIMIT = 200
-ALTERNATIVES = 5
 OPTIMAL = "optimal"
 ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none
-
-Tell = Callable[[int, int, str], None]
+UNITS = {"mass": " kg", "energy": " J"}
 
 
 class Progress(Protocol):
@@ -34,86 +37,142 @@ class Progress(Protocol):
         """
 
 
-def select(study: Study, *, node_limit: int = NODE_LIMIT, progress: Progress | Tell | None = None) -> Selection:
-    """The set of drives with the smallest objective whose every check holds, and why not the others.
+@dataclass(frozen=True, eq=False)
+class _Set:
+    """A set that was found and evaluated."""
 
-    The first set is the greedy one: from the tip to the base, the candidate of smallest share that holds. Then the
-    tree of all choices is searched depth first with a bound, until it is exhausted or the nodes are used up.
+    found: Found
+    evaluation: Evaluation
+
+
+def select(
+    study: Study, *, wanted: Wanted | None = None, resume: Selection | None = None, work: Workload | None = None,
+    progress: Progress | Tell | None = None,
+) -> Selection:  # fmt: skip
+    """The sets of drives with the smallest objective whose every check holds, and why not the others.
 
     Args:
         study: The task, with the candidates of every joint; joints with a given drive keep it.
-        node_limit: How many joints, each with one set of drives after it, may be looked at; the first set is
-            always completed.
+        wanted: What is minimised and must be respected; None: what the study says, or what the search to go on with
+            was asked.
+        resume: A selection of the same study that its time limit stopped: the search goes on where it stopped, for
+            another time limit, and ends with the sets that it would have found without the stop.
+        work: Of the study, where it is already prepared.
         progress: Told how far the search is: an object with ``advance(done, total, text)`` or a function.
 
     Returns:
-        The drives, their evaluation, how far they are from a proven optimum, every candidate that fell beside them;
-        when nothing fits the nearest set and what would mend it.
+        The drives, their evaluation, the next best sets, the bound below which no set can be, every candidate that
+        fell beside the drives; when nothing fits the nearest set and what would mend it.
 
     Raises:
-        InputError: A joint without candidates, or without any whose mass or price is known.
+        InputError: ``resume`` is of another study, or asks for something else.
     """
     tell = _teller(progress)
-    fields = joint_fields(study)
-    tree = Tree(study, fields, max(node_limit, len(fields)), lambda nodes, text: tell(nodes, node_limit, text))
-    tree.run()
-    if tree.best is None:
-        return _nothing_fits(study, fields, tree, tell)
-    drives = {field.name: one.keys for field, one in zip(fields, tree.best, strict=True)}
-    evaluation = evaluate(study, drives)
-    fallen, alternatives = _beside(fields, tree.best, tell)
-    return Selection(
-        study, drives, evaluation, evaluation.objective, _proof(tree), fallen, alternatives, (), dict(tree.counters)
+    if resume is not None and resume.state is None:
+        return resume
+    begin = time.perf_counter()
+    tree = _new_tree(study, wanted, work) if resume is None else _old_tree(study, wanted, resume)
+    limit = tree.problem.wanted.time_limit if wanted is None else wanted.time_limit
+    tree.run(begin + limit, tell)
+    sets, wrong = _evaluated(tree)
+    while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
+        again = Tree(tree.problem, tree.excluded | wrong)
+        again.counters["disagreements"] = tree.counters["disagreements"] + len(wrong)
+        tree = again
+        tree.run(begin + limit, tell)
+        sets, wrong = _evaluated(tree)
+    return _answer(tree, sets, tell) if sets else _nothing_fits(tree, tell)
+
+
+def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tree:
+    """A search that begins."""
+    asked = study if wanted is None else replace(study, wanted=wanted)
+    return Tree(problem(pack(asked, None if work is None else replace(work, study=asked)), asked.wanted))
+
+
+def _old_tree(study: Study, wanted: Wanted | None, resume: Selection) -> Tree:
+    """A search that goes on."""
+    tree, faults = resume.state, []
+    if not isinstance(tree, Tree):
+        raise InputError(Fault("resume", "is not a selection that a search returned", type(tree).__name__))
+    before = tree.problem.packed.study
+    if before is not study and (before.digest, before.catalog) != (study.digest, study.catalog):
+        faults.append(Fault("resume", "is a selection of another study", before.name))
+    if wanted is not None and replace(wanted, time_limit=0.0) != replace(tree.problem.wanted, time_limit=0.0):
+        hint = "only the time limit may differ; leave the selection out to search anew"
+        faults.append(Fault("wanted", "asks for something else than the search that is to go on", hint=hint))
+    if faults:
+        raise InputError(faults)
+    return tree.copied()
+
+
+def _evaluated(tree: Tree) -> tuple[list[_Set], frozenset[tuple[int, ...]]]:
+    """The best sets with their evaluations, and those of which an evaluation says that they do not hold."""
+    sets = [_Set(found, tree.problem.evaluation(found.pairs)) for found in tree.best]
+    wrong = frozenset(one.found.pairs for one in sets if not one.evaluation.feasible)
+    return sets, wrong
+
+
+def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
+    """What a search found."""
+    best, study = sets[0], tree.problem.packed.study
+    chosen = dict(enumerate(best.found.pairs))
+    tell(1, 1, "the next best of each joint")
+    told = tuple(
+        DriveSet(tree.problem.keys(dict(enumerate(one.found.pairs))), one.evaluation.objective, one.evaluation.criteria)
+        for one in sets
     )
+    return Selection(
+        study, told[0].drives, best.evaluation, best.evaluation.objective, _proof(tree),
+        FallenBeside(tree.problem, chosen), alternatives(tree.problem, chosen), (), dict(tree.counters),
+        told, min(tree.bound, best.found.objective), None if tree.finished else tree,
+    )  # fmt: skip
 
 
-def _nothing_fits(study: Study, fields: tuple[Field, ...], tree: Tree, tell: Tell) -> Selection:
+def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
     """The answer when no set was found: the nearest one, and what would mend it."""
-    near = nearest_set(study, fields, tree.blocked or Blocked(len(fields) - 1, {}))
     tell(1, 1, "what would mend it")
-    evaluation = evaluate(study, near.keys)
-    fallen, _ = _beside(fields, near.path, tell)
+    study, lacking = tree.problem.packed.study, _lacking(tree.problem)
+    near = nearest_set(tree.problem)
+    evaluation = evaluated(tree.problem.packed.work, near.keys, lacking)
     proof = "no set fits: every combination was ruled out"
-    if not tree.exhausted:
+    if lacking:
+        proof = "no set fits: " + "; ".join(check.remark for check in lacking)
+    elif not tree.finished:
         proof = f"not proven: the search stopped after {tree.counters['nodes']} nodes without a set that fits"
+    advice = tuple(f"{check.remark}." for check in lacking)
     return Selection(
-        study, {}, evaluation, math.nan, proof, fallen, {}, advice_on(evaluation, near), dict(tree.counters)
-    )
+        study, {}, evaluation, math.nan, proof, FallenBeside(tree.problem, near.pairs), {},
+        advice or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
+        None if tree.finished else tree,
+    )  # fmt: skip
 
 
-def _beside(
-    fields: tuple[Field, ...], path: tuple[Candidate, ...], tell: Tell
-) -> tuple[tuple[Fallen, ...], dict[str, tuple[tuple[str, str, float], ...]]]:
-    """Every candidate at every joint judged beside a set: those that fell, and the next best that hold."""
-    fallen: list[Fallen] = []
-    alternatives: dict[str, tuple[tuple[str, str, float], ...]] = {}
-    for done, field in enumerate(reversed(fields)):
-        tell(done, len(fields), f"judging all candidates of {field.name}")
-        mounted = {j: path[j].drive for j in range(field.joint + 1, len(fields))}
-        work = field.work.at(field.joint, mounted)
-        others: list[tuple[str, str, float]] = []
-        for one in field.candidates:
-            judgement = field.judge(one, work)
-            if not judgement.holds:
-                fallen.append(judgement.fallen(field.name))
-            elif one is not path[field.joint]:
-                others.append((one.motor, one.gear, one.share))
-        fallen += unknown_share(field)
-        alternatives[field.name] = tuple(others[:ALTERNATIVES])
-    tell(len(fields), len(fields), "all candidates judged")
-    return tuple(fallen), alternatives
+def _lacking(problem: Problem) -> tuple[Check, ...]:
+    """What keeps joints from having any candidate, as checks that fail."""
+    study, found = problem.packed.study, []
+    for task, known, unknown in zip(study.joints, problem.known, problem.unknown, strict=True):
+        if len(known):
+            continue
+        remark = f"{task.name} has neither a given drive nor a candidate"
+        if len(unknown):
+            terms = " and ".join(name for name, _ in problem.wanted.weights)
+            remark = f"none of the {len(unknown)} candidates of {task.name} has a known {terms}"
+        elif task.passed_over:
+            remark += f" ({'; '.join(task.passed_over)})"
+        found.append(Check(f"candidates of {task.name}", 1.0, 0.0, "1", math.inf, Verdict.FAIL, remark=remark))
+    return tuple(found)
 
 
 def _proof(tree: Tree) -> str:
     """Whether the best set is proven to be, or how far from it the bound is."""
-    if tree.exhausted or tree.objective <= tree.bound * (1.0 + ROUNDING):
+    best, bound = tree.best[0].objective, tree.bound
+    if tree.finished or best <= bound + ROUNDING * abs(bound):
         return OPTIMAL
-    unit = " kg" if tree.study.objective == "mass" else ""
-    bound = f"lower bound {tree.bound:.3g}{unit}"
-    if tree.bound <= 0.0:
-        return f"not proven: {bound}"
-    gap = 100.0 * (tree.objective / tree.bound - 1.0)
-    return f"not proven: at most {gap:.3g} % above the best possible ({bound})"
+    told = f"lower bound {bound:.3g}{UNITS.get(tree.problem.wanted.objective, '')}"
+    if not 0.0 < bound < math.inf:
+        return f"not proven: {told}"
+    return f"not proven: at most {100.0 * (best / bound - 1.0):.3g} % above the best possible ({told})"
 
 
 def _teller(progress: Progress | Tell | None) -> Tell:

@@ -13,7 +13,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -75,6 +75,7 @@ class Tree:
         open: Nodes that are left, smallest bound first.
         following: The node that a descent goes on with.
         started: Whether the first node was made.
+        fine: Whether the last node was parted by a single load.
         supply_binds: Whether the supply ruled out a set.
         asks: What the Python road said, by joint, pair and the drives in place.
         counters: Work done.
@@ -86,10 +87,20 @@ class Tree:
     open: list[tuple[float, int, Node]] = field(default_factory=list)
     following: Node | None = None
     started: bool = False
-    _fine: bool = False
+    fine: bool = False
     supply_binds: bool = False
     asks: dict[tuple[int, int, bytes], bool] = field(default_factory=dict)
     counters: Counter[str] = field(default_factory=Counter)
+
+    def copied(self) -> Tree:
+        """The same search, to go on without touching this one.
+
+        Returns:
+            A search of its own; it shares what never changes.
+        """
+        return replace(
+            self, best=list(self.best), open=list(self.open), asks=dict(self.asks), counters=Counter(self.counters)
+        )
 
     @property
     def limit(self) -> float:
@@ -131,7 +142,7 @@ class Tree:
                 self._tell(tell)
             parts = [found for part in self._parts(node) if (found := self._narrowed(part, SMALL)) is not None]
             if parts and self.counters["descents"] % DESCEND == 0:
-                self.following = parts[0] if self._fine else min(parts, key=lambda one: one.bound)
+                self.following = parts[0] if self.fine else min(parts, key=lambda one: one.bound)
             for part in parts:
                 if part is not self.following:
                     self._push(part)
@@ -243,7 +254,7 @@ class Tree:
         """A node in parts, each with less to be decided."""
         loads = self._open_loads(node)
         if not loads.size:
-            self._fine = False
+            self.fine = False
             return others(node.choices)
         half = 0.5 * (node.high - node.low)
         effect = half * np.einsum("j,jki->ki", np.abs(node.choices.least), self.problem.reach)
@@ -251,8 +262,8 @@ class Tree:
         room = self.limit - node.bound
         if math.isinf(room):
             room = 0.1 * abs(node.bound)
-        self._fine = bool(effect[joint].sum() <= COARSE * room)
-        if self._fine:
+        self.fine = bool(effect[joint].sum() <= COARSE * room)
+        if self.fine:
             return list(self._one_load(node, int(loads[-1])))
         pool = segment(node.choices, int(joint))
         values = self.problem.packed.task.numbers[pool, number]

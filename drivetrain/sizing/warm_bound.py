@@ -76,7 +76,7 @@ def _least_figures(row: Array, least: Array, most: Array) -> tuple[float, float,
 
 @part
 def _least_sum(speed: float, drop: float, weak: float, strong: float) -> float:
-    """The least of speed k + drop / k for k from weak to strong: at an end, or between them where both fall and rise."""
+    """The least of speed k + drop / k for k from weak to strong: at an end, or between where one falls, one rises."""
     ends = smaller(speed * weak + drop / weak, speed * strong + drop / strong)
     between = (drop > speed * weak * weak) & (drop < speed * strong * strong) & (speed > 0.0)
     return 2.0 * math.sqrt(larger(speed * drop, 0.0)) if between else ends

@@ -11,7 +11,6 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
-from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.results import Verdict
 from drivetrain.sizing.search import select
@@ -70,7 +69,7 @@ def brute_force(study):
 )  # fmt: skip
 def test_exhausted_search_is_brute_force(make, seed, carrier, objective):
     study = random_study(make, seed, carrier=carrier, objective=objective)
-    selection = select(study, node_limit=10**6)
+    selection = select(study)
     expected = brute_force(study)
     if math.isinf(expected):
         assert not selection.feasible
@@ -82,7 +81,7 @@ def test_exhausted_search_is_brute_force(make, seed, carrier, objective):
 
 
 def test_random_instances_have_both_answers(make):
-    found = [select(random_study(make, seed), node_limit=10**6).feasible for seed in range(6)]
+    found = [select(random_study(make, seed)).feasible for seed in range(6)]
     assert any(found) and not all(found)
 
 
@@ -97,24 +96,9 @@ def feasible_study(make, joints=3, seed=0):
     return replace(study, catalog=catalog, joints=tasks, cycle=slow, supply=Supply(48.0))
 
 
-def test_bound_is_below_and_best_above_whatever_the_budget(make):
-    study = feasible_study(make)
-    exact = select(study, node_limit=10**6)
-    assert exact.proof == "optimal"
-    for limit in (1, 3, 5, 8, 12):
-        some = select(study, node_limit=limit)
-        assert some.feasible
-        assert some.objective >= exact.objective * (1 - 1e-12)
-        if some.proof != "optimal":
-            bound = float(some.proof.split("lower bound ")[1].split(" ")[0])
-            gap = float(some.proof.split("at most ")[1].split(" %")[0])
-            assert bound <= exact.objective * 1.005  # three printed digits
-            assert some.objective <= exact.objective * (1 + gap / 100) * 1.01
-
-
 def test_selection_is_what_evaluate_says(make):
     study = feasible_study(make)
-    selection = select(study, node_limit=20)
+    selection = select(study)
     evaluation = evaluate(study, selection.drives)
     assert selection.objective == evaluation.objective
     assert evaluation.feasible
@@ -124,9 +108,9 @@ def test_selection_is_what_evaluate_says(make):
         joint = evaluate(study, swapped).joints[fallen.joint]
         check = next(one for one in joint.checks if one.name == fallen.check)
         assert check.verdict is Verdict.FAIL
-        assert (check.required, check.available, check.utilisation) == (
-            fallen.required, fallen.available, fallen.utilisation,
-        )  # fmt: skip
+        told = (fallen.required, fallen.available, fallen.utilisation)
+        # Compiled code sums in another order.
+        assert (check.required, check.available, check.utilisation) == pytest.approx(told, rel=1e-9)
     for joint, others in selection.alternatives.items():
         for motor, gear, _ in others:
             result = evaluate(study, {**chosen, joint: (motor, gear)}).joints[joint]
@@ -141,18 +125,18 @@ def test_selection_is_what_evaluate_says(make):
 
 
 def test_same_study_same_answer(make):
-    first, second = (select(feasible_study(make), node_limit=10) for _ in range(2))
+    first, second = (select(feasible_study(make)) for _ in range(2))
     assert first.drives == second.drives
-    assert first.fallen == second.fallen
+    assert list(first.fallen) == list(second.fallen)
     assert first.proof == second.proof
 
 
 def test_given_drives_stay(make):
     study = feasible_study(make)
-    free = select(study, node_limit=5)
+    free = select(study)
     other = free.alternatives["j2"][0][:2]
     tasks = tuple(replace(t, drive=other, pairs=()) if t.name == "j2" else t for t in study.joints)
-    fixed = select(replace(study, joints=tasks), node_limit=5)
+    fixed = select(replace(study, joints=tasks))
     assert fixed.drives["j2"] == other
     assert not fixed.alternatives["j2"]
 
@@ -178,7 +162,7 @@ def test_nothing_fits_names_place_margin_and_mend(make):
     study = feasible_study(make, joints=2)
     payloads = (make.payload(12.0),)
     cycle = replace(study.cycle, payload=np.zeros(len(study.cycle.time), dtype=int), payload_names=("part",))
-    selection = select(replace(study, cycle=cycle, payloads=payloads), node_limit=50)
+    selection = select(replace(study, cycle=cycle, payloads=payloads))
     assert not selection.feasible
     assert math.isnan(selection.objective)
     assert selection.evaluation.verdict is Verdict.FAIL
@@ -196,14 +180,14 @@ def test_nothing_fits_names_place_margin_and_mend(make):
 def test_too_fast_a_motion_is_mended_by_time(make):
     study = feasible_study(make, joints=2)
     fast = replace(study, cycle=make.sines(2, samples=41, duration=0.5, size=0.4))
-    selection = select(fast, node_limit=50)
+    selection = select(fast)
     assert not selection.feasible
     assert any(line.startswith("A slower motion mends it") for line in selection.advice)
 
 
 def test_supply_that_is_too_small_blocks_the_whole_set(make):
     study = replace(feasible_study(make, joints=2), supply=Supply(48.0, peak_power=1e-3))
-    selection = select(study, node_limit=30)
+    selection = select(study)
     assert not selection.feasible
     assert "supply" in " ".join(selection.advice)
     assert all(joint.verdict is not Verdict.FAIL for joint in selection.evaluation.joints.values())
@@ -212,7 +196,7 @@ def test_supply_that_is_too_small_blocks_the_whole_set(make):
 def test_missing_data_never_wins(make):
     study = feasible_study(make, joints=2)
     motors = {key: replace(m, rotor_inertia=None) if key == "m0" else m for key, m in study.catalog.motors.items()}
-    selection = select(replace(study, catalog=replace(study.catalog, motors=motors)), node_limit=10**6)
+    selection = select(replace(study, catalog=replace(study.catalog, motors=motors)))
     assert all(motor != "m0" for motor, _ in selection.drives.values())
     reasons = {one.check for one in selection.fallen if one.motor == "m0"}
     assert any("not checked" in reason for reason in reasons)
@@ -221,17 +205,30 @@ def test_missing_data_never_wins(make):
 def test_price_without_prices_says_so(make):
     study = replace(feasible_study(make, joints=2), wanted=Wanted((("price", 1.0),)))
     motors = {key: replace(m, price=None) for key, m in study.catalog.motors.items()}
-    with pytest.raises(InputError, match="known price"):
-        select(replace(study, catalog=replace(study.catalog, motors=motors)))
+    nothing = select(replace(study, catalog=replace(study.catalog, motors=motors)))
+    assert not nothing.feasible
+    assert nothing.evaluation.verdict is Verdict.FAIL
+    assert "none of the 16 candidates of j1 has a known price" in nothing.proof
     motors["m1"] = study.catalog.motors["m1"]
     motors["m2"] = study.catalog.motors["m2"]
-    selection = select(replace(study, catalog=replace(study.catalog, motors=motors)), node_limit=10**6)
+    selection = select(replace(study, catalog=replace(study.catalog, motors=motors)))
     assert {one.motor for one in selection.fallen if one.check == "price (not known)"} == {"m0", "m3"}
+
+
+def test_a_joint_without_candidates_is_an_answer(make):
+    study = feasible_study(make)
+    tasks = tuple(replace(t, pairs=(), passed_over=("pairs: 0 of 16",)) if t.name == "j2" else t for t in study.joints)
+    selection = select(replace(study, joints=tasks))
+    assert not selection.feasible
+    assert math.isinf(selection.bound)
+    assert selection.evaluation.verdict is Verdict.FAIL
+    assert list(selection.evaluation.joints) == ["j1", "j3"]
+    assert selection.advice == ("j2 has neither a given drive nor a candidate (pairs: 0 of 16).",)
 
 
 def test_progress_is_told(make):
     told = []
-    select(feasible_study(make, joints=2), node_limit=5, progress=lambda *step: told.append(step))
+    select(feasible_study(make, joints=2), progress=lambda *step: told.append(step))
 
     class Bar:
         steps = 0
@@ -240,5 +237,5 @@ def test_progress_is_told(make):
             self.steps += 1
 
     bar = Bar()
-    select(feasible_study(make, joints=2), node_limit=5, progress=bar)
-    assert bar.steps == len(told) > 3
+    select(feasible_study(make, joints=2), progress=bar)
+    assert bar.steps == len(told) >= 1
