@@ -104,11 +104,14 @@ def _leaves(address: int, k: int, h: float, block: Array, values: Array, data: A
 
     So a ball that has just bounced is seen to fall again within the same step.
     """
+    within(0.0, block, INNER)
+    event_values(address, clock[TIME], block, INNER, values, BRACKET, data, count)
+    residual = 4.0 * abs(values[BRACKET, k])  # what rounding has left of the event before
     for share in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14):
         within(share, block, INNER)
         later = min(clock[TIME] + share * h, clock[LIMIT])
         event_values(address, later, block, INNER, values, BRACKET, data, count)
-        if values[BRACKET, k] * values[NEW, k] < 0.0:
+        if values[BRACKET, k] * values[NEW, k] < 0.0 and abs(values[BRACKET, k]) > residual:
             values[LATER, k] = values[BRACKET, k]
             return share
     return 0.0

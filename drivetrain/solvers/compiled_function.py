@@ -19,6 +19,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.errors import TypingError
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
@@ -90,6 +91,8 @@ def call(typing: Any, address: Any, t: Any, x: Any, result: Any, numbers: Any, w
         What the compiler needs to know.
     """
     arrays = (x, result, numbers, words)
+    if any(kind.layout != "C" for kind in arrays):
+        raise TypingError("a compiled function is called with contiguous arrays")
     signature = types.void(types.int64, types.float64, *arrays)
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:

@@ -145,7 +145,7 @@ def python_rates(problem: CompiledProblem) -> Rates:
 
     def rates(t: float, y: Array) -> Array:
         result = np.empty(problem.size)
-        evaluate(address, t, y, result, numbers, words)
+        evaluate(address, t, np.ascontiguousarray(y), result, numbers, words)
         return result
 
     return rates

@@ -13,8 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
 from drivetrain.solvers.layout import EULER, RUNGE_KUTTA
 from drivetrain.solvers.solver import Rates, Solver, Stepper, Work, check_positive
+
+MOST_STEPS = 1e9  # from one breakpoint to the next
 
 
 class FixedStepper(Stepper):
@@ -22,6 +25,9 @@ class FixedStepper(Stepper):
 
     def __init__(self, rates: Rates, t: float, y: Array, end: float, work: Work, step: float):
         super().__init__(rates, t, y, end, work)
+        if (end - t) / step > MOST_STEPS:
+            problem = f"needs {(end - t) / step:.3g} steps for {end - t:g} s, more than {MOST_STEPS:g} [s]"
+            raise InputError(Fault("step", problem, step))
         self._start, self._step = t, step
         self._count, self._total = 0, max(1, math.ceil((end - t) / step * (1.0 - 1e-12)))
         self._before, self._from = t, y

@@ -67,8 +67,8 @@ from drivetrain.solvers.step_control import choose, first_step, largest_error, n
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
 SOURCES = {
-    "compiled_events.py": 2150517504,
-    "compiled_function.py": 2718191824,
+    "compiled_events.py": 3720843463,
+    "compiled_function.py": 2559503703,
     "compiled_guard.py": 3933024385,
     "compiled_jacobian.py": 3467440936,
     "compiled_steps.py": 2252302812,
@@ -134,10 +134,11 @@ def _handle(
     event_values(addresses[2], t, block, X, values, NEW, data, count)
     for k in range(len(kinds)):
         held = kinds[k] == GUARD and values[NEW, k] < 0.0
-        fired = k == count[FIRED] or held or fires(kinds[k], values[OLD, k], values[NEW, k])
+        before = values[LATER, k]  # where the search for the event began
+        fired = k == count[FIRED] or held or fires(kinds[k], before, values[NEW, k])
         values[LATER, k] = 0.0
         if fired:
-            values[LATER, k] = 1.0 if values[OLD, k] < 0.0 else -1.0
+            values[LATER, k] = 1.0 if before < 0.0 and kinds[k] != GUARD else -1.0
             ends = ends or terminal[k] != 0
             if count[LOGGED] < len(log[0]):
                 log[0][count[LOGGED]], log[1][count[LOGGED]] = t, k
@@ -193,6 +194,7 @@ def _open(
                 values[OLD, k] = values[NEW, k]
             held = kinds[k] == GUARD and values[NEW, k] < 0.0
             fired = fired or held or fires(kinds[k], values[OLD, k], values[NEW, k])
+            values[LATER, k] = values[OLD, k]
         count[FIRED] = -1
         if fired:
             return _handle(addresses, kinds, terminal, values, log, block, data, clock, count)

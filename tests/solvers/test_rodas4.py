@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -126,7 +127,7 @@ def test_tighter_is_better() -> None:
         np.abs(integrate_compiled(counted(), Rodas4(rtol, rtol * 1e-3), START, times).final - exact(times)[-1]).max()
         for rtol in 10.0 ** -np.arange(3.0, 11.0)
     ]
-    assert all(later < before for before, later in zip(errors, errors[1:], strict=False))
+    assert all(later < before for before, later in pairwise(errors))
     assert errors[3] < 20.0 * 1e-6 and errors[-1] < 2e-9
 
 
@@ -176,7 +177,7 @@ def test_groups_of_columns() -> None:
     assert pattern.sum() == 25  # counted by hand in the equations, with the diagonal
     starts, columns, row_starts, rows = column_groups(pattern, 8)
     assert sorted(columns) == list(range(8)) and len(starts) - 1 < 8
-    for a, b in zip(starts, starts[1:], strict=False):
+    for a, b in pairwise(starts):
         taken = [i for j in columns[a:b] for i in rows[row_starts[j] : row_starts[j + 1]]]
         assert len(taken) == len(set(taken))
     grouped = CompiledProblem(problem.rates, 8, sparsity=pattern)
@@ -235,8 +236,19 @@ def test_python_right_hand_sides_too() -> None:
         integrate_compiled(counted(), SemiImplicitEuler(0.1), START, [0.0, 1.0])
 
 
-@pytest.mark.parametrize("bad", [{"rtol": 0.0}, {"rtol": math.nan}, {"rtol": 1e-17}, {"atol": -1.0}, {"atol": (1.0, 0.0)},
-                                 {"largest_step": math.inf}, {"first_step": -1.0}, {"smallest_step": -1.0}])  # fmt: skip
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"rtol": 0.0},
+        {"rtol": math.nan},
+        {"rtol": 1e-17},
+        {"atol": -1.0},
+        {"atol": (1.0, 0.0)},
+        {"largest_step": math.inf},
+        {"first_step": -1.0},
+        {"smallest_step": -1.0},
+    ],
+)
 def test_settings_that_are_none(bad: dict) -> None:
     with pytest.raises(InputError, match="Rodas4"):
         Rodas4(**bad)

@@ -1,0 +1,204 @@
+"""What accuracy costs in time: error against wall time and against right-hand sides, method by method, scene by scene.
+
+All methods integrate the same compiled right-hand side (``joint_scenes.py``), start afresh at the same breakpoints, and
+are judged by the same error: that of the motor current at twenty instants, as a share of its peak. What is compared at
+equal error is the cheapest setting of each method that reaches it. Scipy's methods call the compiled function from
+Python; the package's run compiled, explicit ones too, so that method and language can be told apart.
+
+    python benchmarks/work_precision.py [--softness 0.5] [--repeats 5] [--picture work_precision.png] [--check]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from joint_scenes import ATOL, CURRENT, SCENES, JointScene, breakpoints, problem, start
+from matplotlib.figure import Figure
+from scipy.integrate import solve_ivp
+
+from drivetrain.solvers.adaptive import DormandPrince54
+from drivetrain.solvers.compiled_function import address_of, evaluate
+from drivetrain.solvers.explicit import Euler, RungeKutta4
+from drivetrain.solvers.integrate_compiled import integrate_compiled
+from drivetrain.solvers.rosenbrock import Rodas4
+
+LEVELS = (1e-2, 1e-3, 1e-4)  # errors at which methods are compared
+TARGETS = {"scipy RK45": 50.0, "scipy LSODA": 5.0}  # times less wall time than these
+OURS = "RODAS4"
+SLOW = 0.5  # [s]: what takes longer is run once
+
+
+class Run(NamedTuple):
+    """One setting of one method: its error [-], wall time [s] and right-hand sides."""
+
+    method: str
+    error: float
+    wall: float
+    rates: int
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure, print the tables, draw the picture; with --check the exit code says whether the targets are met."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--softness", type=float, default=0.5, help="speed over which friction turns [rad/s], 0.5")
+    parser.add_argument("--repeats", type=int, default=5, help="runs of each setting, the median counts, default 5")
+    parser.add_argument("--picture", type=Path, default=Path("work_precision.png"), help="where the diagram goes")
+    parser.add_argument("--check", action="store_true", help="exit 1 when a target is missed")
+    options = parser.parse_args(arguments)
+    found, met = {}, True
+    for scene in SCENES:
+        print(f"\n{scene.name}, friction turns within {options.softness:g} rad/s", flush=True)
+        reference, doubt = reference_currents(scene, options.softness)
+        print(f"  reference: RODAS4 at rtol 1e-9; Dormand-Prince at 1e-10 differs by {doubt:.1e} of the peak")
+        found[scene.name] = measure(scene, options.softness, reference, options.repeats)
+        met = report(found[scene.name]) and met
+    draw(found, options.picture)
+    print(f"\n{options.picture}")
+    return 0 if met or not options.check else 1
+
+
+def instants(scene: JointScene):
+    """Where the current is compared [s]; the first is the start."""
+    return np.linspace(0.0, scene.duration, 21)
+
+
+def run_ours(scene: JointScene, softness: float, solver: object) -> tuple[np.ndarray, int]:
+    """The currents and the number of right-hand sides of a compiled run."""
+    task, first = problem(scene, softness=softness), start(scene, softness=softness)
+    found = integrate_compiled(task, solver, first, instants(scene), breakpoints=breakpoints(scene))
+    return (found.states[:, CURRENT] if not found.stopped else np.full(21, np.nan)), found.work.rates
+
+
+def run_scipy(scene: JointScene, softness: float, method: str, rtol: float) -> tuple[np.ndarray, int]:
+    """The same with one of scipy's methods, split at the breakpoints, told the segment, with its own dense output."""
+    task, state = problem(scene, softness=softness, events=False), start(scene, softness=softness)
+    address, numbers, words = address_of(task.rates, "rates"), task.numbers.copy(), task.words.copy()
+    times, ends, count = instants(scene), [0.0, *breakpoints(scene), scene.duration], 0
+    currents = [state[CURRENT]]
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        result = np.empty(len(y))
+        evaluate(address, t, np.ascontiguousarray(y), result, numbers, words)  # some hand over columns
+        return result
+
+    for k, (first, last) in enumerate(pairwise(ends)):
+        words[task.segment_word] = k
+        wanted = times[(times > first + 1e-12) & (times < last + 1e-12)]
+        inside = np.unique(np.append(np.minimum(wanted, last), last))
+        done = solve_ivp(rates, (first, last), state, method, inside, rtol=rtol, atol=np.array(ATOL) * rtol / 1e-4)
+        if not done.success:
+            return np.full(21, np.nan), count + done.nfev
+        currents += done.y[CURRENT, : len(wanted)].tolist()
+        state, count = done.y[:, -1], count + done.nfev
+    return np.array(currents), count
+
+
+def tolerances(rtol: float) -> tuple[float, ...]:
+    """Absolute tolerances in proportion to the relative one."""
+    return tuple(value * rtol / 1e-4 for value in ATOL)
+
+
+def reference_currents(scene: JointScene, softness: float) -> tuple[np.ndarray, float]:
+    """The currents that count as true, and how far another method at its tightest is from them."""
+    ours, _ = run_ours(scene, softness, Rodas4(1e-9, tolerances(1e-9)))
+    other, _ = run_ours(scene, softness, DormandPrince54(1e-10, 1e-10))
+    return ours, float(np.abs(ours - other).max() / np.abs(ours).max())
+
+
+def settings(scene: JointScene, softness: float) -> list[tuple[str, Callable[[], tuple[np.ndarray, int]]]]:
+    """Every method at several settings, from cheap to dear."""
+    listed: list[tuple[str, Callable[[], tuple[np.ndarray, int]]]] = []
+    for rtol in 10.0 ** -np.arange(1.5, 7.1, 0.5):
+        solver = Rodas4(rtol, tolerances(rtol))
+        listed.append((OURS, lambda s=solver: run_ours(scene, softness, s)))
+    for rtol in 10.0 ** -np.arange(2.0, 8.1):
+        listed.append(
+            ("Dormand-Prince 5(4), compiled", lambda r=rtol: run_ours(scene, softness, DormandPrince54(r, r)))
+        )
+    for step in (2e-4, 1e-4, 5e-5, 2.5e-5, 1e-5):
+        listed.append(("Runge-Kutta 4, compiled", lambda h=step: run_ours(scene, softness, RungeKutta4(h))))
+    for step in (1e-4, 2e-5, 5e-6):
+        listed.append(("Euler, compiled", lambda h=step: run_ours(scene, softness, Euler(h))))
+    for method, powers in {"LSODA": (2, 3, 4, 5, 6, 7), "BDF": (2, 3, 4, 5, 6), "Radau": (2, 3, 4, 5, 6),
+                           "RK45": (2, 3, 5, 6), "DOP853": (2, 4, 6)}.items():  # fmt: skip
+        for power in powers:
+            listed.append((f"scipy {method}", lambda m=method, r=10.0**-power: run_scipy(scene, softness, m, r)))
+    return listed
+
+
+def measure(scene: JointScene, softness: float, reference: np.ndarray, repeats: int) -> list[Run]:
+    """Error and cost of every setting; medians of interleaved runs."""
+    listed, peak = settings(scene, softness), float(np.abs(reference).max())
+    walls: list[list[float]] = [[] for _ in listed]
+    results: list[tuple[float, int]] = [(np.nan, 0)] * len(listed)
+    run_ours(scene, softness, Euler(0.01))  # so that nothing is compiled on the clock
+    for turn in range(repeats):
+        for k, (_, call) in enumerate(listed):
+            if turn and walls[k][0] > SLOW:
+                continue
+            begin = time.perf_counter()
+            with np.errstate(all="ignore"):
+                currents, rates = call()
+            walls[k].append(time.perf_counter() - begin)
+            results[k] = float(np.abs(currents - reference).max() / peak), rates
+    return [
+        Run(name, error, float(np.median(wall)), rates)
+        for (name, _), wall, (error, rates) in zip(listed, walls, results, strict=True)
+    ]
+
+
+def cheapest(runs: list[Run], method: str, level: float) -> Run | None:
+    """The cheapest setting of a method that reaches an error; None when none does."""
+    reaching = [run for run in runs if run.method == method and run.error <= level]
+    return min(reaching, key=lambda run: run.wall, default=None)
+
+
+def report(runs: list[Run]) -> bool:
+    """Print the table of a scene; whether the targets are met at every level."""
+    methods, met = list(dict.fromkeys(run.method for run in runs)), True
+    print(f"  {'':32}" + "".join(f"{f'error <= {level:g}':>38}" for level in LEVELS))
+    for method in methods:
+        cells = []
+        for level in LEVELS:
+            own, ours = cheapest(runs, method, level), cheapest(runs, OURS, level)
+            if own is None or ours is None:
+                cells.append(f"{'-':>38}")
+                continue
+            factor = own.wall / ours.wall
+            cells.append(f"{own.wall * 1e3:12.2f} ms {own.rates:9d} rhs {factor:7.1f} x")
+            met = met and factor >= TARGETS.get(method, 0.0)
+        print(f"  {method:32}" + "".join(f"{cell:>38}" for cell in cells), flush=True)
+    return met
+
+
+def draw(found: dict[str, list[Run]], picture: Path) -> None:
+    """Error against wall time and against right-hand sides, a column a scene."""
+    figure = Figure(figsize=(15.0, 8.5), layout="constrained")
+    axes = figure.subplots(2, len(found), sharey=True)
+    for column, (name, runs) in enumerate(found.items()):
+        for row, (field, label) in enumerate((("wall", "wall time [ms]"), ("rates", "right-hand sides"))):
+            ax = axes[row][column]
+            for k, method in enumerate(dict.fromkeys(run.method for run in runs)):
+                own = [run for run in runs if run.method == method and run.error < 1.0]
+                x = [getattr(run, field) * (1e3 if field == "wall" else 1) for run in own]
+                style = {"marker": "o", "ms": 4, "lw": 2.5 if method == OURS else 1.2, "color": f"C{k}"}
+                style["ls"] = "--" if method.startswith("scipy") else "-"
+                ax.loglog(x, [run.error for run in own], label=method, **style)
+            ax.set_xlabel(label)
+            ax.grid(alpha=0.3)
+        axes[0][column].set_title(name)
+    for row in axes:
+        row[0].set_ylabel("error of the current / its peak")
+    axes[0][-1].legend(fontsize=8)
+    figure.savefig(picture, dpi=110)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
