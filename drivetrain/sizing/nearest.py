@@ -10,6 +10,7 @@ import numpy as np
 from drivetrain.sizing.beside_set import first_held
 from drivetrain.sizing.exact_road import judged
 from drivetrain.sizing.fallen import beside
+from drivetrain.sizing.judge_kernels import LACKS
 from drivetrain.sizing.problem import Problem
 from drivetrain.study.study import Study
 
@@ -58,7 +59,9 @@ def nearest_set(problem: Problem) -> Nearest:
 def _nearest(problem: Problem, joint: int, pairs: dict[int, int]) -> int:
     """The candidate that is least far over its limits; the stage where the first failed bounds the rest from below."""
     found = beside(problem.packed, joint, problem.known[joint], pairs)
-    used = np.nan_to_num(found.numbers[:, 2], nan=math.inf)
+    used = found.numbers[:, 2]
+    # Heat that runs away has no number of its own, so it bounds nothing; nor does a check that could not be made.
+    used = np.where(np.isfinite(used), used, np.where(found.codes >= LACKS, math.inf, 1.0))
     nearest, least = int(found.pairs[0]), math.inf
     for at in np.argsort(used, kind="stable"):
         if used[at] >= least:
