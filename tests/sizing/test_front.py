@@ -1,0 +1,176 @@
+"""The Pareto front against brute force, its zones, and what it says when the time is up."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Supply
+from drivetrain.errors import InputError
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.front import pareto_front
+from drivetrain.sizing.zones import Zones
+from drivetrain.study.study import Mount, Wanted
+
+
+def random_study(make, seed, joints=2, carrier="parent", pairs_a_joint=9):
+    rng = np.random.default_rng(seed)
+    motors, gears = {}, {}
+    for i in range(3):
+        size = rng.uniform(0.6, 3.0)
+        motors[f"m{i}"] = replace(
+            make.motor, key=f"m{i}", mass=0.4 * size * rng.uniform(0.8, 1.3), nominal_current=5.0 * size,
+            peak_current=22.0 * size, rotor_inertia=2e-5 * size**2, resistance=0.3 / size,
+            price=float(rng.uniform(50, 200)), series=f"s{i % 2}",
+        )  # fmt: skip
+        size = rng.uniform(0.8, 3.0)
+        gears[f"g{i}"] = replace(
+            make.gear, key=f"g{i}", ratio=float(rng.choice([30.0, 60.0, 100.0])), mass=0.4 * size,
+            repeated_peak_torque=40.0 * size, average_torque_limit=25.0 * size, momentary_torque=80.0 * size,
+            price=float(rng.uniform(40, 150)), efficiency=float(rng.uniform(0.6, 0.9)),
+        )  # fmt: skip
+    every = list(itertools.product(motors, gears))
+    cycle = make.sines(joints, samples=41, duration=2.5, size=rng.uniform(0.4, 0.9))
+    tasks = tuple(
+        make.task(name, drive=None, pairs=tuple(every[:pairs_a_joint]), mount=Mount(carrier, 0.05 * (i % 2)))
+        for i, name in enumerate(cycle.joint_names)
+    )
+    supply = Supply(48.0, peak_power=float(rng.uniform(80, 600)))
+    arm = make.planar_arm([0.4, 0.35, 0.3][:joints], rng.uniform(0.5, 1.5, joints))
+    return make.study(cycle, arm=arm, joints=tasks, catalog=Catalog(motors, gears), supply=supply)
+
+
+def brute_force(study, names, keep=lambda drives: True):
+    """Vectors of all sets that hold, dominated ones taken out."""
+    found = []
+    for pairs in itertools.product(*(task.pairs for task in study.joints)):
+        drives = dict(zip(study.cycle.joint_names, pairs, strict=True))
+        if not keep(drives):
+            continue
+        evaluation = evaluate(study, drives)
+        if evaluation.feasible:
+            found.append([evaluation.criteria[name] for name in names])
+    points = np.array(found).reshape(-1, len(names))
+
+    def beaten(point):
+        less = points < point - 1e-9 * np.abs(point)
+        return bool(((points <= point + 1e-9 * np.abs(point)).all(axis=1) & less.any(axis=1)).any())
+
+    kept = [point for point in points if not beaten(point)]
+    return np.unique(np.round(np.array(kept), 9), axis=0) if kept else np.zeros((0, len(names)))
+
+
+def vectors(front):
+    found = np.array([[point.criteria[name] for name in front.names] for point in front.points])
+    return np.unique(np.round(found, 9), axis=0) if len(found) else np.zeros((0, len(front.names)))
+
+
+CASES = [
+    (0, "parent", ("mass", "energy")), (1, "child", ("mass", "energy")), (2, "parent", ("mass", "price")),
+    (3, "parent", ("mass", "energy", "utilisation")), (4, "base", ("price", "energy")),
+    (5, "child", ("mass", "price", "energy", "utilisation")), (6, "parent", ("utilisation",)),
+    (7, "parent", ("energy",)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("seed", "carrier", "names"), CASES)
+def test_the_front_is_brute_force(make, seed, carrier, names):
+    study = random_study(make, seed, carrier=carrier)
+    front = pareto_front(study, names)
+    assert front.complete and front.gap == 0.0
+    expected = brute_force(study, names)
+    np.testing.assert_allclose(vectors(front), expected, rtol=1e-7)
+
+
+def test_three_joints(make):
+    study = random_study(make, 11, joints=3, pairs_a_joint=5)
+    front = pareto_front(study, ("mass", "energy"))
+    assert front.complete
+    np.testing.assert_allclose(vectors(front), brute_force(study, ("mass", "energy")), rtol=1e-7)
+
+
+def test_instances_have_fronts_of_several_sets(make):
+    counts = [len(pareto_front(random_study(make, seed, carrier=c), n).points) for seed, c, n in CASES[:6]]
+    assert max(counts) >= 3 and sum(count > 0 for count in counts) >= 4
+
+
+def test_every_set_is_what_evaluate_says(make):
+    study = random_study(make, 0)
+    for point in pareto_front(study, ("mass", "energy")).points:
+        evaluation = evaluate(study, point.drives)
+        assert evaluation.feasible and evaluation.criteria == point.criteria
+
+
+def test_wanted_types_and_families_are_kept(make):
+    study = replace(random_study(make, 0), wanted=Wanted((("mass", 1.0),), most_motor_types=1))
+    front = pareto_front(study, ("mass", "energy"))
+    expected = brute_force(study, ("mass", "energy"), lambda drives: len({m for m, _ in drives.values()}) == 1)
+    np.testing.assert_allclose(vectors(front), expected, rtol=1e-7)
+    study = replace(study, wanted=Wanted((("mass", 1.0),), same_family=(("j1", "j2"),)))
+    series = {key: row.series for key, row in study.catalog.motors.items()}
+    front = pareto_front(study, ("mass", "energy"))
+
+    def related(drives):
+        return len({series[m] for m, _ in drives.values()}) == 1 and len({g for _, g in drives.values()}) == 1
+
+    np.testing.assert_allclose(vectors(front), brute_force(study, ("mass", "energy"), related), rtol=1e-7)
+
+
+def test_unknown_prices_leave_the_criterion_out(make):
+    study = random_study(make, 0)
+    catalog = study.catalog
+    bare = Catalog({k: replace(m, price=None) for k, m in catalog.motors.items()}, catalog.gears)
+    front = pareto_front(replace(study, catalog=bare), ("mass", "price", "energy"))
+    assert front.names == ("mass", "energy") and "price" in front.left_out
+    some = {k: replace(m, price=None if k == "m0" else m.price) for k, m in catalog.motors.items()}
+    one = Catalog(some, catalog.gears)
+    front = pareto_front(replace(study, catalog=one), ("mass", "price"))
+    assert front.names == ("mass", "price") and any("without a known price" in note for note in front.notes)
+    assert all(motor != "m0" for point in front.points for motor, _ in point.drives.values())
+
+
+def test_when_the_time_is_up_it_says_so(make):
+    study = random_study(make, 29, joints=3)
+    front = pareto_front(study, ("mass", "energy", "utilisation"), time_limit=1e-6)
+    assert not front.complete and front.gap > 0.0 and front.proof.startswith("not complete")
+    whole = pareto_front(study, ("mass", "energy", "utilisation"))
+    assert whole.complete
+    best, known = vectors(whole), vectors(front)
+    for point in known:  # nothing not found beats what was found by more than the gap in all criteria
+        assert not (best < point * (1.0 - front.gap) * (1.0 - 1e-9)).all(axis=1).any()
+
+
+def test_nothing_holds(make):
+    study = random_study(make, 0)
+    weak = Catalog({k: replace(m, peak_current=0.1) for k, m in study.catalog.motors.items()}, study.catalog.gears)
+    front = pareto_front(replace(study, catalog=weak))
+    assert front.complete and not front.feasible
+
+
+@pytest.mark.parametrize("dimensions", [2, 3, 4])
+def test_zones_hold_exactly_what_is_not_dominated(dimensions):
+    rng = np.random.default_rng(dimensions)
+    zones, known = Zones(np.full(dimensions, 10.0), 0.0), []
+    for index, point in enumerate(rng.uniform(0.0, 1.0, (40, dimensions))):
+        taken = zones.offer(point, (index,))
+        assert taken == (not any((old <= point).all() for old in known))
+        known.append(point)
+        probes = rng.uniform(0.0, 1.2, (50, dimensions))
+        for probe in probes:
+            free = not any((old <= probe).all() for old in known)
+            assert free == bool((probe < zones.corners).all(axis=1).any())
+    front = [p for p in known if not any((q <= p).all() and (q < p).any() for q in known)]
+    assert len(front) == len(zones.points)
+
+
+def test_bad_input_is_told(make):
+    study = random_study(make, 0)
+    for arguments, word in ((((),), "name one"), ((("mas",),), "mass")):
+        with pytest.raises(InputError, match=word):
+            pareto_front(study, *arguments)
+    with pytest.raises(InputError, match="positive"):
+        pareto_front(study, time_limit=0.0)
