@@ -16,6 +16,7 @@ from drivetrain.motion.profiles import Law, PathLimits, Profile
 
 TOO_SHORT = 1.0 - 1e-9  # a duration that misses the minimum by less was meant to be the minimum
 
+NO_TIME = 1e-9  # [s] a move that takes less is a blow
 MOST_SAMPLES = 1e7  # of one move
 STANDING = 1e-12  # [rad or m] below this, two points are one: rounding, not a move
 
@@ -129,7 +130,7 @@ def _law(distance: Array, profile: Profile, duration: float | None, bounds: Arra
     moving = distance > STANDING
     if not moving.any():
         return None
-    if duration == 0.0:
+    if duration is not None and duration < NO_TIME:
         raise InputError(Fault("", "moves in zero time: an impulse, which no drive can give", duration))
     if bounds is None:
         if duration is None:

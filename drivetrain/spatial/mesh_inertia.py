@@ -111,7 +111,7 @@ def _moments(mesh: TriangleMesh) -> tuple[float, Array, Array]:
     # From the middle of the mesh, so that one far from the origin keeps its digits.
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     corners = (vertices - middle)[faces]
-    volumes = np.linalg.det(corners) / 6.0
+    volumes = np.einsum("ki,ki->k", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
     _check_outwards(faces, vertices, volumes, corners, mesh.name)
     volume = float(volumes.sum())
     sums = corners.sum(axis=1)
