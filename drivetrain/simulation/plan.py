@@ -55,7 +55,7 @@ class Plan:
             f"Plan of {self.scene.name}: {self.body.n} joints, {len(self.memory.states)} states, "
             f"{len(self.instances)} effects in {len(self.groups)} calls, {self.scene.duration:g} s",
             *_table("States", ((name, self.units[name]) for name in self.memory.states)),
-            *_table("Order", ((f"{k}. {group.kind.__name__}", _where(group)) for k, group in enumerate(self.groups, 1))),
+            *_table("Order", ((f"{k}. {one.kind.__name__}", _where(one)) for k, one in enumerate(self.groups, 1))),
             *_table("Signals", _signal_rows(self.signals)),
             *_table("Time scales", ((who, f"{scale.name}: {scale.seconds:.3g} s") for who, scale in self.time_scales)),
             *_table("Left out", ((text, "") for text in self.left_out)),
@@ -104,8 +104,8 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, scene: Scene) -
     Reference:
         Of a N + mu |N| = r with a = 1 + J ratio^2 / I: one solution for every r only while mu < a.
     """
-    told = {one.place.joint: getattr(one.effect, "driven_loss", None) for one in instances}
-    losses = {joint: float(loss) for joint, loss in told.items() if loss is not None}
+    told = [(one.place.joint, getattr(one.effect, "driven_loss", None)) for one in instances]
+    losses = {joint: float(loss) for joint, loss in told if loss is not None}
     if not losses:
         return
     inertia = _inertia(body, scene)

@@ -1,0 +1,240 @@
+"""The fixed implicit step with set-valued friction, against closed forms and references of tight tolerance."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import drivetrain as dt
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.moving_belt import MovingBelt
+from drivetrain.effects.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.wall_spring import WallSpring
+from drivetrain.errors import InputError
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.plan import plan
+from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Inertia, Scene, joint_scene
+
+
+def coulomb_oscillator(step: float) -> Recording:
+    effects = [DryFriction(Friction(coulomb=1.0)), WallSpring(100.0)]
+    return simulate(joint_scene(1.0, effects, 3.0, position=0.103), solver=FixedStep(step))
+
+
+def test_coulomb_oscillator_stops_where_and_when_it_must() -> None:
+    # Five half cycles of amplitude falling by 2 Fc / k each: 0.103 - 5 * 0.02, on the other side; pi / w each.
+    run = coulomb_oscillator(1e-3)
+    assert run["joint.position"][-1] == pytest.approx(-0.003, abs=1e-5)
+    stops = [event.time for event in run.events if event.name == "stick"]
+    assert stops[-1] == pytest.approx(5 * math.pi / 10.0, abs=2e-3)  # two steps
+    at_rest = run.time > stops[-1]
+    assert (run["joint.speed"][at_rest] == 0.0).all()
+    assert len(np.unique(run["joint.position"][at_rest])) == 1
+    # Between two stops the speed does not change its sign: five half cycles.
+    signs = np.sign(run["joint.speed"][run["joint.speed"] != 0.0])
+    assert np.count_nonzero(np.diff(signs)) + 1 == 5
+
+
+def test_coulomb_oscillator_converges_with_the_second_power_of_the_step() -> None:
+    errors = [abs(coulomb_oscillator(h)["joint.position"][-1] + 0.003) for h in (4e-3, 1e-3, 2.5e-4)]
+    # Odd steps scatter at the stops; over a factor of 16 in the step the order must show.
+    assert errors[2] < errors[0] / 16.0**1.8
+
+
+@pytest.mark.parametrize("share", [0.5, 0.75, 0.96, -0.96])
+def test_hold_drifts_by_nothing_at_all(share: float) -> None:
+    effects = [DryFriction(Friction(coulomb=15.0, static=25.0)), GivenTorque([0.0], [25.0 * share])]
+    run = simulate(joint_scene(0.5, effects, 100.0, position=0.7), interval=1.0)
+    assert run.counters["steps"] == 100_000
+    assert (run["joint.position"] == 0.7).all()
+    assert (run["joint.speed"] == 0.0).all()
+    assert run["joint.joint_friction"][-1] == pytest.approx(25.0 * share, rel=1e-12)
+
+
+def test_ramp_breaks_loose_within_a_step() -> None:
+    effects = [DryFriction(Friction(coulomb=1.0, static=1.5)), GivenTorque([0.0, 4.0], [0.0, 4.0])]
+    run = simulate(joint_scene(1.0, effects, 2.0), interval=1e-3)
+    (event,) = [event for event in run.events if event.name == "breakaway"]
+    assert event.time == pytest.approx(1.5, abs=2e-3)
+    assert (run["joint.position"][run.time <= 1.5] == 0.0).all()
+
+
+def test_stick_slip_has_its_period() -> None:
+    # Static 1.5, kinetic 1, k = 100, driven at 0.01: stick until the spring pulls 1.5, then slip; 1.353638 s.
+    effects = [DryFriction(Friction(coulomb=1.0, static=1.5)), WallSpring(100.0, speed=0.01)]
+    run = simulate(joint_scene(1.0, effects, 14.0), interval=0.5)
+    times = [event.time for event in run.events if event.name == "breakaway"]
+    assert len(times) == 10
+    assert np.diff(times[2:]).mean() == pytest.approx(1.353638, rel=1e-3)
+
+
+def test_on_a_belt_it_is_the_same_stick_slip() -> None:
+    effects = [DryFriction(Friction(coulomb=1.0, static=1.5)), WallSpring(100.0), MovingBelt(0.01)]
+    run = simulate(joint_scene(1.0, effects, 14.0, speed=0.01))
+    times = [event.time for event in run.events if event.name == "breakaway"]
+    assert len(times) == 10
+    assert np.diff(times[2:]).mean() == pytest.approx(1.353638, rel=1e-3)
+    assert abs(run["energy_error"]).max() < 1e-5  # J; 0.0015 J go through the spring each time
+
+
+def two_links() -> dt.Arm:
+    m1, m2, l1, l2 = 4.0, 3.0, 0.4, 0.35
+    home = np.tile(np.eye(4), (2, 1, 1))
+    home[0, 0, 3], home[1, 0, 3] = l1, l1 + l2
+    screws = np.array([[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, -l1, 0]], dtype=float)
+    return dt.Arm.from_screws(home, screws, [m1, m2], np.zeros((2, 3, 3)), gravity=(0.0, -9.81, 0.0))
+
+
+def fall(step: float = 1e-3, rotors: type = ReflectedRotor) -> Recording:
+    effects = {
+        name: (DryFriction(Friction(coulomb=dry)), ViscousFriction(Friction(viscous=wet)), rotors(inertia, 1.0))
+        for name, dry, wet, inertia in (("joint_1", 18.0, 0.5, 0.33), ("joint_2", 6.0, 0.3, 0.21))
+    }
+    scene = Scene(two_links(), effects, 6.0, np.array([0.3, 0.2]))
+    return simulate(scene, solver=FixedStep(step))
+
+
+def test_two_links_with_friction_come_to_rest_where_they_must() -> None:
+    # From an event-driven reference of tolerance 1e-11 with exact selection of modes.
+    run = fall()
+    final = [run[f"joint_{i}.position"][-1] for i in (1, 2)]
+    np.testing.assert_allclose(final, [-2.006752185, -0.123288467], atol=1e-4)
+    assert run["joint_1.speed"][-1] == 0.0 and run["joint_2.speed"][-1] == 0.0
+    assert len(run.events) < 10
+    assert run.counters["solves"] < 1.1 * run.counters["steps"]
+
+
+def test_order_two_without_friction_against_a_solver_of_order_eight() -> None:
+    arm = dt.with_rotors(dt.load_arm("ur5"), [dt.Rotor(100.0, 6e-5)] * 6)
+    q0, tau = np.array([0.1, -1.2, 1.0, 0.3, 0.5, 0.2]), np.array([10.0, -40.0, 20.0, 2.0, -1.0, 0.5])
+    scene = Scene(arm, {n: (GivenTorque([0.0], [t]),) for n, t in zip(arm.joint_names, tau, strict=True)}, 0.5, q0)
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        return np.concatenate([y[6:], dt.forward_dynamics(arm, y[:6], y[6:], tau)])
+
+    exact = solve_ivp(rates, (0.0, 0.5), np.concatenate([q0, np.zeros(6)]), "DOP853", rtol=1e-11, atol=1e-11).y[:6, -1]
+    errors = []
+    for step in (2e-3, 1e-3, 5e-4):
+        run = simulate(scene, solver=FixedStep(step))
+        errors.append(max(abs(run[f"{n}.position"][-1] - x) for n, x in zip(arm.joint_names, exact, strict=True)))
+    assert errors[1] < 1e-5
+    for coarse, fine in zip(errors, errors[1:], strict=False):
+        assert coarse / fine == pytest.approx(4.0, rel=0.05)
+
+
+def flexible(stiffness: float, duration: float = 0.2, damping: float = 0.0, **motion: float) -> Scene:
+    gear = Gear("spring", 100.0, stiffness_1=stiffness)
+    return joint_scene(Inertia(1.2), [FlexibleJoint(gear, damping), FullRotor(3e-5, 100.0)], duration, **motion)
+
+
+def test_flexible_joint_swings_at_its_frequency_and_keeps_its_energy() -> None:
+    link, rotor, stiffness = 1.2, 0.3, 2e4
+    frequency = math.sqrt(stiffness * (1 / link + 1 / rotor)) / (2 * math.pi)
+    run = simulate(flexible(stiffness, 2.0, speed=0.0), solver=FixedStep(1e-5), interval=1e-4)
+    assert (run["joint.deflection"] == 0.0).all()
+    pushed = [FlexibleJoint(Gear("s", 100.0, stiffness_1=stiffness)), FullRotor(3e-5, 100.0)]
+    pushed.append(GivenTorque([0.0, 0.0, 1e-3, 1e-3, 1.0], [0.0, 100.0, 100.0, 0.0, 0.0]))
+    run = simulate(joint_scene(link, pushed, 1.0), solver=FixedStep(2e-5), interval=2e-5)
+    twist = run["joint.deflection"]
+    crossings = run.time[1:][(twist[:-1] < 0.0) & (twist[1:] >= 0.0)]
+    assert 1.0 / np.diff(crossings).mean() == pytest.approx(frequency, rel=1e-3)
+    # After a jump a step is damped on purpose; from then on nothing is lost.
+    free = run["energy_error"][run.time > 2e-3]
+    assert np.ptp(free) < 1e-9 * run["stored_energy"].max()
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e9])
+def test_stiff_springs_stay_finite_at_a_millisecond(stiffness: float) -> None:
+    effects = [
+        FlexibleJoint(Gear("s", 100.0, stiffness_1=stiffness)),
+        FullRotor(1e-6, 100.0),
+        GivenTorque([0.0, 0.5, 0.5, 1.0], [5.0, 5.0, -5.0, -5.0]),
+    ]
+    run = simulate(joint_scene(Inertia(0.3, weight=2.0), effects, 1.0))
+    # An undamped A-stable step rings but does not grow: the link goes as the rigid one does.
+    rigid = simulate(joint_scene(Inertia(0.3, weight=2.0), [FullRotor(1e-6, 100.0), effects[2]], 1.0))
+    np.testing.assert_allclose(run["joint.position"], rigid["joint.position"], atol=60.0 / stiffness + 1e-6)
+
+
+def test_spring_in_three_pieces_starts_in_balance() -> None:
+    gear = Gear("hd", 100.0, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4, torque_2=15.0, stiffness_3=3e4)
+    effects = [FlexibleJoint(gear), FullRotor(3e-5, 100.0), DryFriction(Friction(coulomb=1.0), "motor")]
+    run = simulate(joint_scene(Inertia(1.0, weight=25.0), effects, 0.1))
+    # 5/1e4 + 10/2e4 + 10/3e4
+    np.testing.assert_allclose(run["joint.deflection"], 5e-4 + 5e-4 + 10.0 / 3e4, rtol=1e-9)
+    np.testing.assert_allclose(run["joint.position"], 0.0, atol=1e-15)
+
+
+def worm(efficiency: float, torque: float, inertia: float = 3e-5, weight: float = 10.0) -> Scene:
+    gear = Gear("worm", 50.0, kind="spur", efficiency=efficiency)
+    effects = [MeshLoss(gear), FullRotor(inertia, 50.0), GivenTorque([0.0], [torque], "motor")]
+    return joint_scene(Inertia(1.0, weight=weight), effects, 1.0)
+
+
+def test_locking_worm_holds_its_load_and_lets_it_go() -> None:
+    scene = worm(0.45, 0.0, inertia=1e-3)
+    held = simulate(scene)
+    assert (held["joint.position"] == 0.0).all() and (held["joint.speed"] == 0.0).all()
+    # 1 - mu = 2 - 1/0.45 < 0: the motor must help the load down, by more than (mu - 1) 10 / 50 N m.
+    needed = (1 / 0.45 - 2.0) * 10.0 / 50.0
+    assert (simulate(worm(0.45, -0.99 * needed, inertia=1e-3))["joint.speed"] == 0.0).all()
+    assert simulate(worm(0.45, -1.01 * needed, inertia=1e-3))["joint.speed"][-1] < 0.0
+
+
+def test_mesh_that_would_jam_is_refused_when_the_scene_is_built() -> None:
+    # mu = 1/0.4 - 1 = 1.5 against 1 + J ratio^2 / I.
+    for inertia, refused in ((1.9e-4, True), (2.1e-4, False)):
+        scene = worm(0.4, 0.0, inertia=inertia)
+        if refused:
+            with pytest.raises(InputError, match="jams"):
+                plan(scene)
+        else:
+            plan(scene)
+
+
+@pytest.mark.parametrize(("torque", "lifts"), [(0.26, True), (0.24, False)])
+def test_starting_against_the_mesh_takes_the_loss_of_driving(torque: float, lifts: bool) -> None:
+    # 10 N m over 50, through eta = 0.8: 0.25 N m.
+    run = simulate(worm(0.8, torque))
+    assert bool(run["joint.speed"][-1] > 0.0) is lifts
+    assert lifts or (run["joint.position"] == 0.0).all()
+
+
+@pytest.mark.parametrize("efficiency", [0.8, 0.95])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_acceleration_with_mesh_loss_in_both_directions_of_power(efficiency: float, way: float) -> None:
+    # Driving: N = I a + r, motor: J a + N (1 + mu) = tau G. Driven back: N (1 - mu).
+    mu, inertia, rotor, load = 1 / efficiency - 1, 1.0, 0.075, 10.0
+    torque = 0.5 if way > 0.0 else 0.05
+    factor = 1 + mu if way > 0.0 else 1 - mu
+    expected = (torque * 50.0 - factor * load) / (rotor + factor * inertia)
+    gear = Gear("g", 50.0, kind="spur", efficiency=efficiency)
+    effects = [MeshLoss(gear), FullRotor(3e-5, 50.0), GivenTorque([0.0], [torque], "motor"), GivenTorque([0.0], [-load])]
+    run = simulate(joint_scene(Inertia(inertia), effects, 0.1))
+    assert run["joint.acceleration"][-1] == pytest.approx(expected, rel=1e-9)
+    assert run["joint.speed"][-1] == pytest.approx(0.1 * expected, rel=1e-9)
+
+
+def test_mirrored_motion_has_mirrored_losses() -> None:
+    gear, law = Gear("g", -50.0, kind="spur", efficiency=0.7), Friction(coulomb=0.02, coulomb_negative=0.05, static=0.06)
+    mirror = Friction(coulomb=0.05, coulomb_negative=0.02, static=0.06)
+    table = np.array([0.0, 0.2, 0.2, 0.6, 1.0]), np.array([0.0, 1.0, -0.4, 0.3, 0.0])
+    ends = []
+    for sign, friction in ((1.0, law), (-1.0, mirror)):
+        effects = [
+            MeshLoss(gear),
+            FullRotor(3e-5, -50.0),
+            DryFriction(friction, "motor"),
+            GivenTorque(table[0], sign * table[1], "motor"),
+        ]
+        ends.append(simulate(joint_scene(0.5, effects, 1.0))["joint.position"])
+    np.testing.assert_array_equal(ends[0], -ends[1])
