@@ -1,0 +1,139 @@
+"""Random studies that hold everything a study can: for tests that set two ways of judging against each other."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import belts_over, differential, placed, with_coupling
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.friction import Friction
+from drivetrain.motion.mix import build_mix
+from drivetrain.study.study import ContainedDrive, DriveMass, Mount, Safety, Study
+
+KINDS = ("table", "arm", "sliding", "coupled", "mix", "dwell")
+
+
+def blanked(rng, row, names, share):
+    """A sheet with some of its numbers missing."""
+    return replace(row, **{name: None for name in names if rng.random() < share})
+
+
+def random_motor(make, rng, key):
+    size = rng.uniform(0.3, 3.0)
+    row = replace(
+        make.motor, key=key, mass=0.4 * size, nominal_current=5.0 * size, peak_current=18.0 * size,
+        rotor_inertia=2e-5 * size**2, resistance=rng.uniform(0.2, 1.5) / size, price=float(rng.uniform(50, 200)),
+        peak_torque=float(rng.choice([0.8, 3.0])) * size, coulomb_friction=0.004 * size, viscous_friction=1e-5 * size,
+        magnet_coefficient=float(rng.choice([-0.002, -0.001, 0.0, 0.0005])), max_speed=float(rng.uniform(400, 1500)),
+        winding_time_constant=float(rng.choice([0.02, 3.0, 40.0])), diameter=0.06, length=0.05,
+        resistance_winding_ambient=3.0, inductance=float(rng.choice([1e-4, 2e-3])),
+    )  # fmt: skip
+    optional = (
+        "inductance mass nominal_current peak_current peak_torque max_speed coulomb_friction viscous_friction "
+        "no_load_current no_load_speed nominal_voltage resistance_winding_housing resistance_housing_ambient "
+        "resistance_winding_ambient winding_time_constant housing_time_constant max_winding_temperature diameter length"
+    ).split()
+    row = blanked(rng, row, optional, 0.15)
+    return blanked(rng, row, ("rotor_inertia",), 0.05)
+
+
+def random_gear(make, rng, key):
+    size = rng.uniform(0.3, 3.0)
+    row = replace(
+        make.gear, key=key, ratio=float(rng.choice([-60.0, 20.0, 50.0, 100.0])), mass=0.4 * size,
+        kind=str(rng.choice(["planetary", "strain_wave", "rv"])), efficiency=float(rng.choice([0.35, 0.7, 0.9])),
+        repeated_peak_torque=35.0 * size, average_torque_limit=25.0 * size, momentary_torque=80.0 * size,
+        no_load_torque=0.003 * size, backdriving_efficiency=float(rng.choice([0.0, 0.5, 0.8])), diameter=0.08,
+        tilting_moment_limit=float(rng.choice([10.0, 300.0])), price=float(rng.uniform(40, 150)),
+    )  # fmt: skip
+    optional = (
+        "no_load_torque backdriving_efficiency mass continuous_torque average_torque_limit repeated_peak_torque "
+        "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
+        "axial_load_limit radial_load_limit diameter"
+    ).split()
+    row = blanked(rng, row, optional, 0.15)
+    return blanked(rng, row, ("efficiency", "inertia"), 0.05)
+
+
+def random_friction(rng, curved):
+    if not curved:
+        return Friction(float(rng.uniform(0, 1)), viscous=float(rng.uniform(0, 0.3)))
+    return Friction(
+        0.4, float(rng.uniform(0, 0.4)), 0.1, 0.2, static=0.9, stribeck_speed=float(rng.choice([0.1, 1.0])),
+    )  # fmt: skip
+
+
+def sliding_arm(make):
+    """Three joints, the second one slides."""
+    arm = make.planar_arm([0.4, 0.35, 0.3], [1.0, 0.8, 0.5])
+    screws = np.array(arm.screws)
+    screws[1] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]
+    return Arm.from_screws(
+        arm.home, screws, arm.masses, arm.inertias, tip=arm.tip, joint_points=arm.joint_points,
+        joint_names=arm.joint_names,
+    )  # fmt: skip
+
+
+def moved(make, rng, kind, samples=41):
+    """The cycle of a kind of task."""
+    size = float(rng.uniform(0.3, 1.5))
+    if kind == "table":
+        time = np.linspace(0.0, 2.0, samples)
+        speed = size * np.where(time < 0.6, 0.0, np.sin(2.0 * np.pi * time))
+        torque = rng.uniform(5, 40) * np.sin(4.0 * time + rng.uniform(0, 6))
+        return make.table_cycle(time, torque, speed, np.gradient(speed, time))
+    cycle = make.sines(3, samples=samples, duration=float(rng.uniform(1.0, 4.0)), size=size)
+    if kind in ("dwell", "sliding"):
+        velocity, acceleration = np.array(cycle.velocity), np.array(cycle.acceleration)
+        still = slice(samples // 3, samples // 2)
+        velocity[still], acceleration[still] = 0.0, 0.0
+        velocity[:, 2] = acceleration[:, 2] = 0.0  # the last joint never moves
+        return replace(cycle, velocity=velocity, acceleration=acceleration)
+    if kind == "mix":
+        other = make.sines(3, samples=31, duration=1.0, size=0.5 * size)
+        return build_mix([cycle, other], [0.3, 0.7])
+    return cycle
+
+
+def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
+    """A study of a kind, with random rows and a random task."""
+    rng = np.random.default_rng(seed)
+    motors = {f"m{i}": random_motor(make, rng, f"m{i}") for i in range(6)}
+    gears = {f"g{i}": random_gear(make, rng, f"g{i}") for i in range(6)}
+    pairs = (*itertools.product(motors, gears), *((key, "") for key in motors))
+    cycle = moved(make, rng, kind)
+    arm = None
+    if kind != "table":
+        arm = sliding_arm(make) if kind == "sliding" else make.planar_arm([0.4, 0.35, 0.3], rng.uniform(0.5, 2.0, 3))
+    if kind == "coupled":
+        matrix = differential() if rng.random() < 0.5 else belts_over([1.0])
+        arm = with_coupling(arm, placed(matrix, (1, 2), 3))
+    mass = None if arm is None else (DriveMass.ADDED, DriveMass.INCLUDED, DriveMass.REPLACED)[rng.integers(3)]
+    tasks = []
+    for i, name in enumerate(cycle.joint_names):
+        mount = Mount(str(rng.choice(["parent", "child", "base"])), float(rng.uniform(-0.1, 0.1)))
+        tasks.append(
+            make.task(
+                name, drive=None, pairs=pairs, mount=mount, friction=random_friction(rng, rng.random() < 0.5),
+                motor_friction=random_friction(rng, True) if rng.random() < 0.2 else None,
+                amplifier=Amplifier(*(float(x) if rng.random() < 0.8 else None for x in rng.uniform(10, 60, 2))),
+                travel_per_turn=0.02 if kind == "sliding" and i == 1 else None,
+                housing_to_ambient=float(rng.uniform(0.5, 4.0)) if rng.random() < 0.5 else None,
+                coupled=("j2", "j3") if kind == "coupled" and i > 0 else (),
+                contained=ContainedDrive(0.05, Mount()) if mass is DriveMass.REPLACED else None,
+            )
+        )  # fmt: skip
+    safety = Safety(
+        1.1, 1.05, 1.02, 1.03, inertia_ratio=float(rng.choice([5.0, 200.0])) if rng.random() < 0.5 else None,
+        life=float(rng.choice([1e6, 1e8])) if rng.random() < 0.7 else None, temperature_margin=5.0,
+    )  # fmt: skip
+    return make.study(
+        cycle, arm=arm, drive_mass=mass, joints=tuple(tasks), catalog=Catalog(motors, gears), safety=safety,
+        ambient=float(rng.choice([25.0, 40.0])),
+    )  # fmt: skip
