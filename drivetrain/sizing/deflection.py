@@ -23,11 +23,11 @@ from drivetrain.dynamics.flexibility import (
 from drivetrain.dynamics.kinematics import link_poses, tip_pose
 from drivetrain.dynamics.newton_euler import joint_loads
 from drivetrain.errors import Fault, InputError
-from drivetrain.sizing.mounting import loaded_arm
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.beams import Beam, end_deflection
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.rotations import frame_along
+from drivetrain.study.mounting import loaded_arm
 
 MOST_COMBINED = 12  # joints whose plays are tried in every combination; beyond, their plain sum bounds it
 

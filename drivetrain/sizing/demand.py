@@ -16,7 +16,7 @@ from drivetrain.drive.gear import average_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.checks import Peak, peak
 from drivetrain.sizing.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
-from drivetrain.sizing.mounting import seat
+from drivetrain.study.mounting import seat
 from drivetrain.study.study import Study
 
 

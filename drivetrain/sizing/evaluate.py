@@ -11,10 +11,10 @@ from drivetrain.sizing.checks_supply import supply_checks
 from drivetrain.sizing.demand import Workload, workload
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import joint_result, placed
-from drivetrain.sizing.mounting import drive_mass
 from drivetrain.sizing.objectives import criteria, weighted
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.results import Check, Evaluation, JointResult
+from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import DriveMass, Study
 
 Pair = tuple[str, str]

@@ -16,8 +16,8 @@ from drivetrain.sizing.checks_motor import motor_speed, motor_voltage
 from drivetrain.sizing.demand import Workload
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.free_ratio_results import Goal
-from drivetrain.sizing.mounting import drive_mass
 from drivetrain.sizing.operation import Operation, operation
+from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import Study
 
 SIZINGS = 12  # a gear that rides on the link it moves is sized again until its own weight is borne

@@ -20,7 +20,7 @@ from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.newton_euler import inverse_dynamics, joint_loads
-from drivetrain.sizing.mounting import (
+from drivetrain.study.mounting import (
     carrier_link,
     carrying,
     drive_body,

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Mapping
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.mounting import drive_mass
 from drivetrain.sizing.results import Check, JointResult
+from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import Study, Wanted
 
 TERMS = ("mass", "price", "energy")

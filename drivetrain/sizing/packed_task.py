@@ -26,7 +26,6 @@ from drivetrain.drive.motor import Motor
 from drivetrain.sizing.demand import JointDemand, Workload, workload
 from drivetrain.sizing.fill import DIRECT, Shelf
 from drivetrain.sizing.load_basis import NUMBERS
-from drivetrain.sizing.mounting import cylinder_inertia
 from drivetrain.sizing.packed_rows import (
     AXIAL,
     EXPONENT,
@@ -38,6 +37,7 @@ from drivetrain.sizing.packed_rows import (
     motor_row,
     rows,
 )
+from drivetrain.study.mounting import cylinder_inertia
 from drivetrain.study.study import DriveMass, JointTask, Study
 
 Indices = NDArray[np.int64]

@@ -19,8 +19,8 @@ from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.errors import InputError
 from drivetrain.sizing.deflection import joint_stiffness, lost_motion, tip_deflection, vibration
 from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.mounting import loaded_arm
 from drivetrain.spatial.beams import Beam, round_tube
+from drivetrain.study.mounting import loaded_arm
 from drivetrain.study.study import DriveMass
 
 SECTION = round_tube(0.04, 0.036, 70e9, 26e9)

@@ -9,7 +9,7 @@ import pytest
 
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.fill import INPUT_INERTIA_SHARE, Shelf
-from drivetrain.sizing.mounting import drive_body, drive_mass
+from drivetrain.study.mounting import drive_body, drive_mass
 from drivetrain.study.study import GearAssumption
 
 
