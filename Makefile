@@ -18,6 +18,7 @@ check: $(VENV)/.test-installed
 bench: $(VENV)/.test-installed
 	$(BIN)/python benchmarks/inverse_dynamics.py
 	$(BIN)/python benchmarks/chapter.py
+	$(BIN)/python benchmarks/selection.py
 
 gallery: $(VENV)/.installed
 	$(BIN)/python examples/gallery.py
