@@ -280,7 +280,7 @@ def limits(ours: Compiled, packed: Packed) -> None:
     print(f"\ntorque of joint 1 over {samples} samples from {rows} rows: {1e6 * seconds:.1f} us")
     print(f"  {flops / 1e9:.1f} GF/s, {100 * flops / peak:.0f} % of {peak / 1e9:.0f} GF/s (multiply-adds in registers)")
     read = 8.0 * work / seconds
-    print(f"  {read / 1e9:.1f} GB/s read, {100 * read / triad:.0f} % of the triad at that size ({triad / 1e9:.0f} GB/s)")
+    print(f"  {read / 1e9:.1f} GB/s read, {100 * read / triad:.0f} % of {triad / 1e9:.0f} GB/s (triad of that size)")
     print(f"  (triad out of memory: {far / 1e9:.0f} GB/s)\n")
 
 
