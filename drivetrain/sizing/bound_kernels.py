@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.periodic_rise import STEADY
 from drivetrain.sizing.check_kernels import CLOSE, essential_lack, fast_enough, life
 from drivetrain.sizing.load_kernels import (
     LOAD_NUMBERS,
@@ -29,10 +30,12 @@ from drivetrain.sizing.load_kernels import (
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
     CONTINUOUS,
+    COPPER,
     COULOMB,
     DIRECT_DRIVE,
     DRIVEN,
     DRIVING,
+    HOUSING_CAPACITY,
     INDUCTANCE,
     INNER,
     INPUT_INERTIA,
@@ -48,8 +51,10 @@ from drivetrain.sizing.packed_rows import (
     RATED_TORQUE,
     RATIO,
     REPEATED,
+    RESISTANCE,
     ROTOR,
     VISCOUS,
+    WINDING_CAPACITY,
 )
 from drivetrain.sizing.packed_task import (
     ACCELERATION,
@@ -211,6 +216,51 @@ def _gear_may_hold(task: PackedTask, joint: int, gear: int, bounds: JointBounds)
 
 
 @part
+def _least_rises(m: Array, limits: Array, copper: float, loss: float, parts: int) -> tuple[float, float]:
+    """Mean rises of winding and housing that cannot be undercut, infinite in a runaway.
+
+    Copper loss is s (r + r' x) with x the winding's rise and s the square of the current; y = x + r / r' follows
+    C y' / y = s r' - 1 / R + (h + r / r') / (R y) with h the housing's rise, R between them. Its mean over a cycle
+    that repeats is zero, so that mean of s and least h bound mean(1 / y), and that bounds mean(y). A housing cools by
+    no more than its own rate within a cycle, which bounds its least rise by its mean.
+
+    Args:
+        m: The motor's row.
+        limits: The joint's numbers.
+        copper: Mean copper loss with the winding at ambient temperature [W].
+        loss: Mean loss in the housing [W].
+        parts: Of a mix; of more than one the parts share a housing, and only the losses at ambient temperature count.
+
+    Returns:
+        [K], both.
+    """
+    inner, outer = m[INNER], m[OUTER]
+    housing = outer * (copper + loss)
+    winding = inner * copper + housing
+    if parts == 1:
+        above = resistance(m, limits[AMBIENT]) / (m[RESISTANCE] * m[COPPER])  # kelvins from no resistance at all
+        flow = inner if inner > 0.0 else outer
+        left = 1.0 - flow * copper / above
+        if not left > 0.0:
+            return np.inf, np.inf
+        if inner == 0.0:
+            winding = max(winding, above / left - above)
+            return winding, winding
+        kept = 1.0
+        if not (np.isnan(m[HOUSING_CAPACITY]) or np.isnan(m[WINDING_CAPACITY])):
+            kept = math.exp(-limits[DURATION] * (1.0 / inner + 1.0 / outer) / m[HOUSING_CAPACITY])
+        elif not np.isnan(m[WINDING_CAPACITY]):
+            kept = math.exp(-(1.0 + outer / inner) / STEADY)
+        share, given = outer / (inner + outer), loss * inner * outer / (inner + outer)
+        grows = kept * share / left
+        if not grows < 1.0:
+            return np.inf, np.inf
+        winding = max(winding, ((kept * given + above) / left - above) / (1.0 - grows))
+        housing = max(housing, share * winding + given)
+    return winding, housing
+
+
+@part
 def _motor_may_hold(task: PackedTask, joint: int, m: Array, g: Array, bounds: JointBounds) -> bool:
     """The motor's and the amplifier's limits, LOW and HIGH filled."""
     limits, row, least, most = task.tasks[joint], task.series[joint], bounds.scratch[LOW], bounds.scratch[HIGH]
@@ -221,18 +271,25 @@ def _motor_may_hold(task: PackedTask, joint: int, m: Array, g: Array, bounds: Jo
     ambient, heated = limits[AMBIENT], not np.isnan(m[INNER])
     constant, ohms = constant_at(m, ambient), resistance(m, ambient)
     if holds and (m[MAGNET] <= 0.0 or not heated):
-        current = limits[PEAK_FACTOR] * peak / constant
-        rms = limits[RMS_FACTOR] * math.sqrt(square / limits[DURATION]) / constant
-        holds = not (current > m[PEAK_CURRENT] * OVER or current > limits[AMPLIFIER_PEAK] * OVER)
-        holds = holds and not (rms > m[CONTINUOUS] * OVER or rms > limits[AMPLIFIER_CONTINUOUS] * OVER)
-        if heated:
-            # Mean losses with everything at ambient temperature: warmer windings and magnets only add to them.
-            copper, loss = ohms * between / (constant * constant), 0.0
+        weakest = constant
+        if heated and not np.isnan(m[MAX_WINDING]):  # without a limit a runaway is not judged, nor its magnets
+            loss = 0.0
             if limits[CURVED] == 0.0:
                 turning = abs(g[RATIO])
                 loss = turning * (m[COULOMB] * limits[STEP_SPEED] + m[VISCOUS] * turning * limits[STEP_SQUARE])
-            rise = m[INNER] * copper + m[OUTER] * (copper + loss)
-            holds = holds and not rise > (m[MAX_WINDING] - limits[TEMPERATURE_MARGIN] - ambient) * OVER
+            winding = 0.0
+            for _ in range(3):  # warmer magnets take more current, which warms them
+                copper = ohms * between / (weakest * weakest)
+                winding, housing = _least_rises(m, limits, copper, loss, len(task.shares))
+                weakest = constant_at(m, ambient + housing) if housing < np.inf else 0.0
+                if not weakest > 0.0:
+                    winding, weakest = np.inf, constant
+                    break
+            holds = not winding > (m[MAX_WINDING] - limits[TEMPERATURE_MARGIN] - ambient) * OVER
+        current = limits[PEAK_FACTOR] * peak / weakest
+        rms = limits[RMS_FACTOR] * math.sqrt(square / limits[DURATION]) / weakest
+        holds = holds and not (current > m[PEAK_CURRENT] * OVER or current > limits[AMPLIFIER_PEAK] * OVER)
+        holds = holds and not (rms > m[CONTINUOUS] * OVER or rms > limits[AMPLIFIER_CONTINUOUS] * OVER)
     room = limits[VOLTS] * OVER / limits[VOLTAGE_FACTOR]
     if holds:
         holds = _least_voltage(row, m, g[RATIO], ohms, constant, least, most) <= room

@@ -146,7 +146,7 @@ def test_examples_agree_check_by_check(name):
 
 
 @pytest.mark.parametrize("kind", TASKS.KINDS)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_random_studies_agree_check_by_check(make, kind, seed):
     road = Road(TASKS.random_study(make, seed, kind), seed)
@@ -182,7 +182,7 @@ def test_numbers_masses_and_prices_are_those_of_the_drives(make, kind):
 
 
 @pytest.mark.parametrize("kind", TASKS.KINDS)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_bounds_never_rule_out_what_holds(make, kind, seed):
     road = Road(TASKS.random_study(make, seed, kind), seed)
