@@ -2,20 +2,63 @@
 
 from __future__ import annotations
 
+import math
+
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.judge_kernels import ASK, FALLS, judge_exact, least_energy, load_joint, may_hold, pair_power
-from drivetrain.sizing.load_kernels import PEAK_LOAD, bound_joint
-from drivetrain.sizing.packed_rows import DIRECT_DRIVE, MAX_INPUT, MAX_SPEED, MOMENTARY, RATIO, REPEATED
-from drivetrain.sizing.packed_task import FASTEST, PEAK_FACTOR, SPEED_FACTOR, Indices, PackedTask
+from drivetrain.sizing.bound_kernels import HIGH, LOW
+from drivetrain.sizing.judge_kernels import ASK, FALLS, judge_exact, load_joint, may_hold, pair_power
+from drivetrain.sizing.load_basis import NUMBERS
+from drivetrain.sizing.load_kernels import bound_joint, compiled, fast, least_average, least_peak, part
+from drivetrain.sizing.packed_rows import (
+    AVERAGE,
+    CONTINUOUS,
+    COULOMB,
+    DIRECT_DRIVE,
+    INNER,
+    MAGNET,
+    MAX_INPUT,
+    MAX_SPEED,
+    MAX_WINDING,
+    MEAN_INPUT,
+    MOMENTARY,
+    OUTER,
+    PEAK_CURRENT,
+    PEAK_TORQUE,
+    RATIO,
+    REPEATED,
+    VISCOUS,
+)
+from drivetrain.sizing.packed_task import (
+    AMBIENT,
+    AMPLIFIER_CONTINUOUS,
+    AMPLIFIER_PEAK,
+    CURVED,
+    DURATION,
+    FASTEST,
+    MEAN_SPEED,
+    PEAK_FACTOR,
+    RMS_FACTOR,
+    SPEED,
+    SPEED_FACTOR,
+    STEP_SHARE,
+    STEP_SPEED,
+    STEP_SQUARE,
+    WEIGHT,
+    Indices,
+    PackedTask,
+)
 from drivetrain.sizing.propagation import Memory, Setting, interval
-from drivetrain.sizing.warm_bound import stays_cool
+from drivetrain.sizing.torque_kernels import constant_at, resistance
+from drivetrain.sizing.vector_max import larger, smaller
+from drivetrain.sizing.warm_bound import resting_share, stays_cool
 
 MASS, PRICE, ENERGY, USED = range(4)
 OUT, BOUND, EXACT, UNSURE = range(4)
+LADDER = 8  # steps towards the temperatures; each adds a few percent of the one before
 BELOW = 1.0 - 1e-9  # a bound stays a bound though it is rounded
 
 
@@ -46,7 +89,6 @@ def cost_joint(
         load_joint(task, joint, memory.low, memory.load)
     else:
         bound_joint(task, joint, memory.torque[0], memory.torque[1], memory.bounds)
-    limits = task.tasks[joint]
     for i in range(pool.size):
         pair = pool[i]
         costs[i, MASS], costs[i, PRICE] = fixed[pair, 0], fixed[pair, 1]
@@ -61,22 +103,119 @@ def cost_joint(
         if not (may_hold(task, joint, pair, memory.bounds) and stays_cool(task, joint, pair, memory.bounds)):
             continue
         states[i] = BOUND
-        least = least_energy(task, joint, pair, memory.bounds)
-        costs[i, ENERGY] = least * BELOW if least > 0.0 else least / BELOW
-        m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
-        used, turning = 0.0, limits[SPEED_FACTOR] * abs(g[RATIO]) * limits[FASTEST]
-        if g[DIRECT_DRIVE] == 0.0 and task.offsets[joint, joint] < 0:
-            peak = limits[PEAK_FACTOR] * memory.bounds.numbers[PEAK_LOAD]
-            used = max(_share(peak, g[REPEATED]), _share(peak, g[MOMENTARY]))
-        used = max(used, _share(turning, m[MAX_SPEED]), _share(turning, g[MAX_INPUT]))
-        costs[i, USED] = used * BELOW
+        figures = bound_candidate(task, joint, pair, memory)
+        costs[i, ENERGY] = figures[0] * BELOW if figures[0] > 0.0 else figures[0] / BELOW
+        costs[i, USED] = figures[1] * BELOW
     return decided
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@part
 def _share(required: float, available: float) -> float:
     """Required over available; 0 where nothing limits it."""
     return required / available if available > 0.0 and required > 0.0 else 0.0
+
+
+@fast
+def _least_torques(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
+    """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
+    weight, share = row[WEIGHT], row[STEP_SHARE]
+    peak, square, between = 0.0, 0.0, 0.0
+    for t in range(len(least)):
+        magnitude = larger(larger(least[t], -most[t]), 0.0)
+        peak = larger(peak, magnitude)
+        square += weight[t] * magnitude * magnitude
+    low, high, low_after, high_after = least[:-1], most[:-1], least[1:], most[1:]
+    for t in range(len(low)):
+        a = larger(low[t], 0.0) + smaller(high[t], 0.0)
+        b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
+        same = (a * a + a * b + b * b) * (1.0 / 3.0)
+        turned = 0.25 * larger(a * a, b * b)  # the least of the same sum over one of the two
+        between += share[t] * (same if a * b > 0.0 else turned)
+    return peak, square, between
+
+
+@fast
+def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
+    """The least integral of torque times speed plus loss times torque squared."""
+    speed, weight = row[SPEED], row[WEIGHT]
+    total, inverse = 0.0, -0.5 / loss if loss > 0.0 else 0.0
+    for t in range(len(least)):
+        turning = ratio * speed[t]
+        best = inverse * turning if loss > 0.0 else (-np.inf if turning > 0.0 else np.inf)
+        torque = smaller(larger(best, least[t]), most[t])
+        total += weight[t] * torque * (turning + loss * torque)
+    return total
+
+
+@compiled
+def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -> tuple[float, float]:
+    """Winding and magnet temperature that cannot be undercut at any instant and on average: see ``warm_bound``."""
+    limits = task.tasks[joint]
+    ambient = limits[AMBIENT]
+    if np.isnan(m[INNER]):
+        return (ambient if np.isnan(m[MAX_WINDING]) else m[MAX_WINDING]), ambient
+    if m[MAGNET] > 0.0:
+        return ambient, ambient
+    share, loss = resting_share(m, len(task.shares), limits[DURATION]), 0.0
+    if limits[CURVED] == 0.0:
+        turning = abs(g[RATIO])
+        loss = turning * (m[COULOMB] * limits[STEP_SPEED] + m[VISCOUS] * turning * limits[STEP_SQUARE])
+    copper, magnets = 0.0, ambient
+    for _ in range(LADDER):
+        constant = constant_at(m, magnets)
+        if not constant > 0.0:
+            break
+        copper = resistance(m, ambient + share * m[OUTER] * copper) * between / (constant * constant)
+        magnets = ambient + m[OUTER] * (copper + loss)
+    return ambient + share * m[OUTER] * copper, magnets
+
+
+@compiled
+def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> tuple[float, float]:
+    """What a candidate draws and how near it comes to its limits at least, whatever torque within the bounds it gives.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        pair: Index into ``task.pairs``, for which ``may_hold`` was just asked.
+        memory: Its bounds as that left them; ``torque`` is filled again.
+
+    Returns:
+        Energy a cycle [J], and utilisation.
+    """
+    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
+    row, limits, bounds = task.series[joint], task.tasks[joint], memory.bounds
+    least, most = bounds.scratch[LOW], bounds.scratch[HIGH]
+    peak, square, between = _least_torques(row, least, most)
+    winding, magnets = _coolest(task, joint, m, g, between)
+    weak = constant_at(m, magnets)
+    # Magnets that may be stronger without bound, or gone: no loss is certain.
+    sure = weak > 0.0 and not (m[MAGNET] > 0.0 and not np.isnan(m[INNER]))
+    energy = _least_drawn(row, g[RATIO], resistance(m, winding) / (weak * weak) if sure else 0.0, least, most)
+    turning = limits[SPEED_FACTOR] * abs(g[RATIO])
+    used = max(_share(turning * limits[FASTEST], m[MAX_SPEED]), _share(turning * limits[FASTEST], g[MAX_INPUT]))
+    used = max(used, _share(turning * limits[MEAN_SPEED], g[MEAN_INPUT]))
+    used = max(used, _share(limits[PEAK_FACTOR] * peak, m[PEAK_TORQUE]))
+    if sure:
+        current = limits[PEAK_FACTOR] * peak / weak
+        rms = limits[RMS_FACTOR] * math.sqrt(square / limits[DURATION]) / weak
+        used = max(used, _share(current, m[PEAK_CURRENT]), _share(current, limits[AMPLIFIER_PEAK]))
+        used = max(used, _share(rms, m[CONTINUOUS]), _share(rms, limits[AMPLIFIER_CONTINUOUS]))
+    if g[DIRECT_DRIVE] == 0.0:
+        low, high, at = memory.torque[0], memory.torque[1], task.offsets[joint, joint]
+        low[:], high[:] = bounds.low, bounds.high
+        if at >= 0:
+            for i in range(NUMBERS):
+                unit, number = task.force[at + i], task.numbers[pair, i]
+                for t in range(len(low)):
+                    low[t] += number * unit[t]
+                    high[t] += number * unit[t]
+        asked = limits[PEAK_FACTOR] * least_peak(row, limits, low, high)
+        used = max(used, _share(asked, g[REPEATED]), _share(asked, g[MOMENTARY]))
+        if not np.isnan(g[AVERAGE]):
+            exponent = task.exponents[task.exponent_of[task.pairs[pair, 1]]]
+            used = max(used, _share(least_average(row, exponent, low, high), g[AVERAGE]))
+    return energy, used
 
 
 @nb.njit(cache=True, error_model="numpy", nogil=True)
