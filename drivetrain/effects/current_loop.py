@@ -145,7 +145,7 @@ class CurrentLoop(Effect):
         return Ports(
             states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6), State("integrated_voltage", "V", 1e-6)),
             needs=(
-                s.CURRENT_COMMAND, replace(s.CURRENT_DAMPING, default=0.0), replace(s.CURRENT_STIFFNESS, default=0.0),
+                s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS,
                 s.MOTOR_SPEED,
                 replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
                 s.VOLTAGE_LIMIT,

@@ -58,9 +58,10 @@ MOTOR_VISCOUS_POWER = Signal("motor_viscous_power", "W")  # told by viscous fric
 COMMAND_POSITION = Signal("command_position", "rad")
 COMMAND_SPEED = Signal("command_speed", "rad/s")
 COMMAND_ACCELERATION = Signal("command_acceleration", "rad/s^2")
+MEASURED_POSITION = Signal("measured_position", "rad")  # the motor's, as an encoder sees it
 CURRENT_COMMAND = Signal("current_command", "A")  # added to by controllers and feed-forward
-CURRENT_DAMPING = Signal("current_damping", "A s/rad")  # how that falls with the motor's speed
-CURRENT_STIFFNESS = Signal("current_stiffness", "A/rad")  # and with its position
+CURRENT_DAMPING = Signal("current_damping", "A s/rad", default=0.0)  # how that falls with the motor's speed
+CURRENT_STIFFNESS = Signal("current_stiffness", "A/rad", default=0.0)  # and with its position
 CURRENT = Signal("current", "A")
 VOLTAGE = Signal("voltage", "V")  # between the motor's terminals
 VOLTAGE_LIMIT = Signal("voltage_limit", "V", default=float("inf"))

@@ -1,0 +1,133 @@
+"""Position loop around speed loop, continuous: what most servo amplifiers do, as if they did it without samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
+from drivetrain.errors import Fault, InputError
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        place, gain, rate, peak, ratio = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4]
+        wanted = ratio * signals[words[row + 3]] + place * (ratio * signals[words[row + 2]] - signals[words[row + 4]])
+        error = wanted - signals[words[row + 5]]
+        grown = gain * rate * error
+        middle = x[words[row + 1]] + 0.5 * h * grown
+        asked = gain * error + middle
+        if abs(asked) > peak:
+            # At the limit the integrator only goes back: what it gathered there would have to be undone.
+            asked = peak if asked > 0.0 else -peak
+            if asked * error > 0.0:
+                grown = 0.0
+        else:
+            signals[words[row + 7]] += gain
+            signals[words[row + 8]] += gain * place
+        rates[words[row + 1]] = grown
+        signals[words[row + 6]] += asked
+
+
+@dataclass(frozen=True)
+class CascadeLoop(Effect):
+    """Speed wanted = commanded speed + gain x position error; current = gain x speed error and its integral.
+
+    Attributes:
+        position_gain: Of the outer loop [1/s].
+        speed_gain: Of the inner one, at the motor [A s/rad].
+        integral_time: In which the integral adds as much as the gain [s]; infinite: no integral.
+        peak_current: At which command and integrator stop [A].
+    """
+
+    position_gain: float
+    speed_gain: float
+    integral_time: float = math.inf
+    peak_current: float = math.inf
+
+    compute = _compute
+
+    def __post_init__(self) -> None:
+        faults = gain_faults(self)
+        if faults:
+            raise InputError(faults)
+
+    def ports(self, place: Place) -> Ports:
+        """Remembers the integral; reads command and motor, adds to the current command and how it falls with motion.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        return Ports(
+            states=(State("integrated_current", "A", 1e-6),),
+            needs=(s.COMMAND_POSITION, s.COMMAND_SPEED, s.MOTOR_POSITION, s.MOTOR_SPEED),
+            adds=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
+        )
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The gains.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Position gain [1/s], speed gain [A s/rad], rate of the integral [1/s], limit [A], ratio [-].
+        """
+        rate = 1.0 / self.integral_time
+        return self.position_gain, self.speed_gain, rate, self.peak_current, place.ratio
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        """Nothing integrated yet.
+
+        Args:
+            place: Where it stands.
+            signals: Not needed.
+
+        Returns:
+            [A].
+        """
+        return (0.0,)
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        """Of the outer loop, and of the integral.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            [s].
+        """
+        outer = (TimeScale("position loop", 1.0 / self.position_gain),) if self.position_gain > 0.0 else ()
+        return (*outer, TimeScale("integral", self.integral_time)) if self.integral_time < math.inf else outer
+
+
+def gain_faults(loop: Any) -> list[Fault]:
+    """What is wrong with the gains of a cascade, continuous or sampled.
+
+    Args:
+        loop: With ``position_gain``, ``speed_gain``, ``integral_time`` and ``peak_current``.
+
+    Returns:
+        Its faults.
+    """
+    kind = type(loop).__name__
+    faults = [
+        Fault(f"{kind}.{name}", "must not be negative and finite", getattr(loop, name))
+        for name in ("position_gain", "speed_gain")
+        if not 0.0 <= getattr(loop, name) < math.inf
+    ]
+    faults += [
+        Fault(f"{kind}.{name}", f"must be positive [{unit}]", getattr(loop, name))
+        for name, unit in (("integral_time", "s"), ("peak_current", "A"))
+        if not getattr(loop, name) > 0.0
+    ]
+    return faults

@@ -1,0 +1,111 @@
+"""A holding brake on the motor's shaft: engaged without current, it holds up to its torque and slips with less."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.tables import interval_of
+from drivetrain.errors import Fault, InputError
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"effects/tables.py": 0}
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        size = int(numbers[at + 2])
+        engaged = 0.0
+        if size > 0 and t >= numbers[at + 3]:
+            engaged = numbers[at + 3 + size + interval_of(numbers, at + 3, size, t)]
+        if engaged > 0.0:
+            signals[words[row + 1]] += numbers[at]
+            signals[words[row + 2]] += numbers[at]
+            signals[words[row + 3]] += numbers[at + 1]
+            signals[words[row + 4]] += numbers[at + 1]
+
+
+@dataclass(frozen=True)
+class HoldingBrake(Effect):
+    """Adds its bounds to those of dry friction while it is engaged; the spring closes it, so it takes no current.
+
+    Attributes:
+        holding: Torque that it holds at rest [N m].
+        sliding: Torque with which it slips [N m]; None: three quarters of ``holding``.
+        engages, releases: Instants of command [s].
+        closing, opening: Delay of either [s].
+        engaged: Whether it is at the start.
+    """
+
+    holding: float
+    sliding: float | None = None
+    engages: tuple[float, ...] = ()
+    releases: tuple[float, ...] = ()
+    closing: float = 0.0
+    opening: float = 0.0
+    engaged: bool = False
+
+    compute: ClassVar[Compiled | None] = _compute
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not 0.0 < self.holding < math.inf:
+            faults.append(Fault("HoldingBrake.holding", "must be positive [N m]", self.holding))
+        if self.sliding is not None and not 0.0 <= self.sliding <= self.holding:
+            faults.append(Fault("HoldingBrake.sliding", "must be from 0 to the holding torque [N m]", self.sliding))
+        for name in ("closing", "opening"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                faults.append(Fault(f"HoldingBrake.{name}", "must not be negative [s]", getattr(self, name)))
+        for name in ("engages", "releases"):
+            faults += [
+                Fault(f"HoldingBrake.{name}", "must be instants from 0 on [s]", t)
+                for t in getattr(self, name)
+                if not 0.0 <= t < math.inf
+            ]
+        if faults:
+            raise InputError(faults)
+
+    def ports(self, place: Place) -> Ports:
+        """Adds to the bounds at the motor's shaft.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        return Ports(adds=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD))
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """Torques, and when it holds.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Holding and sliding torque [N m], number of changes, their instants [s], 1 where it is engaged from then on.
+        """
+        sliding = 0.75 * self.holding if self.sliding is None else self.sliding
+        changes = self._changes()
+        return [self.holding, sliding, float(len(changes)), *(t for t, _ in changes), *(on for _, on in changes)]
+
+    def breakpoints(self) -> Sequence[float]:
+        """Where it closes or opens.
+
+        Returns:
+            Instants [s].
+        """
+        return [t for t, _ in self._changes() if t > 0.0]
+
+    def _changes(self) -> list[tuple[float, float]]:
+        """Instants with 1 where it is engaged from then on; the start first."""
+        closes = [(t + self.closing, 1.0) for t in self.engages]
+        opens = [(t + self.opening, 0.0) for t in self.releases]
+        return [(0.0, float(self.engaged)), *sorted(closes + opens)]

@@ -1,0 +1,184 @@
+"""LuGre friction: bristles that bend before they slip, where what happens before sliding matters.
+
+    z' = v - s0 |v| z / g(v),   torque = s0 z + s1 z' + s2 v,   g(v) = Fc + (Fs - Fc) exp(-(|v| / vs)^2)
+
+Reference: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from drivetrain.drive.exponentials import first, second
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal, State, TimeScale
+from drivetrain.errors import Fault, InputError
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"drive/exponentials.py": 0}
+
+
+# long kernel: the law at an instant, and over a step with its slope
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        bend, speed = x[words[row + 1]], signals[words[row + 2]] - signals[words[row + 3]]
+        stiff, damp, viscous = numbers[at], numbers[at + 1], numbers[at + 2]
+        slip = numbers[at + 3] + (numbers[at + 4] - numbers[at + 3]) * math.exp(-((speed / numbers[at + 5]) ** 2))
+        fade = stiff * abs(speed) / slip
+        rate = speed - fade * bend
+        if h == 0.0:
+            rates[words[row + 1]] = rate
+            signals[words[row + 4]] -= stiff * bend + damp * rate + viscous * speed
+            continue
+        # With the speed held z is linear in time, and its exponential the step.
+        grown = first(-fade * h)
+        mean = bend + h * rate * second(-fade * h, grown)
+        rates[words[row + 1]] = rate * grown
+        signals[words[row + 4]] -= stiff * mean + damp * rate * grown + viscous * speed
+        # How the mean torque grows with the speed, by a small difference: the law has a kink at rest.
+        small = 1e-6 * numbers[at + 5]
+        other = speed + (small if speed >= 0.0 else -small)
+        slip = numbers[at + 3] + (numbers[at + 4] - numbers[at + 3]) * math.exp(-((other / numbers[at + 5]) ** 2))
+        fade = stiff * abs(other) / slip
+        shifted = other - fade * bend
+        grown_too = first(-fade * h)
+        mean_too = bend + h * shifted * second(-fade * h, grown_too)
+        slope = stiff * (mean_too - mean) + damp * (shifted * grown_too - rate * grown)
+        slope = slope / (other - speed) + viscous
+        if slope > 0.0:
+            signals[words[row + 5]] += slope
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        bend, speed = x[words[row + 1]], signals[words[row + 2]] - signals[words[row + 3]]
+        stiff, damp, viscous = numbers[at], numbers[at + 1], numbers[at + 2]
+        slip = numbers[at + 3] + (numbers[at + 4] - numbers[at + 3]) * math.exp(-((speed / numbers[at + 5]) ** 2))
+        fade = stiff * abs(speed) / slip
+        rate, mean = speed - fade * bend, bend
+        if h > 0.0:
+            grown = first(-fade * h)
+            mean += h * rate * second(-fade * h, grown)
+            rate *= grown
+        torque = stiff * mean + damp * rate + viscous * speed
+        signals[words[row + 6]] = torque
+        # What goes in less what bends the bristles.
+        stored = stiff * rate * (bend + 0.5 * h * rate)
+        signals[words[row + 7]] = torque * speed - stored
+        signals[words[row + 8]] = 0.5 * stiff * bend * bend
+
+
+@dataclass(frozen=True)
+class LuGreFriction(Effect):
+    """Friction with a state: it bends before it slides, lags behind the speed, and never holds exactly.
+
+    ``DryFriction`` sticks exactly and costs less; this one is for questions about what happens before sliding.
+
+    Attributes:
+        stiffness: s0 of the bristles [N m/rad].
+        coulomb: Fc [N m].
+        static: Fs [N m]; None: as ``coulomb``.
+        stribeck_speed: vs [rad/s].
+        damping: s1 of the bristles [N m s/rad].
+        viscous: s2 [N m s/rad].
+        side: ``joint`` or ``motor``: at which shaft.
+    """
+
+    stiffness: float
+    coulomb: float
+    static: float | None = None
+    stribeck_speed: float = 0.01
+    damping: float = 0.0
+    viscous: float = 0.0
+    side: str = "joint"
+
+    compute: ClassVar[Compiled | None] = _compute
+    account: ClassVar[Compiled | None] = _account
+
+    def __post_init__(self) -> None:
+        faults = [
+            Fault(f"LuGreFriction.{name}", "must be positive", getattr(self, name))
+            for name in ("stiffness", "coulomb", "stribeck_speed")
+            if not 0.0 < getattr(self, name) < math.inf
+        ]
+        faults += [
+            Fault(f"LuGreFriction.{name}", "must not be negative [N m s/rad]", getattr(self, name))
+            for name in ("damping", "viscous")
+            if not 0.0 <= getattr(self, name) < math.inf
+        ]
+        if self.static is not None and not self.coulomb <= self.static < math.inf:
+            faults.append(Fault("LuGreFriction.static", "must be at least the coulomb torque [N m]", self.static))
+        if self.side not in ("joint", "motor"):
+            faults.append(Fault("LuGreFriction.side", "must be joint or motor", self.side))
+        if faults:
+            raise InputError(faults)
+
+    def ports(self, place: Place) -> Ports:
+        """Remembers the bend; reads the speed, adds torque, tells loss and stored energy.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        motor = self.side == "motor"
+        loss, energy = Signal(f"{self.side}_lugre_power", "W"), Signal(f"{self.side}_bristle_energy", "J")
+        return Ports(
+            states=(State(f"{self.side}_bristle_bend", "rad", 1e-3 * self.coulomb / self.stiffness),),
+            needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED) if motor else (s.SPEED, s.SURFACE_SPEED),
+            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING) if motor else (s.JOINT_TORQUE, s.JOINT_DAMPING),
+            tells=(Signal(f"{self.side}_lugre_torque", "N m"), loss, energy),
+            powers={loss.name: Role.LOSS},
+            stores=(energy.name,),
+        )
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The law.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            s0 [N m/rad], s1, s2 [N m s/rad], Fc, Fs [N m], vs [rad/s].
+        """
+        static = self.coulomb if self.static is None else self.static
+        return self.stiffness, self.damping, self.viscous, self.coulomb, static, self.stribeck_speed
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        """Bristles as far bent as steady sliding bends them.
+
+        Args:
+            place: Where it stands.
+            signals: The shaft's speed at the start.
+
+        Returns:
+            [rad].
+        """
+        name = s.MOTOR_SPEED.name if self.side == "motor" else s.SPEED.name
+        speed = signals.get(f"{place.name}.{name}", 0.0)
+        if speed == 0.0:
+            return (0.0,)
+        _, _, _, low, high, stribeck = self.numbers(place)
+        slip = low + (high - low) * math.exp(-((speed / stribeck) ** 2))
+        return (math.copysign(slip / self.stiffness, speed),)
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        """How fast the bristles follow at the Stribeck speed.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Fc / (s0 vs) [s].
+        """
+        return (TimeScale("bristles slip", self.coulomb / (self.stiffness * self.stribeck_speed)),)

@@ -1,0 +1,48 @@
+"""A brake holds exactly up to its torque, slips with less, and closes when it is told, after its delay."""
+
+from __future__ import annotations
+
+import pytest
+
+from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.holding_brake import HoldingBrake
+from drivetrain.effects.rotor import ReflectedRotor
+from drivetrain.errors import InputError
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Inertia, joint_scene
+
+RATIO = 10.0
+
+
+def loaded(torque: float, brake: HoldingBrake, *, speed: float = 0.0, duration: float = 1.0):
+    effects = [ReflectedRotor(1e-3, RATIO), GivenTorque([0.0], [torque]), brake]
+    return simulate(joint_scene(Inertia(0.5), effects, duration, speed=speed), interval=1e-3)
+
+
+@pytest.mark.parametrize("share", [-0.99, 0.5, 0.99])
+def test_it_holds_without_any_drift(share: float) -> None:
+    run = loaded(share * RATIO * 2.0, HoldingBrake(2.0, engaged=True))
+    assert (run.series["joint.position"].values == 0.0).all()
+
+
+def test_overloaded_it_slips_with_its_sliding_torque() -> None:
+    run = loaded(1.2 * RATIO * 2.0, HoldingBrake(2.0, 1.5, engaged=True))
+    expected = (24.0 - 15.0) / (0.5 + RATIO**2 * 1e-3)
+    assert run.series["joint.speed"].values[-1] == pytest.approx(expected, rel=1e-2)
+
+
+def test_released_the_load_falls_and_engaged_again_it_stops() -> None:
+    brake = HoldingBrake(5.0, releases=(0.2,), engages=(0.5,), opening=0.05, closing=0.02, engaged=True)
+    run = loaded(6.0, brake)
+    speed = dict(zip(run.time.round(3), run.series["joint.speed"].values, strict=True))
+    assert speed[0.249] == 0.0  # still opening
+    assert speed[0.519] == pytest.approx(6.0 / 0.6 * (0.519 - 0.25), rel=1e-3)
+    assert speed[0.9] == 0.0
+    late = run.series["joint.position"].values[-100:]
+    assert (late == late[0]).all()
+
+
+def test_faults_come_together() -> None:
+    with pytest.raises(InputError) as error:
+        HoldingBrake(0.0, -1.0, engages=(-1.0,), closing=-1.0, opening=float("nan"))
+    assert len(error.value.faults) == 5

@@ -1,0 +1,123 @@
+"""Digital loops: the same numbers as their recursions, stable up to the limit that the recursion has."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from drivetrain.drive.electrical import exact_current_step
+from drivetrain.drive.motor import Motor
+from drivetrain.effects.cascade_loop import CascadeLoop
+from drivetrain.effects.commanded_motion import CommandedMotion
+from drivetrain.effects.encoder import Encoder
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.rotor import ReflectedRotor
+from drivetrain.effects.sampled_cascade import SampledCascade
+from drivetrain.effects.sampled_current_loop import SampledCurrentLoop
+from drivetrain.effects.supply_bus import StiffSupply
+from drivetrain.effects.winding import Winding
+from drivetrain.errors import InputError
+from drivetrain.motion.motion import Motion
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Inertia, Scene
+
+MOTOR = Motor(key="m", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
+PERIOD, INERTIA = 1e-3, 3.3e-5
+STILL = CommandedMotion(Motion("still", ("joint",), np.array([0.0, 1.0]), *(np.zeros((2, 1)) for _ in range(3))))
+
+
+def spinning(gain: float, delay: int, *, counts: int | None = None, step: float = PERIOD) -> np.ndarray:
+    """Speed after each of 400 samples of a rotor that is to stand still."""
+    servo = SampledCascade(0.0, gain, every=PERIOD, delay=delay)
+    effects = (ReflectedRotor(0.0, 1.0), MotorCurrent(MOTOR), Encoder(counts), servo)
+    scene = Scene(Inertia(INERTIA), {"joint": effects, "scene": (STILL,)}, 0.4, speed=[1.0])
+    return simulate(scene, solver=FixedStep(step), interval=PERIOD).series["joint.speed"].values
+
+
+@pytest.mark.parametrize(("delay", "limit"), [(0, 2.0), (1, 2.0 * (math.sqrt(2.0) - 1.0))])
+def test_the_limit_of_a_sampled_speed_loop(delay: int, limit: float) -> None:
+    """Of z^(2+d) - z^(1+d) + a/2 (z + 1) the largest root leaves the circle at a = 2, and at 2 (sqrt 2 - 1)."""
+    for share, grows in ((0.995, False), (1.005, True)):
+        gain = share * limit * INERTIA / (MOTOR.torque_constant * PERIOD)
+        speed = np.abs(spinning(gain, delay))
+        late, early = speed[-40:].max(), speed[40:80].max()
+        assert (late > early) == grows
+
+
+def test_samples_are_the_recursion() -> None:
+    gain = 0.5 * INERTIA / (MOTOR.torque_constant * PERIOD)
+    speed, angle, before, expected = 1.0, 0.0, -PERIOD, [1.0]
+    for _ in range(400):
+        torque = -MOTOR.torque_constant * gain * (angle - before) / PERIOD
+        before = angle
+        angle += speed * PERIOD + 0.5 * torque / INERTIA * PERIOD**2
+        speed += torque / INERTIA * PERIOD
+        expected.append(speed)
+    for step in (PERIOD, PERIOD / 4.0):  # a torque held over a step is exact at any step
+        assert spinning(gain, 0, step=step) == pytest.approx(np.array(expected), abs=1e-12)
+
+
+def test_fast_samples_tend_to_the_continuous_loop() -> None:
+    loop, apart = CascadeLoop(20.0, 0.05, 0.02), []
+    time = np.linspace(0.0, 0.5, 51)
+    shape = 0.5 * (1.0 - np.cos(2.0 * np.pi * time))[:, np.newaxis]
+    slope, bend = np.pi * np.sin(2.0 * np.pi * time), 2.0 * np.pi**2 * np.cos(2.0 * np.pi * time)
+    moved = CommandedMotion(Motion("wave", ("joint",), time, shape, slope[:, np.newaxis], bend[:, np.newaxis]))
+    still = (ReflectedRotor(INERTIA, 10.0), MotorCurrent(MOTOR))
+
+    def end(*more: object) -> float:
+        scene = Scene(Inertia(0.01), {"joint": (*still, *more), "scene": (moved,)}, 0.4)
+        return float(simulate(scene, solver=FixedStep(2e-4)).series["joint.position"].values[-1])
+
+    smooth = end(loop)
+    for period in (4e-3, 1e-3):
+        sampled = SampledCascade(20.0, 0.05, 0.02, every=period, delay=0)
+        apart.append(abs(end(Encoder(), sampled) - smooth))
+    assert apart[1] < 0.4 * apart[0]  # first order in the period
+
+
+def test_a_coarse_encoder_makes_current_in_whole_counts() -> None:
+    gain = 0.2 * INERTIA / (MOTOR.torque_constant * PERIOD)
+    effects = (ReflectedRotor(0.0, 1.0), MotorCurrent(MOTOR), Encoder(500), SampledCascade(0.0, gain, delay=0))
+    scene = Scene(Inertia(INERTIA), {"joint": effects, "scene": (STILL,)}, 0.1, speed=[3.0])
+    current = simulate(scene, interval=PERIOD).series["joint.current_command"].values
+    counts = current / (gain * 2.0 * math.pi / 500 / PERIOD)
+    # The first sample counts from where it would have been, between two counts.
+    assert counts[2:] == pytest.approx(np.round(counts[2:]), abs=1e-9)
+    assert len(np.unique(np.round(counts[2:]))) > 1
+
+
+def test_a_sampled_current_loop_is_its_recursion() -> None:
+    """At 10 kHz, through the limit of voltage and the slew, with the winding stepped exactly between samples."""
+    loop = SampledCurrentLoop(MOTOR, 3000.0, slew=2e5)
+    given = GivenCurrent(np.array([0.0, 1e-3, 1e-3, 4e-3, 4e-3]), np.array([0.0, 0.0, 60.0, 60.0, 5.0]))
+    effects = (ReflectedRotor(0.0, 1.0), Winding(MOTOR), loop, given)
+    scene = Scene(Inertia(1e30), {"joint": effects, "scene": (StiffSupply(12.0),)}, 0.01)
+    run = simulate(scene, solver=FixedStep(1e-3), interval=1e-4)
+    kp, ki = 82e-6 * 3000.0, 0.299 * 3000.0 * 1e-4
+    current, integral, reference, expected = 0.0, 0.0, 0.0, []
+    for sample in range(101):
+        expected.append(current)
+        command = 0.0 if sample < 10 else 60.0 if sample < 40 else 5.0
+        reference += np.clip(command - reference, -20.0, 20.0)
+        wanted = kp * (reference - current) + integral + ki * (reference - current)
+        volts = np.clip(wanted, -12.0, 12.0)
+        integral += ki * (reference - current) + (volts - wanted) * ki / kp
+        current = float(exact_current_step(MOTOR, current, volts, 0.0, 1e-4).end)
+    assert run.series["joint.current"].values == pytest.approx(np.array(expected), abs=1e-9)
+    assert max(expected) > 12.0 / 0.299 * 0.9  # the limit was reached
+    assert expected[-1] == pytest.approx(5.0, rel=1e-3)
+
+
+def test_faults_come_together() -> None:
+    with pytest.raises(InputError) as error:
+        SampledCascade(-1.0, math.nan, 0.0, 0.0, every=0.0, delay=7)
+    assert len(error.value.faults) == 6
+    with pytest.raises(InputError, match="diverges from sample to sample"):
+        SampledCurrentLoop(MOTOR, 3e4)
+    with pytest.raises(InputError, match="whole number"):
+        Encoder(0)
