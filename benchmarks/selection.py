@@ -303,7 +303,8 @@ def command() -> list[tuple[str, bool]]:
             times.append(time.perf_counter() - start)
             told = told or done.stderr.strip()
             if done.returncode:
-                print(done.stdout[-2000:], done.stderr[-2000:])
+                print(done.stdout, done.stderr)
+                return [("drivetrain select finds a set", False)]
         fallen = sum(1 for _ in (folder / "out" / "fallen.csv").open(encoding="utf-8")) - 1
     warm, extra = float(np.median(times[1:])), times[0] - float(np.median(times[1:]))
     print(f"drivetrain select, file to report, 6 x {CANDIDATES[-1]} pairs, {fallen} candidates that fell:")
