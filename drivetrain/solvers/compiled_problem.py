@@ -59,6 +59,26 @@ class Events:
 
 
 @dataclass(frozen=True, eq=False)
+class Hooks:
+    """What an owner does beside the integration; compiled functions, or None.
+
+    Attributes:
+        account: Called at two Gauss points of each kept step, in the order of time; ``result[0]`` is the time each
+            stands for [s]. It may add up in numbers, and change those entries of x that are ``carried``.
+        carried: Indices of states that have no rate of their own.
+        tell: Fills a row at a wanted instant in place of the state.
+        width: Of that row.
+        opens: Called where a segment begins, before its rates are asked for; it may change x.
+    """
+
+    account: Any = None
+    carried: tuple[int, ...] = ()
+    tell: Any = None
+    width: int = 0
+    opens: Any = None
+
+
+@dataclass(frozen=True, eq=False)
 class CompiledProblem:
     """A right-hand side by address, and what belongs to it.
 
@@ -72,6 +92,7 @@ class CompiledProblem:
         sparsity: Where the Jacobian can differ from zero, (n, n) of bool, for differences in few groups; None:
             anywhere. One that leaves out an entry costs accuracy that no tolerance sees.
         events: Or None.
+        hooks: Or None.
         names: What to call the states in messages, (n,).
         segment_word: Index of the word that is told the number of the segment between breakpoints, so that a
             right-hand side can keep to its side by number; -1: none is. All can rely on the time they see anyway.
@@ -86,6 +107,7 @@ class CompiledProblem:
     jacobian: Any = None
     sparsity: Any = None
     events: Events | None = None
+    hooks: Hooks | None = None
     names: tuple[str, ...] = ()
     segment_word: int = -1
     declares_smooth: bool = True
@@ -124,12 +146,13 @@ class CompiledProblem:
         """Where its functions lie.
 
         Returns:
-            Of rates, Jacobian, event values and handler; 0 for none; (4,) of int64.
+            In the order of ``layout``; 0 for none; (7,) of int64.
         """
-        events = self.events
-        own = [address_of(self.rates, "rates"), address_of(self.jacobian, "jacobian")]
-        return np.array([*own, *([address_of(events.values, "values"), address_of(events.handler, "handler")]
-                                 if events else [0, 0])], dtype=np.int64)  # fmt: skip
+        events, hooks = self.events, self.hooks or Hooks()
+        functions = {"rates": self.rates, "jacobian": self.jacobian}
+        functions |= {"values": events.values if events else None, "handler": events.handler if events else None}
+        functions |= {"account": hooks.account, "tell": hooks.tell, "opens": hooks.opens}
+        return np.array([address_of(function, name) for name, function in functions.items()], dtype=np.int64)
 
 
 def python_rates(problem: CompiledProblem) -> Rates:

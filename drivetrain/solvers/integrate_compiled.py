@@ -50,7 +50,7 @@ class CompiledSolution:
 
     Attributes:
         times: Instants [s], (N,), those wanted, fewer if it stopped early.
-        states: One row an instant [their own units], (N, n).
+        states: One row an instant [their own units], (N, n), or what ``Hooks.tell`` fills in.
         work: What it cost.
         stopped: Why it ended early, with what could help; empty when it did not.
         stopped_at: When [s]; the last wanted instant when it did not.
@@ -84,6 +84,7 @@ class _Run:
     matrices: tuple[Array, Array, Array]
     order: Any
     pattern: tuple[Any, Any, Any, Any]
+    carried: Any
     atol: Array
     settings: Array
     segments: tuple[Array, Array]
@@ -101,7 +102,8 @@ class _Run:
         from drivetrain.solvers.rosenbrock_kernel import advance  # compiles, or is read from disk: only when needed
 
         code = int(advance(
-            self.method, self.addresses, self.data, self.block, self.matrices, self.order, self.pattern, self.atol,
+            self.method, self.addresses, self.data, self.block, self.matrices, self.order, self.pattern,
+            self.carried, self.atol,
             self.settings, self.segments, self.wanted, self.rows, self.kinds, self.terminal, self.values, self.log,
             self.clock, self.count,
         ))  # fmt: skip
@@ -179,11 +181,12 @@ def _prepared(
     ends = np.array([*inner_points(breakpoints, wanted[0], wanted[-1]), wanted[-1]])
     limits = np.nextafter(ends, -np.inf)
     limits[-1] = ends[-1]
+    carried = np.array(problem.hooks.carried if problem.hooks else (), dtype=np.int64)
     events, kept = problem.events, resume or _fresh(problem, wanted, state, m)
     return _Run(
         method, problem.addresses(), (kept.numbers.copy(), kept.words.copy()), kept.block.copy(),
         (kept.jacobian.copy(), np.empty((n, n)), np.zeros((n + 1, n))), np.empty(n, dtype=np.int64),
-        column_groups(problem.sparsity, n), atol, settings, (ends, limits), wanted, kept.rows.copy(),
+        column_groups(problem.sparsity, n), carried, atol, settings, (ends, limits), wanted, kept.rows.copy(),
         np.array(events.kinds if events else (), dtype=np.int64),
         np.array((events.terminal or (False,) * m) if events else (), dtype=np.int64),
         kept.values.copy(), (np.empty(max(_LOG, 2 * m)), np.empty(max(_LOG, 2 * m), dtype=np.int64)),
@@ -197,7 +200,7 @@ def _fresh(problem: CompiledProblem, wanted: Array, state: Array, m: int) -> Che
     clock, count = np.zeros(at.CLOCK_SIZE), np.zeros(at.COUNT_SIZE, dtype=np.int64)
     clock[at.TIME], clock[at.LAST_EVENT] = wanted[0], -np.inf
     count[at.SEGMENT_WORD] = problem.segment_word
-    rows = np.zeros((len(wanted), problem.size))
+    rows = np.zeros((len(wanted), problem.hooks.width if problem.hooks and problem.hooks.tell else problem.size))
     jacobian, values = np.zeros((problem.size, problem.size)), np.zeros((VALUE_ROWS, m))
     return Checkpoint(block, values, clock, count, jacobian, problem.numbers, problem.words, rows)
 

@@ -15,6 +15,7 @@ from drivetrain.arrays import Array
 from drivetrain.solvers.compiled_events import BRACKET, LATER, NEW, OLD, event_values, fires, first_event
 from drivetrain.solvers.compiled_function import call_rows
 from drivetrain.solvers.compiled_jacobian import fill_jacobian
+from drivetrain.solvers.compiled_output import emit, emit_here
 from drivetrain.solvers.compiled_steps import rates, trial, within
 from drivetrain.solvers.layout import (
     BUDGET,
@@ -41,11 +42,11 @@ from drivetrain.solvers.layout import (
     NEXT,
     NO_NUMBER,
     OPEN,
+    OPENS,
     ORIGIN,
     PAUSED,
     RESTARTS,
     RODAS4,
-    ROWS,
     RTOL,
     RUNS_AWAY,
     SEGMENT,
@@ -71,35 +72,15 @@ SOURCES = {
     "compiled_function.py": 2559503703,
     "compiled_guard.py": 3933024385,
     "compiled_jacobian.py": 3467440936,
+    "compiled_output.py": 3337481290,
     "compiled_steps.py": 2252302812,
-    "layout.py": 3508983784,
+    "layout.py": 210267703,
     "rodas4_table.py": 1645622007,
     "step_control.py": 1394330494,
 }
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
 _SLACK = 1e-12
-
-
-@nb.njit(cache=True)
-def _emit(until: float, h: float, wanted: Array, rows: Array, block: Array, clock: Array, count: Any) -> None:
-    """Rows at the wanted instants before the end of the step; row X is still its beginning."""
-    until -= _SLACK * max(1.0, abs(until))
-    while count[ROWS] < len(wanted) and wanted[count[ROWS]] < until:
-        within((wanted[count[ROWS]] - clock[TIME]) / h, block, INNER)
-        for i in range(block.shape[1]):
-            rows[count[ROWS], i] = block[INNER, i]
-        count[ROWS] += 1
-
-
-@nb.njit(cache=True)
-def _emit_here(wanted: Array, rows: Array, block: Array, clock: Array, count: Any) -> None:
-    """Rows at the wanted instants that are now."""
-    until = clock[TIME] + _SLACK * max(1.0, abs(clock[TIME]))
-    while count[ROWS] < len(wanted) and wanted[count[ROWS]] <= until:
-        for i in range(block.shape[1]):
-            rows[count[ROWS], i] = block[X, i]
-        count[ROWS] += 1
 
 
 @nb.njit(cache=True)
@@ -186,6 +167,8 @@ def _open(
         data[1][count[SEGMENT_WORD]] = count[SEGMENT]
     count[OPEN], count[FRESH], count[FRESH_JACOBIAN], count[STRIDES] = 1, 0, 0, 0
     clock[ORIGIN] = clock[TIME]
+    if addresses[OPENS]:
+        call_rows(addresses[OPENS], clock[TIME], block, X, block, INNER, data)
     m, fired = len(kinds), False
     if m:
         event_values(addresses[2], clock[TIME], block, X, values, NEW, data, count)
@@ -259,6 +242,7 @@ def advance(
     matrices: Any,
     order: Any,
     pattern: Any,
+    carried: Any,
     atol: Array,
     settings: Array,
     segments: Any,
@@ -275,16 +259,18 @@ def advance(
 
     Args:
         method: RODAS4, DORMAND_PRINCE, RUNGE_KUTTA or EULER of ``layout``.
-        addresses: Of the right-hand side, its Jacobian, the event values and the handler, (4,); 0 for none.
+        addresses: Of the right-hand side, its Jacobian, the event values, their handler, the account, what tells a
+            row, what opens a segment, (7,); 0 for none.
         data: The functions' numbers and words.
         block: Vectors of the length of the state, (BLOCK_ROWS, n); row X is the state.
         matrices: Jacobian (n, n), its factors (n, n), and room for the exact one (n + 1, n).
         order: Room for the factors' order, (n,).
         pattern: Groups of columns that are differenced together, and the rows of each column: starts and indices.
+        carried: Indices of states that no rate moves, but the account may.
         atol: Error allowed in a step where a state is near zero [the state's own unit], (n,).
         settings: See ``layout``.
         segments: Ends of the segments [s], and the last instant that each may see [s].
-        wanted, rows: Instants wanted [s] and the states there, (N, n).
+        wanted, rows: Instants wanted [s], and what is told there, (N, ...).
         kinds, terminal: Of the events, see ``layout``, (m,).
         values: Event values, (VALUE_ROWS, m).
         log: Instants [s] and indices of events.
@@ -301,9 +287,8 @@ def advance(
             code = _open(addresses, kinds, terminal, values, log, block, data, clock, count)
             if code != DONE:
                 return code
-            if not count[STARTED]:
-                count[STARTED] = 1
-                _emit_here(wanted, rows, block, clock, count)
+            count[STARTED] = 1
+            emit_here(addresses, wanted, rows, block, data, clock, count)
         while clock[TIME] < end:
             if count[BUDGET] <= 0 or (len(log[0]) and len(log[0]) - count[LOGGED] < len(kinds)):
                 return PAUSED
@@ -343,17 +328,18 @@ def advance(
                     h = _shorten(method, share, h, addresses, data, block, matrices, order, values, clock, count)
                     later = min(clock[TIME] + h, end)
             if share > 0.0:
-                _emit(later, h, wanted, rows, block, clock, count)
+                emit(addresses, later, h, wanted, rows, carried, block, data, clock, count)
                 _commit(method, h, later, block, clock, count)
             if share <= 1.0:
                 code = _handle(addresses, kinds, terminal, values, log, block, data, clock, count)
                 if code != DONE:
-                    _emit_here(wanted, rows, block, clock, count)
+                    emit_here(addresses, wanted, rows, block, data, clock, count)
                     return code
             else:
                 for k in range(len(kinds)):
                     values[OLD, k] = values[NEW, k]
-            _emit_here(wanted, rows, block, clock, count)
+            if clock[TIME] < end or count[SEGMENT] == len(segments[0]) - 1:
+                emit_here(addresses, wanted, rows, block, data, clock, count)  # else when the next segment is open
         count[SEGMENT] += 1
         count[OPEN] = 0
     return DONE
