@@ -1,0 +1,101 @@
+"""Every check of many arms as they may be built: by compiled code, and where that cannot, by ``evaluate``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.check_kernels import NAMES
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.scatter import Draws, built
+from drivetrain.sizing.scatter_kernels import judge_arms
+from drivetrain.sizing.scatter_task import Bench, aimed
+from drivetrain.sizing.scatter_torque import CHECKS
+
+SUPPLY_NAMES = ("supply peak power", "supply mean power", "supply regenerated power")
+CHUNK = 4096  # arms judged at once: 4 MB of figures
+CLOSE = 1e-6  # of a utilisation to 1: nearer than that ``evaluate`` decides
+
+
+@dataclass(frozen=True, eq=False)
+class Figures:
+    """Utilisations of some arms, NaN where a check was not made.
+
+    Attributes:
+        joints: In the order of ``NAMES``, (S, n, CHECKS).
+        supply: In the order of ``SUPPLY_NAMES``, (S, 3).
+        judged: Whether every drive could be judged, (S,).
+    """
+
+    joints: Array
+    supply: Array
+    judged: Array
+
+    @property
+    def held(self) -> Array:
+        """Whether every check of an arm holds, (S,)."""
+        over = (self.joints > 1.0).any(axis=(1, 2)) | (self.supply > 1.0).any(axis=1)
+        return np.asarray(~over & (self.judged > 0.0))
+
+
+def judged(ready: Bench, draws: Draws) -> Iterator[Figures]:
+    """The arms judged, chunk by chunk.
+
+    Args:
+        ready: The set of drives.
+        draws: The arms.
+
+    Yields:
+        Figures of the next arms, in their order.
+    """
+    memory = None if ready.slow else ready.memory()
+    task = ready.task if ready.slow else aimed(ready, draws)
+    for first in range(0, len(draws), CHUNK):
+        part = slice(first, min(first + CHUNK, len(draws)))
+        count, n = part.stop - first, len(ready.study.joints)
+        found = Figures(np.full((count, n, CHECKS), np.nan), np.full((count, 3), np.nan), np.ones(count))
+        if memory is None:
+            again = np.arange(count)
+        else:
+            judge_arms(
+                task, draws.factors[part], draws.ambient[part], draws.payload[part], ready.blocks, ready.counts,
+                *memory, found.joints, found.supply,
+            )  # fmt: skip
+            near = (np.abs(found.joints - 1.0) < CLOSE).any(axis=(1, 2))
+            again = np.flatnonzero(near | (np.abs(found.supply - 1.0) < CLOSE).any(axis=1))
+        for sample in again:
+            _slowly(ready, draws, first + int(sample), found, int(sample))
+        yield found
+
+
+def _slowly(ready: Bench, draws: Draws, sample: int, found: Figures, at: int) -> None:
+    """One arm by ``evaluate``."""
+    evaluation = evaluate(built(ready.study, ready.drives, draws, sample))
+    joints, supply = figures_of(evaluation)
+    found.joints[at], found.supply[at] = joints, supply
+    found.judged[at] = float(all(result.judged for result in evaluation.joints.values()))
+
+
+def figures_of(evaluation: Evaluation) -> tuple[Array, Array]:
+    """Utilisations of an evaluation.
+
+    Args:
+        evaluation: Of ``evaluate``.
+
+    Returns:
+        As one arm in ``Figures``: (n, CHECKS) and (3,).
+    """
+    joints = np.full((len(evaluation.joints), CHECKS), np.nan)
+    supply = np.full(3, np.nan)
+    for row, result in zip(joints, evaluation.joints.values(), strict=True):
+        for check in result.checks:
+            if check.utilisation is not None:
+                row[NAMES.index(check.name)] = check.utilisation
+    for check in evaluation.shared:
+        if check.name in SUPPLY_NAMES and check.utilisation is not None:
+            supply[SUPPLY_NAMES.index(check.name)] = check.utilisation
+    return joints, supply
