@@ -59,17 +59,21 @@ class MotorCurrent(Effect):
     Attributes:
         motor: Resistance, torque constant and how they change with temperature.
         peak_current: That the amplifier gives [A]; infinite: it knows no limit.
+        voltage: That it can put between the terminals where no effect tells [V]; infinite: it knows no limit.
     """
 
     motor: Motor
     peak_current: float = math.inf
+    voltage: float = math.inf
 
     compute = _compute
     account = _account
 
     def __post_init__(self) -> None:
-        if not self.peak_current > 0.0:
-            raise InputError(Fault("MotorCurrent.peak_current", "must be positive [A]", self.peak_current))
+        limits = (("peak_current", self.peak_current, "A"), ("voltage", self.voltage, "V"))
+        faults = [Fault(f"MotorCurrent.{n}", f"must be positive [{unit}]", v) for n, v, unit in limits if not v > 0.0]
+        if faults:
+            raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
         """Reads the command and the temperatures, gives current and voltage, adds torque, tells powers.
@@ -85,7 +89,7 @@ class MotorCurrent(Effect):
             needs=(
                 s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS, s.MOTOR_SPEED,
                 replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
-                s.VOLTAGE_LIMIT,
+                replace(s.VOLTAGE_LIMIT, default=self.voltage),
             ),
             gives=(s.CURRENT, s.VOLTAGE),
             adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),

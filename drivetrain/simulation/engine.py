@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.simulation.plan import Plan
-from drivetrain.simulation.recording import Event
+from drivetrain.simulation.recording import Event, Series
 
 Progress = Callable[[float], bool | None]  # told the share done [-]; False stops the run
 
@@ -41,6 +41,8 @@ class Outcome:
         events: What happened.
         stopped_by: What ended the run before its time; None when nothing did.
         kept: What the run must keep to go on later, by name.
+        series: What is to be recorded instead of rows, by name; empty: the rows.
+        times: Instants of those series [s].
     """
 
     rows: Array
@@ -48,6 +50,8 @@ class Outcome:
     events: tuple[Event, ...] = ()
     stopped_by: Event | None = None
     kept: dict[str, Any] = field(default_factory=dict)
+    series: dict[str, Series] = field(default_factory=dict)
+    times: Array | None = None
 
 
 class Engine(ABC):

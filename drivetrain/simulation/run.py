@@ -63,12 +63,14 @@ def simulate(
 
 
 def _recording(plan: Plan, engine: Engine, outcome: Outcome) -> Recording:
+    about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
+    if outcome.times is not None:
+        return Recording(outcome.times, outcome.series, outcome.counters, outcome.events, outcome.stopped_by, about)
     rows, series = outcome.rows, {}
     for index, (name, unit) in enumerate(column_names(plan)):
         if name and name not in series and name in _wanted(plan, name):
             series[name] = Series(unit, rows[:, 1 + index])
     series |= _audit(plan, series)
-    about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
     return Recording(rows[:, 0], series, outcome.counters, outcome.events, outcome.stopped_by, about, outcome.kept)
 
 

@@ -1,0 +1,252 @@
+"""E0: the command taken as done, and asked what it takes; no states, no steps, nothing solved in time.
+
+Valid while nothing touches the arm and every motor can do what is asked. It refuses the rest: a command pressed into a
+wall asks for torques that no motor will ever give.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import loss_speed, resting
+from drivetrain.drive.motor import Motor, terminal_voltage, torque_constant
+from drivetrain.effects import signals as named
+from drivetrain.effects.effect import Effect
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation import fields as f
+from drivetrain.simulation import rates_kernel
+from drivetrain.simulation.engine import Engine, Outcome, Wish
+from drivetrain.simulation.passive import recorded_times
+from drivetrain.simulation.plan import Plan
+from drivetrain.simulation.plan import plan as planned
+from drivetrain.simulation.recording import Series
+from drivetrain.simulation.scene import Scene
+from drivetrain.simulation.wiring import Instance, unit_at
+from drivetrain.solvers.compiled_function import evaluate
+
+MECHANICAL = {signal.name for signal in named.TAKEN}
+COMMANDS = {named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name}
+
+
+@dataclass(frozen=True, eq=False)
+class Demand:
+    """What a command takes; arrays (N, n).
+
+    Attributes:
+        time: [s], (N,).
+        position, speed, acceleration: As commanded [rad or m, and per s, s^2].
+        mesh_torque: Through the mesh, at the output [N m or N].
+        joint_friction: Dry friction at the joint [N m or N].
+        motor_torque: Electromagnetic [N m].
+        current, voltage: At the motor's terminals [A], [V]; NaN where no motor is known.
+    """
+
+    time: Array
+    position: Array
+    speed: Array
+    acceleration: Array
+    mesh_torque: Array
+    joint_friction: Array
+    motor_torque: Array
+    current: Array
+    voltage: Array
+
+
+@dataclass(frozen=True)
+class Inverse(Engine):
+    """The inverse engine.
+
+    Attributes:
+        share: Of a limit that a command may reach, 1 for all of it.
+    """
+
+    share: float = 1.0
+
+    def run(self, plan: Plan, wish: Wish) -> Outcome:
+        """What the command takes at the wanted instants.
+
+        Args:
+            plan: Its effects' laws are asked, its controllers are not.
+            wish: Only its interval counts: there is nothing to resume.
+
+        Returns:
+            Series of motion, torques, current and voltage.
+
+        Raises:
+            InputError: No command, something that touches the arm, a command that a motor cannot follow.
+        """
+        times = recorded_times(plan.scene.duration, wish.interval)
+        demand = demanded(plan, times)
+        faults = [fault for joint, name in enumerate(plan.scene.joints) for fault in self._limits(plan, demand, joint, name)]
+        if faults:
+            raise InputError(faults)
+        counters = {"instants": len(times), "steps": 0}
+        return Outcome(np.empty((0, 0)), counters, series=_series(plan, demand), times=times)
+
+    def _limits(self, plan: Plan, demand: Demand, joint: int, name: str) -> list[Fault]:
+        """What the joint's motor cannot do."""
+        effects = plan.scene.effects.get(name, ())
+        faults = []
+        for what, values, unit in (("peak_current", demand.current, "A"), ("voltage", demand.voltage, "V")):
+            limit = min((float(getattr(effect, what, np.inf)) for effect in effects), default=np.inf)
+            worst = int(np.argmax(np.abs(np.nan_to_num(values[:, joint]))))
+            needed = abs(float(np.nan_to_num(values[worst, joint])))
+            if needed > self.share * limit:
+                problem = f"the command takes {needed:.4g} {unit} at {demand.time[worst]:.4g} s, more than {limit:.4g} {unit}"
+                faults.append(Fault(name, problem, needed, "simulate forward (FixedStep) to see what happens instead"))
+        return faults
+
+
+def demanded(plan: Plan, times: Array) -> Demand:
+    """What a scene's command takes, by the laws of its own effects.
+
+    Args:
+        plan: With a command for every joint.
+        times: Instants [s], (N,), in order.
+
+    Returns:
+        The demand.
+
+    Raises:
+        InputError: No command, or something that touches the arm.
+    """
+    _refuse(plan)
+    passive = planned(replace(plan.scene, effects=_passive(plan)))
+    told = _asked(passive, times)
+    slides = _ways(passive, told)
+    names, body, n = passive.scene.joints, passive.body, passive.body.n
+    acceleration = told["command_acceleration"]
+    turned = np.einsum("kij,kj->ki", told["turned"], acceleration) + told["turned_bias"]
+    whole = np.einsum("kij,kj->ki", told["mass"], acceleration) + told["bias_torque"]
+    joint = np.where(slides > 0.0, told["joint_slide_forward"], -told["joint_slide_backward"]) * np.abs(slides)
+    mesh = whole - turned - told["joint_torque"] + joint
+    way = slides * np.sign(body.ratios)
+    shaft = np.where(way > 0.0, told["motor_slide_forward"], -told["motor_slide_backward"]) * np.abs(way)
+    factor = np.where(mesh * slides > 0.0, 1.0 + told["mesh_driving"], 1.0 - told["mesh_driven"])
+    factor = np.where(slides == 0.0, np.maximum(1.0 - told["mesh_driven"], 0.0), factor)
+    motor = (factor * mesh + turned) / body.ratios + shaft - told["motor_torque"]
+    current, voltage = np.full_like(motor, np.nan), np.full_like(motor, np.nan)
+    for i in range(n):
+        sheet = _motor_of(plan.scene.effects.get(names[i], ()))
+        if sheet is not None:
+            rest, speed = sheet.reference_temperature, told["command_speed"][:, i] * body.ratios[i]
+            current[:, i] = motor[:, i] / torque_constant(sheet, rest)
+            voltage[:, i] = terminal_voltage(sheet, speed, current[:, i], 0.0, rest, rest)
+    motion = (told["command_position"], told["command_speed"], acceleration)
+    return Demand(times, *motion, mesh, joint, motor, current, voltage)
+
+
+def _refuse(plan: Plan) -> None:
+    """No command, or something in the way."""
+    given = plan.signals.givers
+    faults = [
+        Fault(joint, "is not commanded, so there is nothing to invert", None, "add a CommandedMotion, or simulate forward")
+        for joint in plan.scene.joints
+        if f"{joint}.command_acceleration" not in given
+    ]
+    touching = sorted({who for signal in named.TIP_TAKEN for who in plan.signals.adders.get(signal.name, ())})
+    touching += [one.title for one in plan.instances if getattr(one.effect, "contact", False) and one.title not in touching]
+    hint = "simulate forward (FixedStep): whether the command can be followed is what contact decides"
+    faults += [Fault(who, "touches what it moves against: the inverse engine does not know by how much", hint=hint)
+               for who in touching]  # fmt: skip
+    if faults:
+        raise InputError(faults)
+
+
+def _passive(plan: Plan) -> dict[str, tuple[Effect, ...]]:
+    """The effects without motors and controllers, each with states replaced by what stands in for it."""
+    kept: dict[str, list[Effect]] = {}
+    for one in plan.instances:
+        effect: Effect | None = one.effect
+        if any(not state.memory for state in one.ports.states):
+            effect = one.effect.quasi_static()
+        if effect is not None and _mechanical(one) and not effect.shape(one.place).flexible:
+            kept.setdefault(one.place.name, []).append(effect)
+    return {name: tuple(effects) for name, effects in kept.items()}
+
+
+def _mechanical(one: Instance) -> bool:
+    """Whether an effect only makes torques, bounds and commands, out of motion and commands."""
+    out = {name.rpartition(".")[2] for name in (*one.gives, *one.adds)}
+    electrical = any(name.rpartition(".")[2].startswith(("current", "voltage")) for name in one.needs)
+    return out <= MECHANICAL | COMMANDS and not electrical and (bool(out) or not one.needs)
+
+
+def _asked(passive: Plan, times: Array) -> dict[str, Array]:
+    """All that the passive effects and the mechanics tell along the command."""
+    joints, n = passive.scene.joints, passive.body.n
+    numbers, words = passive.memory.numbers.copy(), passive.memory.words.copy()
+    wanted = (*COMMANDS, "bias_torque", *sorted(MECHANICAL))
+    rows = {name: np.zeros((len(times), n)) for name in wanted if f"{joints[0]}.{name}" in passive.memory.places}
+    rows |= {"turned_bias": np.zeros((len(times), n))}
+    rows |= {name: np.zeros((len(times), n, n)) for name in ("mass", "turned")}
+    signals, address = np.zeros(words[f.SIGNALS]), rates_kernel.signals().address
+    state = np.zeros(words[f.STATES])
+    at = {name: [passive.memory.places[f"{joint}.{name}"] for joint in joints] for name in rows
+          if f"{joints[0]}.{name}" in passive.memory.places}  # fmt: skip
+    turned, bias, mass = words[f.AT_TURNED], words[f.AT_VECTORS] + f.TURNED_BIAS * n, words[f.AT_MASS]
+    for k, t in enumerate(times):
+        for _ in range(2):  # the command is known once asked; then all else can be asked there
+            evaluate(address, float(t), state, signals, numbers, words)
+            state[:n], state[n : 2 * n] = signals[at["command_position"]], signals[at["command_speed"]]
+        evaluate(address, float(t), state, signals, numbers, words)
+        for name, places in at.items():
+            rows[name][k] = signals[places]
+        rows["turned"][k] = numbers[turned : turned + n * n].reshape(n, n)
+        rows["mass"][k] = signals[mass : mass + n * n].reshape(n, n)
+        rows["turned_bias"][k] = numbers[bias : bias + n]
+    return rows
+
+
+def _ways(passive: Plan, told: Mapping[str, Array]) -> Array:
+    """Which way each joint slides: 1, -1, or 0 where it rests."""
+    ways = np.zeros_like(told["command_speed"])
+    for i in range(passive.body.n):
+        speed, acceleration = told["command_speed"][:, i], told["command_acceleration"][:, i]
+        ways[:, i] = np.sign(loss_speed(speed, acceleration, resting(speed)))
+    return ways
+
+
+def _motor_of(effects: tuple[Effect, ...]) -> Motor | None:
+    """The sheet of a joint's motor."""
+    sheets = [getattr(effect, "motor", None) for effect in effects]
+    return next((sheet for sheet in sheets if isinstance(sheet, Motor)), None)
+
+
+def _series(plan: Plan, demand: Demand) -> dict[str, Series]:
+    """The demand by name."""
+    series = {}
+    columns: tuple[tuple[str, str, Any], ...] = (
+        ("position", "rad", demand.position), ("speed", "rad/s", demand.speed),
+        ("acceleration", "rad/s^2", demand.acceleration), ("mesh_torque", "N m", demand.mesh_torque),
+        ("joint_friction", "N m", demand.joint_friction),
+    )  # fmt: skip
+    for i, name in enumerate(plan.scene.joints):
+        for what, unit, values in columns:
+            series[f"{name}.{what}"] = Series(unit_at(unit, plan.scene.turning[i]), values[:, i])
+        series[f"{name}.motor_speed"] = Series("rad/s", demand.speed[:, i] * plan.body.ratios[i])
+        series[f"{name}.electromagnetic_torque"] = Series("N m", demand.motor_torque[:, i])
+        if np.isfinite(demand.current[:, i]).all():
+            series[f"{name}.current"] = Series("A", demand.current[:, i])
+            series[f"{name}.voltage"] = Series("V", demand.voltage[:, i])
+        twist = plan.body.springs[i].deflection if i in plan.body.springs else None
+        if twist is not None:
+            series[f"{name}.deflection"] = Series("rad", np.array([twist(load) for load in demand.mesh_torque[:, i]]))
+    return series
+
+
+def passive_scene(scene: Scene) -> Scene:
+    """A scene without its motors and controllers, as the inverse engine takes it.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        The scene with effects that only resist.
+    """
+    return replace(scene, effects=_passive(planned(scene)))

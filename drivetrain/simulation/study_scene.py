@@ -1,0 +1,203 @@
+"""Scenes from studies: the arm with its drives, what resists, what commands, and what heats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import available_voltage
+from drivetrain.drive.drive import Drive, shaft_friction
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.motor import torque_constant
+from drivetrain.drive.thermal_network import thermal_network
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.effects.commanded_motion import CommandedMotion
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.effect import Effect
+from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.inverse import demanded
+from drivetrain.simulation.plan import plan
+from drivetrain.simulation.scene import WHOLE, Scene
+from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.study import JointTask, Study
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What a scene of a study is to hold.
+
+    Attributes:
+        bandwidth: Of the position loops, damped critically [rad/s].
+        feed_forward: Whether the currents that the command takes are commanded along with it.
+        friction, mesh, heat, springs: Whether those effects are in.
+        damping: Of the springs, as a share of the critical one of link against rotor [-].
+        repetitions: Of the cycle.
+    """
+
+    bandwidth: float = 40.0
+    feed_forward: bool = True
+    friction: bool = True
+    mesh: bool = True
+    heat: bool = True
+    springs: bool = False
+    damping: float = 0.02
+    repetitions: int = 1
+
+
+DEFAULT_WISHES = Wishes()
+
+
+def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFAULT_WISHES) -> Scene:
+    """The scene in which a study's arm runs its cycle with a set of drives.
+
+    Args:
+        study: Arm, cycle, amplifiers, supply and ambient temperature.
+        drives: By joint name, one each, unknowns filled as ``Evaluation`` does.
+        wishes: Which effects, and how the loops are closed.
+
+    Returns:
+        The scene.
+
+    Raises:
+        InputError: No arm, a joint without a drive, a load table for a cycle, coupled motors.
+    """
+    faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
+    if study.arm is None:
+        faults.append(Fault("arm", "is needed to simulate it", hint="joint_scene takes one joint without an arm"))
+    if faults:
+        raise InputError(faults)
+    carried = np.unique(study.cycle.payload)
+    payload = int(study.cycle.payload[0])
+    arm = loaded_arm(study, drives, payload)
+    start = study.cycle.position[0]
+    inertia = np.diag(mass_matrix(arm, start))
+    effects: dict[str, tuple[Effect, ...]] = {
+        task.name: _joint(study, task, drives[task.name], float(inertia[i]), wishes) for i, task in enumerate(study.joints)
+    }
+    effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions),)
+    notes = () if len(carried) == 1 else ("changes of payload: that of the beginning is carried all along",)
+    duration = study.cycle.duration * wishes.repetitions
+    scene = Scene(arm, effects, duration, start, study.cycle.velocity[0], study.name, notes)
+    return with_feed_forward(scene) if wishes.feed_forward else scene
+
+
+def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: Wishes) -> tuple[Effect, ...]:
+    """The effects of one joint."""
+    travel = task.travel_per_turn or 1.0
+    constant = torque_constant(drive.motor, drive.motor.reference_temperature)
+    volts = available_voltage(task.amplifier, study.supply.voltage)
+    effects: list[Effect] = [
+        PositionLoop(inertia * wishes.bandwidth**2, 2.0 * inertia * wishes.bandwidth, constant),
+        MotorCurrent(drive.motor, task.amplifier.peak_current or math.inf, volts),
+    ]
+    if wishes.friction:
+        effects += _friction(at_joint(drive.joint_friction, travel), "joint")
+        effects += _friction(shaft_friction(drive), "motor")
+        if drive.gear.no_load_torque:
+            effects.append(DryFriction(Friction(coulomb=drive.gear.no_load_torque), "motor"))
+    if wishes.mesh and drive.gear.efficiency is not None:
+        effects.append(MeshLoss(drive.gear))
+    network = thermal_network(drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
+    if wishes.heat and network is not None and network.winding_capacity is not None:
+        effects.append(WindingHeat(network))
+    if wishes.springs and drive.gear.stiffness_1 is not None and task.travel_per_turn is None:
+        critical = 2.0 * math.sqrt(drive.gear.stiffness_1 * inertia)
+        effects.append(FlexibleJoint(drive.gear, wishes.damping * critical))
+    return tuple(effects)
+
+
+def _friction(law: Friction, side: str) -> list[Effect]:
+    """Dry and viscous part, where there is any."""
+    effects: list[Effect] = []
+    if law.coulomb or law.coulomb_negative or law.static:
+        effects.append(DryFriction(law, side))
+    if law.viscous or law.viscous_negative:
+        effects.append(ViscousFriction(law, side))
+    return effects
+
+
+def at_joint(law: Friction, travel: float) -> Friction:
+    """A friction law of a turning shaft, at the joint that it moves along.
+
+    Args:
+        law: At the gear's output.
+        travel: Of the joint a radian of the shaft [m/rad]; 1 where it turns with it.
+
+    Returns:
+        The law in forces and speeds of the joint.
+    """
+    if travel == 1.0:
+        return law
+
+    def force(torque: float | None) -> float | None:
+        return None if torque is None else torque / travel
+
+    return replace(
+        law,
+        coulomb=law.coulomb / travel,
+        coulomb_negative=force(law.coulomb_negative),
+        viscous=law.viscous / travel**2,
+        viscous_negative=None if law.viscous_negative is None else law.viscous_negative / travel**2,
+        static=force(law.static),
+        stribeck_speed=None if law.stribeck_speed is None else law.stribeck_speed * travel,
+    )
+
+
+def with_feed_forward(scene: Scene) -> Scene:
+    """A scene whose motors are told, beside their loops, the currents that the command takes.
+
+    Args:
+        scene: With a command for every joint, and a motor.
+
+    Returns:
+        The scene with tables of current in it, sampled where the command is, on both sides of its jumps.
+
+    Raises:
+        InputError: Nothing is commanded.
+    """
+    ready = plan(scene)
+    times = command_times(scene)
+    demand = demanded(ready, times)
+    effects = dict(scene.effects)
+    for i, name in enumerate(scene.joints):
+        if np.isfinite(demand.current[:, i]).all():
+            effects[name] = (*effects.get(name, ()), GivenCurrent(np.round(times, 12), demand.current[:, i]))
+    return replace(scene, effects=effects)
+
+
+def command_times(scene: Scene, longest: float = 2e-3) -> Array:
+    """Instants that show a command whole: its samples, both sides of its jumps, and steps between.
+
+    Args:
+        scene: With a command.
+        longest: Between two instants [s].
+
+    Returns:
+        [s], (N,), never falling, from 0 to the end of the scene.
+    """
+    instants = {0.0, scene.duration}
+    jumps: set[float] = set()
+    for effect in scene.effects.get(WHOLE, ()):
+        if isinstance(effect, CommandedMotion):
+            time = effect.motion.time - effect.motion.time[0]
+            for k in range(effect.repetitions):
+                instants |= {float(t) for t in time + k * time[-1]}
+            jumps |= set(effect.breakpoints())
+    marks = np.array(sorted(t for t in instants if t <= scene.duration))
+    parts = [
+        np.linspace(a, b, max(2, 1 + math.ceil((b - a) / longest)))[:-1] for a, b in zip(marks, marks[1:], strict=False)
+    ]
+    grid = np.unique(np.concatenate([*parts, [scene.duration]]))
+    left = [np.nextafter(t, -np.inf) for t in jumps if 0.0 < t <= scene.duration]
+    return np.sort(np.concatenate([grid, left]))
