@@ -12,7 +12,7 @@ from drivetrain.arrays import Array
 from drivetrain.sizing.bound_kernels import HIGH, LOW
 from drivetrain.sizing.judge_kernels import ASK, FALLS, judge_exact, load_joint, may_hold, pair_power
 from drivetrain.sizing.load_basis import NUMBERS
-from drivetrain.sizing.load_kernels import bound_joint, compiled, fast, least_average, least_peak, part
+from drivetrain.sizing.load_kernels import bound_joint, least_average, least_peak
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
     CONTINUOUS,
@@ -56,6 +56,11 @@ from drivetrain.sizing.torque_kernels import constant_at, resistance
 from drivetrain.sizing.vector_max import larger, smaller
 from drivetrain.sizing.warm_bound import resting_share, stays_cool
 
+entry = nb.njit(cache=True, error_model="numpy", nogil=True)  # called from Python
+inner = nb.njit(error_model="numpy", nogil=True)
+# A loop over samples.
+loop = nb.njit(error_model="numpy", nogil=True, fastmath={"contract", "reassoc", "nsz"})
+
 MASS, PRICE, ENERGY, USED = range(4)
 OUT, BOUND, EXACT, UNSURE = range(4)
 LADDER = 8  # steps towards the temperatures; each adds a few percent of the one before
@@ -63,7 +68,7 @@ BELOW = 1.0 - 1e-9  # a bound stays a bound though it is rounded
 
 
 # long kernel: one joint's candidates in one pass, bounds or exact figures
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def cost_joint(
     task: PackedTask, setting: Setting, joint: int, pool: Indices, fixed: Array, memory: Memory, costs: Array,
     states: Indices,
@@ -109,13 +114,13 @@ def cost_joint(
     return decided
 
 
-@part
+@inner
 def _share(required: float, available: float) -> float:
     """Required over available; 0 where nothing limits it."""
     return required / available if available > 0.0 and required > 0.0 else 0.0
 
 
-@fast
+@loop
 def _least_torques(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
     """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
     weight, share = row[WEIGHT], row[STEP_SHARE]
@@ -134,7 +139,7 @@ def _least_torques(row: Array, least: Array, most: Array) -> tuple[float, float,
     return peak, square, between
 
 
-@fast
+@loop
 def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
     """The least integral of torque times speed plus loss times torque squared."""
     speed, weight = row[SPEED], row[WEIGHT]
@@ -147,7 +152,7 @@ def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Arra
     return total
 
 
-@compiled
+@inner
 def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -> tuple[float, float]:
     """Winding and magnet temperature that cannot be undercut at any instant and on average: see ``warm_bound``."""
     limits = task.tasks[joint]
@@ -170,7 +175,7 @@ def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -
     return ambient + share * m[OUTER] * copper, magnets
 
 
-@compiled
+@inner
 def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> tuple[float, float]:
     """What a candidate draws and how near it comes to its limits at least, whatever torque within the bounds it gives.
 
@@ -218,7 +223,7 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
     return energy, used
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@entry
 def survivors(
     values: Array, rest: Array, used: Array, rest_used: float, zones: Array, zone_used: Array, kept: NDArray[np.bool_]
 ) -> int:
