@@ -34,8 +34,9 @@ MAGNETS, RUNAWAY, MEAN_WINDING, MEAN_HOUSING, PEAK_WINDING, STATE = range(6)
 # Rows of the series that go in, of the winding temperature that comes out, and of memory.
 SQUARE, LOSS, STEP, WINDING, GROWTH, SOURCE, OUTSIDE, ROWS = range(8)
 
-_compiled = nb.njit(error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-_part = nb.njit(error_model="numpy", nogil=True, inline="always")
+_njit: Any = nb.njit  # whose annotations do not know all of its options
+_compiled = _njit(error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+_part = _njit(error_model="numpy", nogil=True, inline="always")
 
 
 @_part

@@ -14,19 +14,11 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.periodic_rise import STEADY
-from drivetrain.sizing.check_kernels import CLOSE, essential_lack, fast_enough, life
-from drivetrain.sizing.load_kernels import (
-    LOAD_NUMBERS,
-    PEAK_LOAD,
-    JointBounds,
-    add_drive,
-    compiled,
-    entry,
-    fast,
-    least_average,
-    least_peak,
-    part,
-)
+from drivetrain.sizing.check_kernels import fast_enough, life
+from drivetrain.sizing.check_numbers import CLOSE, essential_lack
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_loop, njit_part
+from drivetrain.sizing.load_kernels import LOAD_NUMBERS, PEAK_LOAD, JointBounds
+from drivetrain.sizing.load_loops import add_drive, least_average, least_peak
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
     CONTINUOUS,
@@ -92,11 +84,15 @@ from drivetrain.sizing.vector_max import larger, smaller
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
+    "compiling.py": 138679708,
     "packed_rows.py": 959813297,
-    "packed_task.py": 789668293,
-    "load_kernels.py": 780120506,
-    "torque_kernels.py": 4092301015,
-    "check_kernels.py": 1921660598,
+    "packed_task.py": 1550225454,
+    "vector_max.py": 2907682659,
+    "load_loops.py": 2895481428,
+    "load_kernels.py": 2518255925,
+    "torque_kernels.py": 3638261967,
+    "check_numbers.py": 4023973147,
+    "check_kernels.py": 429797411,
 }
 
 # Rows of the scratch of bounds.
@@ -104,7 +100,7 @@ LOW, HIGH, OWN_LOW, OWN_HIGH = 1, 2, 3, 4
 OVER = 1.0 + CLOSE
 
 
-@fast
+@njit_loop
 def torque_range(
     row: Array, m: Array, g: Array, curved: bool, low: Array, high: Array, least: Array, most: Array
 ) -> None:
@@ -137,7 +133,7 @@ def torque_range(
         most[t] = larger(larger(first, second), bend) + shaft
 
 
-@fast
+@njit_loop
 def _least_figures(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
     """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
     weight, share = row[WEIGHT], row[STEP_SHARE]
@@ -156,7 +152,7 @@ def _least_figures(row: Array, least: Array, most: Array) -> tuple[float, float,
     return peak, square, between
 
 
-@compiled
+@njit_leaf
 def _least_start(row: Array, limits: Array, rests: Indices, m: Array, g: Array, low: Array, high: Array) -> float:
     """The torque to start at the samples at rest that cannot be undercut."""
     ratio, inertia, peak = g[RATIO], m[ROTOR] + g[INPUT_INERTIA], 0.0
@@ -176,7 +172,7 @@ def _least_start(row: Array, limits: Array, rests: Indices, m: Array, g: Array, 
     return peak
 
 
-@fast
+@njit_loop
 def _least_voltage(
     row: Array, m: Array, ratio: float, ohms: float, constant: float, least: Array, most: Array
 ) -> float:
@@ -196,7 +192,7 @@ def _least_voltage(
     return peak
 
 
-@part
+@njit_part
 def _gear_may_hold(task: PackedTask, joint: int, gear: int, bounds: JointBounds) -> bool:
     """The gear's limits of torque and life."""
     g, limits, numbers = task.gears[gear], task.tasks[joint], bounds.numbers
@@ -215,7 +211,7 @@ def _gear_may_hold(task: PackedTask, joint: int, gear: int, bounds: JointBounds)
     return holds
 
 
-@part
+@njit_part
 def _least_rises(m: Array, limits: Array, copper: float, loss: float, parts: int) -> tuple[float, float]:
     """Mean rises of winding and housing that cannot be undercut, infinite in a runaway.
 
@@ -260,7 +256,7 @@ def _least_rises(m: Array, limits: Array, copper: float, loss: float, parts: int
     return winding, housing
 
 
-@part
+@njit_part
 def _motor_may_hold(task: PackedTask, joint: int, m: Array, g: Array, bounds: JointBounds) -> bool:
     """The motor's and the amplifier's limits, LOW and HIGH filled."""
     limits, row, least, most = task.tasks[joint], task.series[joint], bounds.scratch[LOW], bounds.scratch[HIGH]
@@ -298,7 +294,7 @@ def _motor_may_hold(task: PackedTask, joint: int, m: Array, g: Array, bounds: Jo
     return holds
 
 
-@part
+@njit_part
 def _torque_bounds(task: PackedTask, joint: int, m: Array, g: Array, bounds: JointBounds) -> None:
     """The interval of the motor's torque into LOW and HIGH."""
     row, curved, least = task.series[joint], task.tasks[joint, CURVED] != 0.0, bounds.scratch[LOW]
@@ -309,7 +305,7 @@ def _torque_bounds(task: PackedTask, joint: int, m: Array, g: Array, bounds: Joi
     torque_range(row, m, g, curved, bounds.low, bounds.high, least, bounds.scratch[HIGH])
 
 
-@part
+@njit_part
 def _first_look_holds(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
     """Whether gear and motor bear what a few samples ask at least."""
     gear, at = task.pairs[pair, 1], task.offsets[joint, joint]
@@ -323,7 +319,7 @@ def _first_look_holds(task: PackedTask, joint: int, pair: int, bounds: JointBoun
     return holds and limits[PEAK_FACTOR] * asked[1] <= m[PEAK_TORQUE] * OVER
 
 
-@part
+@njit_part
 def _own_bounds(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> JointBounds:
     """The bounds with what the joint's own drive asks, where it rides on the link that it moves."""
     at = task.offsets[joint, joint]
@@ -337,7 +333,7 @@ def _own_bounds(task: PackedTask, joint: int, pair: int, bounds: JointBounds) ->
     return own
 
 
-@entry
+@njit_entry
 def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
     """Whether a pair may hold with some torque history within bounds.
 
@@ -363,7 +359,7 @@ def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bo
     return _motor_may_hold(task, joint, m, g, own)
 
 
-@entry
+@njit_entry
 def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> float:
     """A lower bound of a pair's electrical energy over the cycle with any torque history within bounds.
 
@@ -389,7 +385,7 @@ def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -
     return _least_sum(task.series[joint], g[RATIO], loss, bounds.scratch[LOW], bounds.scratch[HIGH])
 
 
-@fast
+@njit_loop
 def _least_sum(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
     """The least integral of torque times speed plus loss times torque squared."""
     speed, weight = row[SPEED], row[WEIGHT]

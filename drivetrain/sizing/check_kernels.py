@@ -8,8 +8,32 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.heat_state import GROWTH, MAGNETS, PEAK_WINDING, RUNAWAY, STATE
+from drivetrain.sizing.check_numbers import (
+    AMPLIFIER_CURRENT,
+    AMPLIFIER_RMS,
+    AVAILABLE,
+    AVERAGE_TORQUE,
+    CLOSE,
+    GEAR_LIFE,
+    INERTIA_RATIO,
+    MAXIMUM_INPUT,
+    MEAN_INPUT_SPEED,
+    MOMENTARY_PEAK,
+    MOTOR_CURRENT,
+    MOTOR_SPEED,
+    MOTOR_TORQUE,
+    REPEATED_PEAK,
+    REQUIRED,
+    RMS_CURRENT,
+    TEMPERATURE,
+    TILTING_MOMENT,
+    UNCHECKED,
+    USED,
+    VOLTAGE,
+    held,
+)
+from drivetrain.sizing.compiling import njit_entry, njit_part
 from drivetrain.sizing.load_kernels import (
-    CHECKS,
     PEAK_LOAD,
     TILT,
     JointLoad,
@@ -17,10 +41,7 @@ from drivetrain.sizing.load_kernels import (
     bearing,
     bearing_base,
     bearing_reach,
-    compiled,
-    entry,
     inertia_peak,
-    part,
 )
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
@@ -45,7 +66,6 @@ from drivetrain.sizing.packed_rows import (
     REPEATED,
     ROTOR,
     TILTING,
-    UNKNOWN,
 )
 from drivetrain.sizing.packed_task import (
     AMBIENT,
@@ -90,62 +110,22 @@ from drivetrain.solvers.compiled_function import call
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "heat_state.py": 3313927286,
-    "compiled_function.py": 2718191824,
+    "compiling.py": 138679708,
     "packed_rows.py": 959813297,
-    "packed_task.py": 789668293,
-    "load_kernels.py": 780120506,
-    "torque_kernels.py": 4092301015,
+    "packed_task.py": 1550225454,
+    "vector_max.py": 2907682659,
+    "load_loops.py": 2895481428,
+    "load_kernels.py": 2518255925,
+    "torque_kernels.py": 3638261967,
+    "check_numbers.py": 4023973147,
+    "heat_state.py": 985460263,
+    "compiled_function.py": 2559503703,
 }
 
 HOUR = 3600.0  # s
 
-# Checks in the order of ``judge.STAGES``.
-(
-    REPEATED_PEAK, MOMENTARY_PEAK, AVERAGE_TORQUE, MAXIMUM_INPUT, MEAN_INPUT_SPEED, GEAR_LIFE, TILTING_MOMENT,
-    AXIAL_LOAD, RADIAL_LOAD, MOTOR_SPEED, INERTIA_RATIO, MOTOR_TORQUE, MOTOR_CURRENT, AMPLIFIER_CURRENT, VOLTAGE,
-    RMS_CURRENT, TEMPERATURE, AMPLIFIER_RMS,
-) = range(CHECKS)  # fmt: skip
 
-NAMES = (
-    "gear repeated peak torque", "gear momentary peak torque", "gear average torque", "gear maximum input speed",
-    "gear mean input speed", "gear life L10", "output bearing tilting moment", "output bearing axial load",
-    "output bearing radial load", "motor speed", "inertia ratio", "motor peak torque", "motor peak current",
-    "amplifier peak current", "motor voltage", "motor RMS current", "winding temperature",
-    "amplifier continuous current",
-)  # fmt: skip
-UNITS = ("N m", "N m", "N m", "rad/s", "rad/s", "h", "N m", "N", "N", "rad/s", "1", "N m", "A", "A", "V", "A", "C", "A")
-
-CLOSE = 1e-9  # of a utilisation to 1: rounding, which the Python road decides
-UNCHECKED = -1.0  # in place of a utilisation
-REQUIRED, AVAILABLE, USED = 0, 1, 2
-
-
-@compiled
-def held(checks: Array, check: int, required: float, available: float) -> float:
-    """A requirement held against a limit.
-
-    Args:
-        checks: Takes required, available and utilisation in the row of the check, (CHECKS, 3).
-        check: Which.
-        required: What the task asks; NaN where it could not be computed.
-        available: What the part can do; NaN where nobody says.
-
-    Returns:
-        The utilisation; UNCHECKED where one side is not known.
-    """
-    checks[check, REQUIRED], checks[check, AVAILABLE] = required, available
-    if np.isnan(required) or np.isnan(available):
-        used = UNCHECKED
-    elif available > 0.0:
-        used = required / available
-    else:
-        used = 0.0 if required <= 0.0 else np.inf
-    checks[check, USED] = used
-    return used
-
-
-@part
+@njit_part
 def gear_checks(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> float:
     """The gear's limits.
 
@@ -190,7 +170,7 @@ def gear_checks(task: PackedTask, joint: int, pair: int, load: JointLoad, full: 
     return worst
 
 
-@part
+@njit_part
 def life(limits: Array, g: Array, mean: float) -> float:
     """``gear_life``.
 
@@ -206,7 +186,7 @@ def life(limits: Array, g: Array, mean: float) -> float:
     return np.inf if load == 0.0 else float(g[RATED_LIFE] / load)
 
 
-@part
+@njit_part
 def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
     """The gear's limits of speed.
 
@@ -223,7 +203,7 @@ def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
     return max(largest, held(checks, MEAN_INPUT_SPEED, factor * limits[MEAN_SPEED], g[MEAN_INPUT]))
 
 
-@part
+@njit_part
 def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> float:
     """The motor's limits that need no torque.
 
@@ -245,7 +225,7 @@ def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> fl
     return worst
 
 
-@part
+@njit_part
 def fast_enough(limits: Array, m: Array, g: Array) -> bool:
     """Whether every limit of speed holds, to rounding.
 
@@ -262,7 +242,7 @@ def fast_enough(limits: Array, m: Array, g: Array) -> bool:
     return not (fastest > m[MAX_SPEED] * over or (gear and g[DIRECT_DRIVE] == 0.0))
 
 
-@entry
+@njit_entry
 def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
     """Whether a pair holds every limit of speed, which no other drive changes.
 
@@ -277,37 +257,7 @@ def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
     return fast_enough(task.tasks[joint], task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]])
 
 
-@part
-def essential_lack(m: Array, g: Array) -> int:
-    """The first of the ESSENTIAL checks that cannot be made.
-
-    Args:
-        m, g: Rows of motor and gear.
-
-    Returns:
-        The check; -1 where all can be made.
-    """
-    if g[DIRECT_DRIVE] == 0.0 and np.isnan(g[REPEATED]):
-        return REPEATED_PEAK
-    if g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR]) or np.isnan(m[PEAK_TORQUE]):
-        return MOTOR_TORQUE
-    return RMS_CURRENT if np.isnan(m[CONTINUOUS]) else -1
-
-
-@part
-def torque_unknown(m: Array, g: Array) -> bool:
-    """Whether the sheets lack what the motor's torque is computed from.
-
-    Args:
-        m, g: Rows of motor and gear.
-
-    Returns:
-        True for ``Operation.missing``.
-    """
-    return g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR])
-
-
-@part
+@njit_part
 def torque_check(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> tuple[float, float, float]:
     """The motor's torque into TOTAL, and its peak held against the short-time limit.
 
@@ -331,7 +281,7 @@ def torque_check(task: PackedTask, joint: int, m: Array, g: Array, load: JointLo
     return peak, square, held(load.checks, MOTOR_TORQUE, limits[PEAK_FACTOR] * peak, m[PEAK_TORQUE])
 
 
-@part
+@njit_part
 def current_checks(
     task: PackedTask, joint: int, m: Array, load: JointLoad, peak: float, square: float, constant: float
 ) -> float:
@@ -360,7 +310,7 @@ def current_checks(
     return max(worst, held(checks, AMPLIFIER_RMS, rms, limits[AMPLIFIER_CONTINUOUS]))
 
 
-@part
+@njit_part
 def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, state: Array) -> None:
     """The temperatures of the pair at work, those of the winding into WINDING.
 
@@ -391,7 +341,7 @@ def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, s
             winding[t] = rest
 
 
-@part
+@njit_part
 def electric_checks(
     task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, float], state: Array
 ) -> float:
@@ -430,7 +380,7 @@ def electric_checks(
     return worst
 
 
-@part
+@njit_part
 def new_state() -> Array:
     """Memory for what ``heat_state`` finds.
 

@@ -9,14 +9,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.check_kernels import NAMES, UNITS
+from drivetrain.sizing.check_numbers import NAMES, UNITS
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
 from drivetrain.sizing.judge_kernels import ASKED, HELD, LACKS, judge_all, new_load
@@ -145,18 +145,19 @@ class FallenTable(Sequence[Fallen]):
         Returns:
             The fields of ``Fallen`` as columns, names as categories.
         """
+        categories: Any = pd.Categorical.from_codes  # whose annotations do not take a list of names
         motor, gear = self.packed.task.pairs[self.pair].T
         required, available, used, share = self.numbers.T
         units = sorted(set(self.units))
         unit = np.array([units.index(one) for one in self.units], dtype=np.int64)[self.label]
         return pd.DataFrame(
             {
-                "joint": pd.Categorical.from_codes(self.joint, self._joint_names),
-                "motor": pd.Categorical.from_codes(motor, list(self.packed.motors)),
-                "gear": pd.Categorical.from_codes(gear, list(self.packed.gears)),
-                "check": pd.Categorical.from_codes(self.label, list(self.labels)),
+                "joint": categories(self.joint, self._joint_names),
+                "motor": categories(motor, list(self.packed.motors)),
+                "gear": categories(gear, list(self.packed.gears)),
+                "check": categories(self.label, list(self.labels)),
                 "required": required, "available": available,
-                "unit": pd.Categorical.from_codes(unit, units), "utilisation": used, "objective": share,
+                "unit": categories(unit, units), "utilisation": used, "objective": share,
             }
         )  # fmt: skip
 

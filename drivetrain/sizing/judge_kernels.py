@@ -13,6 +13,16 @@ from drivetrain.arrays import Array
 from drivetrain.drive.heat_state import MAGNETS
 from drivetrain.sizing.bound_kernels import least_energy, may_hold
 from drivetrain.sizing.check_kernels import (
+    current_checks,
+    electric_checks,
+    gear_checks,
+    holds_speed,
+    new_state,
+    speed_checks,
+    torque_check,
+    warm_up,
+)
+from drivetrain.sizing.check_numbers import (
     CLOSE,
     MOTOR_SPEED,
     MOTOR_TORQUE,
@@ -20,31 +30,21 @@ from drivetrain.sizing.check_kernels import (
     UNCHECKED,
     USED,
     VOLTAGE,
-    current_checks,
-    electric_checks,
     essential_lack,
-    gear_checks,
     held,
-    holds_speed,
-    new_state,
-    speed_checks,
-    torque_check,
     torque_unknown,
-    warm_up,
 )
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
 from drivetrain.sizing.load_kernels import (
     CHECKS,
     JointBounds,
     JointLoad,
     bound_joint,
-    compiled,
-    entry,
     load_force,
     load_joint,
     new_bounds,
     new_load,
     own_load,
-    part,
 )
 from drivetrain.sizing.packed_rows import DIRECT_DRIVE, INNER, MAGNET, MOMENTARY, PEAK_TORQUE, RATIO, REPEATED
 from drivetrain.sizing.packed_task import AMBIENT, CURVED, PEAK_FACTOR, VOLTAGE_FACTOR, VOLTS, Indices, PackedTask
@@ -58,12 +58,16 @@ __all__ = [
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
+    "compiling.py": 138679708,
     "packed_rows.py": 959813297,
-    "packed_task.py": 789668293,
-    "load_kernels.py": 780120506,
-    "torque_kernels.py": 4092301015,
-    "check_kernels.py": 1921660598,
-    "bound_kernels.py": 1943851125,
+    "packed_task.py": 1550225454,
+    "vector_max.py": 2907682659,
+    "load_loops.py": 2895481428,
+    "load_kernels.py": 2518255925,
+    "torque_kernels.py": 3638261967,
+    "check_numbers.py": 4023973147,
+    "check_kernels.py": 429797411,
+    "bound_kernels.py": 4221502861,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
@@ -72,13 +76,13 @@ EXACT, STAGES, FULL = 0, 1, 2
 HELD, ASKED = -1, -2  # of ``judge_all``: pairs that hold, and those that the Python road is asked about
 
 
-@part
+@njit_part
 def _felled(used: float) -> bool:
     """Whether a utilisation is above 1 beyond rounding, or not a number."""
     return not used <= 1.0 + CLOSE
 
 
-@compiled
+@njit_leaf
 def _worst(checks: Array, first: int, last: int) -> int:
     """The check of largest utilisation among some."""
     found = first
@@ -88,7 +92,7 @@ def _worst(checks: Array, first: int, last: int) -> int:
     return found
 
 
-@part
+@njit_part
 def _fails_at_once(task: PackedTask, joint: int, pair: int, load: JointLoad) -> int:
     """The check that a look at a few samples fells a pair by; -1 where it does not."""
     gear = task.pairs[pair, 1]
@@ -108,7 +112,7 @@ def _fails_at_once(task: PackedTask, joint: int, pair: int, load: JointLoad) -> 
     return felled
 
 
-@compiled
+@njit_leaf
 def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) -> tuple[int, int, float]:
     """Both ways of judging; see ``judge_exact`` (EXACT) and ``figures`` (STAGES, FULL)."""
     gear = task.pairs[pair, 1]
@@ -159,7 +163,7 @@ def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) 
     return (ASK if quick and worst > 1.0 - CLOSE else HOLDS), found, worst
 
 
-@entry
+@njit_entry
 def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tuple[int, int, float]:
     """Whether a pair holds at a joint: every check of ``judge.py`` until one fails.
 
@@ -176,7 +180,7 @@ def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tup
     return _judge(task, joint, pair, load, np.int64(EXACT))
 
 
-@entry
+@njit_entry
 def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> tuple[int, int, float]:
     """Every check of a pair with its numbers, stage by stage as ``judge.py`` makes them.
 
@@ -194,7 +198,7 @@ def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool
     return _judge(task, joint, pair, load, np.int64(FULL if full else STAGES))
 
 
-@entry
+@njit_entry
 def judge_all(
     task: PackedTask, joint: int, pairs: Indices, drives: Array, load: JointLoad, codes: Indices, numbers: Array
 ) -> None:
@@ -223,7 +227,7 @@ def judge_all(
                 codes[i] = ASKED
 
 
-@entry
+@njit_entry
 def pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: Array) -> float:
     """Electrical power of a pair at work.
 

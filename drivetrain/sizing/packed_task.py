@@ -183,7 +183,7 @@ def pack(study: Study, work: Workload | None = None) -> Packed:
         rests=np.array([_rests(demand) for demand in demands]),
         mix=_mix(study),
         shares=np.array(study.cycle.shares, dtype=np.float64),
-        heat=steady_state.address,
+        heat=int(steady_state.address or 0),
         sharp=np.array([_sharp(demand) for demand in demands]),
     )
     return Packed(study, work, task, motor_keys, gear_keys, mass, price)

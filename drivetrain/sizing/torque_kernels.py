@@ -8,16 +8,8 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive import heat_state
-from drivetrain.sizing.load_kernels import (
-    DRIVEN_LOAD,
-    DRIVING_LOAD,
-    HELD_LOAD,
-    START_LOAD,
-    START_WAY,
-    compiled,
-    fast,
-    part,
-)
+from drivetrain.sizing.compiling import njit_leaf, njit_loop, njit_part
+from drivetrain.sizing.load_loops import DRIVEN_LOAD, DRIVING_LOAD, HELD_LOAD, START_LOAD, START_WAY
 from drivetrain.sizing.packed_rows import (
     CONSTANT,
     COPPER,
@@ -65,7 +57,7 @@ TOTAL, START, SLOPE, HEAT, ROWS = 0, 1, 2, 3, 3 + heat_state.ROWS
 WINDING = HEAT + heat_state.WINDING
 
 
-@part
+@njit_part
 def resistance(m: Array, temperature: float) -> float:
     """``winding_resistance``.
 
@@ -79,7 +71,7 @@ def resistance(m: Array, temperature: float) -> float:
     return m[RESISTANCE] * (1.0 + m[COPPER] * (temperature - m[REFERENCE]))
 
 
-@part
+@njit_part
 def constant_at(m: Array, temperature: float) -> float:
     """``torque_constant``.
 
@@ -93,7 +85,7 @@ def constant_at(m: Array, temperature: float) -> float:
     return m[CONSTANT] * (1.0 + m[MAGNET] * (temperature - m[REFERENCE]))
 
 
-@part
+@njit_part
 def breakaway(m: Array, way: float) -> float:
     """``breakaway_torque`` of a motor's shaft.
 
@@ -109,7 +101,7 @@ def breakaway(m: Array, way: float) -> float:
     return forward if way > 0.0 else (-back if way < 0.0 else 0.0)
 
 
-@fast
+@njit_loop
 def curved_friction(m: Array, ratio: float, speed: Array, out: Array) -> None:
     """``friction_torque`` of a motor's shaft, added to what is there.
 
@@ -130,7 +122,7 @@ def curved_friction(m: Array, ratio: float, speed: Array, out: Array) -> None:
             out[t] += math.copysign(sliding + viscous * magnitude, turning)
 
 
-@fast
+@njit_loop
 def pair_torque(row: Array, m: Array, g: Array, curved: bool, series: Array, total: Array) -> None:
     """The motor's torque at every sample.
 
@@ -155,7 +147,7 @@ def pair_torque(row: Array, m: Array, g: Array, curved: bool, series: Array, tot
         )  # fmt: skip
 
 
-@compiled
+@njit_leaf
 def first_look(
     row: Array, m: Array, g: Array, curved: bool, low: Array, high: Array, rows: Array, at: int, numbers: Array,
     pair: int, instants: Indices,
@@ -199,7 +191,7 @@ def first_look(
     return gear, 0.0 if curved else motor
 
 
-@fast
+@njit_loop
 def peak_and_square(weight: Array, total: Array) -> tuple[float, float]:
     """Largest magnitude, and sum of weight times square.
 
@@ -217,7 +209,7 @@ def peak_and_square(weight: Array, total: Array) -> tuple[float, float]:
     return peak, square
 
 
-@compiled
+@njit_leaf
 def start_torque(row: Array, rests: Indices, m: Array, g: Array, series: Array, scratch: Array) -> float:
     """The torque to start at the samples at rest, or that of the motion where it is larger: magnitudes into START.
 
@@ -245,7 +237,7 @@ def start_torque(row: Array, rests: Indices, m: Array, g: Array, series: Array, 
     return peak
 
 
-@fast
+@njit_loop
 def heat_losses(row: Array, m: Array, ratio: float, curved: bool, scratch: Array) -> None:
     """Mean square of the torque and mean loss in the housing from each sample to the next, as ``heat_state`` wants.
 
@@ -270,7 +262,7 @@ def heat_losses(row: Array, m: Array, ratio: float, curved: bool, scratch: Array
         losses[t] = 0.5 * (first[t] + second[t])
 
 
-@part
+@njit_part
 def heat_numbers(m: Array, ambient: float, shares: Array) -> Array:
     """What ``heat_state`` asks of a motor.
 
@@ -294,7 +286,7 @@ def heat_numbers(m: Array, ambient: float, shares: Array) -> Array:
     return x
 
 
-@fast
+@njit_loop
 def voltage_peak(row: Array, m: Array, ratio: float, scratch: Array, warm: float, cold: float, ohms: float) -> float:
     """The largest voltage while running, cold, and warm with the temperatures in WINDING.
 
@@ -333,7 +325,7 @@ def voltage_peak(row: Array, m: Array, ratio: float, scratch: Array, warm: float
     return peak
 
 
-@compiled
+@njit_leaf
 def start_voltage(rests: Indices, m: Array, scratch: Array, warm: float, moves: bool) -> float:
     """The largest voltage to start from rest.
 
@@ -357,7 +349,7 @@ def start_voltage(rests: Indices, m: Array, scratch: Array, warm: float, moves: 
     return peak
 
 
-@fast
+@njit_loop
 def electrical_power(row: Array, m: Array, ratio: float, scratch: Array, warm: float, power: Array) -> float:
     """Electrical power at every sample, inductance left out.
 

@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivetrain.drive import heat_state
-from drivetrain.sizing import bound_kernels, check_kernels, judge_kernels, load_kernels
-from drivetrain.sizing.check_kernels import NAMES
+from drivetrain.sizing import bound_kernels, check_kernels, check_numbers, judge_kernels, load_kernels
+from drivetrain.sizing.check_numbers import MOTOR_TORQUE, NAMES, UNCHECKED
 from drivetrain.sizing.demand import workload
 from drivetrain.sizing.fallen import beside, fallen_table
 from drivetrain.sizing.fill import Shelf
@@ -101,7 +101,7 @@ def agree(road, joint, pair):
     for row, name in zip(road.load.checks, NAMES, strict=True):
         check = found.get(name)
         if check is None or check.utilisation is None:
-            assert row[2] == check_kernels.UNCHECKED, name
+            assert row[2] == UNCHECKED, name
             continue
         assert row[2] == pytest.approx(check.utilisation, rel=CLOSE, abs=CLOSE), name
         assert row[0] == pytest.approx(check.required, rel=CLOSE, abs=CLOSE), name
@@ -204,7 +204,7 @@ def test_bounds_never_rule_out_what_holds(make, kind, seed):
                 if verdict != FALLS:
                     assert may_hold(road.task, joint, pair, bounds), (code, NAMES[code])
                 m, g = road.task.motors[joint, road.task.pairs[pair, 0]], road.task.gears[road.task.pairs[pair, 1]]
-                if not check_kernels.torque_unknown.py_func(m, g):
+                if not check_numbers.torque_unknown.py_func(m, g):
                     energy = pair_power(history, joint, pair, road.load, power)
                     weights = road.task.series[joint, 9]
                     slack = 1e-9 * float(np.abs(power) @ weights)
@@ -281,7 +281,7 @@ def test_near_a_limit_the_evaluation_is_asked(make):
         road.set_load(joint)
         if judge_exact(road.task, joint, pair, road.load)[0] == HOLDS:
             break
-    peak = road.load.checks[check_kernels.MOTOR_TORQUE, 0]
+    peak = road.load.checks[MOTOR_TORQUE, 0]
     motors = np.array(road.task.motors)
     for limit, verdict in ((peak * (1 + 1e-11), ASK), (peak * (1 - 1e-11), ASK), (peak * (1 - 1e-6), FALLS)):
         motors[joint, road.task.pairs[pair, 0], 8] = limit

@@ -1,0 +1,84 @@
+"""The checks of ``judge.STAGES`` by number, and how compiled code holds a requirement against a limit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.compiling import njit_leaf, njit_part
+from drivetrain.sizing.load_kernels import CHECKS
+from drivetrain.sizing.packed_rows import CONTINUOUS, DIRECT_DRIVE, PEAK_TORQUE, REPEATED, ROTOR, UNKNOWN
+
+# Checks in the order of ``judge.STAGES``.
+(
+    REPEATED_PEAK, MOMENTARY_PEAK, AVERAGE_TORQUE, MAXIMUM_INPUT, MEAN_INPUT_SPEED, GEAR_LIFE, TILTING_MOMENT,
+    AXIAL_LOAD, RADIAL_LOAD, MOTOR_SPEED, INERTIA_RATIO, MOTOR_TORQUE, MOTOR_CURRENT, AMPLIFIER_CURRENT, VOLTAGE,
+    RMS_CURRENT, TEMPERATURE, AMPLIFIER_RMS,
+) = range(CHECKS)  # fmt: skip
+
+NAMES = (
+    "gear repeated peak torque", "gear momentary peak torque", "gear average torque", "gear maximum input speed",
+    "gear mean input speed", "gear life L10", "output bearing tilting moment", "output bearing axial load",
+    "output bearing radial load", "motor speed", "inertia ratio", "motor peak torque", "motor peak current",
+    "amplifier peak current", "motor voltage", "motor RMS current", "winding temperature",
+    "amplifier continuous current",
+)  # fmt: skip
+UNITS = ("N m", "N m", "N m", "rad/s", "rad/s", "h", "N m", "N", "N", "rad/s", "1", "N m", "A", "A", "V", "A", "C", "A")
+
+CLOSE = 1e-9  # of a utilisation to 1: rounding, which the Python road decides
+UNCHECKED = -1.0  # in place of a utilisation
+REQUIRED, AVAILABLE, USED = 0, 1, 2
+
+
+@njit_leaf
+def held(checks: Array, check: int, required: float, available: float) -> float:
+    """A requirement held against a limit.
+
+    Args:
+        checks: Takes required, available and utilisation in the row of the check, (CHECKS, 3).
+        check: Which.
+        required: What the task asks; NaN where it could not be computed.
+        available: What the part can do; NaN where nobody says.
+
+    Returns:
+        The utilisation; UNCHECKED where one side is not known.
+    """
+    checks[check, REQUIRED], checks[check, AVAILABLE] = required, available
+    if np.isnan(required) or np.isnan(available):
+        used = UNCHECKED
+    elif available > 0.0:
+        used = required / available
+    else:
+        used = 0.0 if required <= 0.0 else np.inf
+    checks[check, USED] = used
+    return used
+
+
+@njit_part
+def essential_lack(m: Array, g: Array) -> int:
+    """The first of the ESSENTIAL checks that cannot be made.
+
+    Args:
+        m, g: Rows of motor and gear.
+
+    Returns:
+        The check; -1 where all can be made.
+    """
+    if g[DIRECT_DRIVE] == 0.0 and np.isnan(g[REPEATED]):
+        return REPEATED_PEAK
+    if g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR]) or np.isnan(m[PEAK_TORQUE]):
+        return MOTOR_TORQUE
+    return RMS_CURRENT if np.isnan(m[CONTINUOUS]) else -1
+
+
+@njit_part
+def torque_unknown(m: Array, g: Array) -> bool:
+    """Whether the sheets lack what the motor's torque is computed from.
+
+    Args:
+        m, g: Rows of motor and gear.
+
+    Returns:
+        True for ``Operation.missing``.
+    """
+    return g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR])

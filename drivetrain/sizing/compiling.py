@@ -1,0 +1,22 @@
+"""How the judge is compiled: few big units, as every level of calls is optimised again with all that it calls."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba as nb
+
+_njit: Any = nb.njit  # whose annotations do not know all of its options
+_INSIDE = {"error_model": "numpy", "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+njit_entry: Any = nb.njit(cache=True, error_model="numpy", nogil=True)
+"""Called from Python, kept on disk."""
+
+njit_part: Any = nb.njit(error_model="numpy", nogil=True, inline="always")
+"""Compiled as a part of whoever uses it."""
+
+njit_leaf: Any = _njit(**_INSIDE)
+"""Compiled once for all in compiled code that use it."""
+
+njit_loop: Any = _njit(**_INSIDE, fastmath={"contract", "reassoc", "nsz"})
+"""The same for loops over samples, where sums may be taken in another order; NaN is respected."""
