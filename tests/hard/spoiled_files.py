@@ -93,8 +93,8 @@ def spoilers(folder: Path) -> dict[str, tuple[Any, int]]:
     """What spoils, and how often it shall."""
     examples, catalogue = shipped("examples"), shipped("catalogs")
     return {
-        "study": (Studies(folder), 60),
-        "motion": (Tables(examples / "puma560" / "swing.csv", folder / "a" / "swing.csv", _read_puma, 30), 200),
+        "study": (Studies(folder), 40),
+        "motion": (Tables(examples / "puma560" / "swing.csv", folder / "a" / "swing.csv", _read_puma, 30), 100),
         "load table": (Tables(examples / "one_axis" / "door.csv", folder / "b" / "door.csv", read_load_table), 300),
         "motor row": (
             Tables(catalogue / "motors.csv", folder / "c" / "motors.csv", lambda path: dt.read_catalog(path.parent), 3),

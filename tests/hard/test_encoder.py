@@ -11,7 +11,7 @@ from drivetrain.dynamics.newton_euler import inverse_dynamics
 
 ARM = load_arm("ur5")
 TIME = 1e-3 * np.arange(2000)
-BITS = (12, 14, 16, 18, 20, 22, 24)
+BITS = (12, 14, 16, 20, 24)
 
 
 def wave() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
