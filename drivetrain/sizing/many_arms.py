@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.check_kernels import NAMES
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Draws, built
 from drivetrain.sizing.scatter_kernels import judge_arms
 from drivetrain.sizing.scatter_task import Bench, aimed
-from drivetrain.sizing.scatter_torque import CHECKS
+from drivetrain.sizing.scatter_torque import CHECKS, NAMES
 
 SUPPLY_NAMES = ("supply peak power", "supply mean power", "supply regenerated power")
 CHUNK = 4096  # arms judged at once: 4 MB of figures

@@ -74,7 +74,7 @@ def sources(study: Study) -> tuple[Source, ...]:
     return (*found, Source("ambient")) if "ambient" in given else tuple(found)
 
 
-def drawn(study: Study, samples: int, seed: int) -> Draws:
+def drawn(study: Study, samples: int, seed: int | tuple[int, ...]) -> Draws:
     """Arms drawn at random.
 
     Args:

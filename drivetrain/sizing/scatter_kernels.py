@@ -89,7 +89,7 @@ SOURCES = {
     "drive/periodic_rise.py": 2837073585,
     "sizing/scatter_blocks.py": 4073483484,
     "sizing/scatter_heat.py": 2156341510,
-    "sizing/scatter_torque.py": 3806060784,
+    "sizing/scatter_torque.py": 3970231427,
     "sizing/vector_max.py": 2907682659,
 }
 

@@ -18,7 +18,6 @@ from drivetrain.drive.motor import copper_coefficient
 from drivetrain.drive.motor_limits import thermal_resistances
 from drivetrain.drive.thermal_network import thermal_network
 from drivetrain.sizing import scatter_torque as k
-from drivetrain.sizing.check_kernels import NAMES
 from drivetrain.sizing.demand import JointDemand, Workload, workload
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.fill import Shelf
@@ -245,7 +244,7 @@ def _fixed(nominal: Evaluation, payload: bool) -> Array:
     found = np.full((len(nominal.joints), k.CHECKS), math.nan)
     for joint, result in enumerate(nominal.joints.values()):
         for check in result.checks:
-            at = NAMES.index(check.name)
+            at = k.NAMES.index(check.name)
             if at not in scattering and check.utilisation is not None:
                 found[joint, at] = check.utilisation
     return found

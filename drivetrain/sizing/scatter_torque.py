@@ -32,6 +32,13 @@ SOURCES = {"sizing/vector_max.py": 2907682659}
     MOTOR_SPEED, INERTIA, MOTOR_TORQUE, MOTOR_CURRENT, AMPLIFIER_CURRENT, VOLTAGE, RMS_CURRENT, TEMPERATURE,
     AMPLIFIER_RMS, CHECKS,
 ) = range(19)  # fmt: skip
+NAMES = (
+    "gear repeated peak torque", "gear momentary peak torque", "gear average torque", "gear maximum input speed",
+    "gear mean input speed", "gear life L10", "output bearing tilting moment", "output bearing axial load",
+    "output bearing radial load", "motor speed", "inertia ratio", "motor peak torque", "motor peak current",
+    "amplifier peak current", "motor voltage", "motor RMS current", "winding temperature",
+    "amplifier continuous current",
+)  # fmt: skip
 SUPPLY_PEAK, SUPPLY_MEAN, SUPPLY_BACK, SUPPLY = range(4)
 
 SHEET_AMBIENT = 25.0  # C, at which makers print continuous values

@@ -9,11 +9,11 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.sizing.check_kernels import NAMES
 from drivetrain.sizing.many_arms import SUPPLY_NAMES, Figures, judged
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Pair, drawn, sources
 from drivetrain.sizing.scatter_task import bench
+from drivetrain.sizing.scatter_torque import NAMES
 
 SUPPLY = "supply"
 QUANTILES = (0.05, 0.5, 0.95)

@@ -15,11 +15,11 @@ from drivetrain.drive.motor import torque_constant
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
 from drivetrain.sizing import scatter_heat, scatter_kernels, scatter_torque
-from drivetrain.sizing.check_kernels import NAMES
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.many_arms import SUPPLY_NAMES, figures_of, judged
 from drivetrain.sizing.scatter import Source, built, deviated, drawn, sources
 from drivetrain.sizing.scatter_task import bench
+from drivetrain.sizing.scatter_torque import NAMES
 from drivetrain.sizing.tornado import effects
 from drivetrain.sizing.uncertainty import Chance, drives_of, robustness
 from drivetrain.study.load import load_study

@@ -1,0 +1,113 @@
+"""The best set that holds often enough: honest stopping, and sets in order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.errors import InputError
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.results import DriveSet
+from drivetrain.sizing.robust_selection import Decision, decided, robust_select, sets_in_order
+from drivetrain.sizing.uncertainty import Chance
+from drivetrain.study.tolerances import Tolerance, Tolerances
+
+
+def stopped(rng, truth, wanted, error, most=4000):
+    """The decision, looking after every ten samples."""
+    held = np.cumsum(rng.random(most) < truth)
+    for count in range(10, most + 1, 10):
+        found = decided(Chance(int(held[count - 1]), count), wanted, error)
+        if found is not Decision.OPEN:
+            return found
+    return Decision.OPEN
+
+
+def test_looking_again_and_again_does_not_deceive():
+    rng = np.random.default_rng(4)
+    wrong = sum(stopped(rng, 0.9, 0.9, 0.1, most=2000) is not Decision.OPEN for _ in range(300))
+    assert wrong <= 45  # of 300 with at most 10 % each: more than 30 + 3 sqrt(27) once in a thousand
+    # A test of fixed size looked at as often errs far more than its 10 %.
+    assert wrong > 0
+
+
+@pytest.mark.parametrize(("truth", "expected"), [(0.97, Decision.HOLDS), (0.8, Decision.FALLS)])
+def test_decisions_are_right(truth, expected):
+    rng = np.random.default_rng(6)
+    found = [stopped(rng, truth, 0.9, 0.01) for _ in range(60)]
+    assert found.count(expected) >= 58
+
+
+def test_all_hits_prove_a_probability_in_the_end():
+    # 0.95^n falls under the error of 1 % after 90 samples; the mixture pays some more for not knowing n.
+    assert decided(Chance(60, 60), 0.95, 0.01) is Decision.OPEN
+    assert decided(Chance(200, 200), 0.95, 0.01) is Decision.HOLDS
+    assert decided(Chance(0, 5), 0.95, 0.01) is Decision.FALLS
+
+
+@pytest.fixture
+def shop(make):
+    """One joint and motors that differ in nothing but their peak current and their mass."""
+    time = np.linspace(0.0, 2.0, 201)
+    rate = np.pi
+    cycle = make.table_cycle(time, 4.0 * np.sin(rate * time), np.cos(rate * time), -rate * np.sin(rate * time))
+    study = make.study(cycle)
+    evaluation = evaluate(study)
+    result = next(iter(evaluation.joints.values()))
+    motor = result.drive.motor
+    current = float(np.abs(result.series.motor_torque).max() / motor.torque_constant)
+    limits = {"tight": 1.001, "close": 1.02, "roomy": 1.08}
+    motors = {
+        name: replace(motor, key=name, peak_current=share * current, magnet_coefficient=0.0)
+        for name, share in limits.items()
+    }
+    catalog = replace(study.catalog, motors={**study.catalog.motors, **motors})
+    tolerances = Tolerances(torque_constant=Tolerance(0.06))
+    return replace(study, catalog=catalog, tolerances=tolerances), result
+
+
+def in_order(shop):
+    result = shop[1]
+    names = ("tight", "close", "roomy")
+    return [DriveSet({result.name: (name, result.gear)}, mass, {}) for mass, name in enumerate(names)]
+
+
+def test_the_first_set_that_holds_often_enough(shop):
+    """tight holds with 0.52, close with 0.66, roomy always."""
+    found = robust_select(shop[0], sets=in_order(shop), holds=0.6)
+    assert [trial.decision for trial in found.trials] == [Decision.FALLS, Decision.HOLDS]
+    assert found.chosen is found.trials[1] and "1 better sets do not" in found.proof
+    more = robust_select(shop[0], sets=in_order(shop), holds=0.9)
+    assert [trial.decision for trial in more.trials] == [Decision.FALLS, Decision.FALLS, Decision.HOLDS]
+    for trial, expected in zip(more.trials, (0.508, 0.663, 1.0), strict=True):
+        assert abs(trial.chance.probability - expected) < 4.0 * trial.chance.standard_error + 1e-3
+
+
+def test_none_holds(shop):
+    found = robust_select(shop[0], sets=in_order(shop)[:2], holds=0.9)
+    assert found.chosen is None and found.exhausted and "no others" in found.proof
+    assert robust_select(shop[0], sets=[], holds=0.9).proof == "no set holds with nominal numbers"
+    assert not robust_select(shop[0], sets=in_order(shop), holds=0.9, most_sets=1).exhausted
+
+
+def test_faults(shop):
+    with pytest.raises(InputError) as caught:
+        robust_select(replace(shop[0], tolerances=Tolerances()), sets=[], confidence=2.0)
+    assert len(caught.value.faults) == 3
+
+
+def test_sets_from_the_search_come_in_order(shop):
+    study, result = shop
+    names = ("tight", "close", "roomy")
+    weighed = {
+        **study.catalog.motors,
+        **{name: replace(study.catalog.motors[name], mass=1.0 + 0.1 * i) for i, name in enumerate(names)},
+    }
+    task = replace(study.joints[0], drive=None, pairs=tuple((name, result.gear) for name in reversed(names)))
+    study = replace(study, joints=(task,), catalog=replace(study.catalog, motors=weighed))
+    sets = list(sets_in_order(study, first=1))
+    assert [one.drives[result.name][0] for one in sets] == list(names)
+    found = robust_select(study, holds=0.6)
+    assert found.chosen is not None and found.chosen.drives.drives[result.name][0] == "close"
