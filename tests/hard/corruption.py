@@ -13,7 +13,21 @@ import numpy as np
 
 from drivetrain.errors import InputError, PhysicsWarning
 
-NUMBERS: tuple[Any, ...] = (math.nan, math.inf, -math.inf, 1e308, -1e308, 1e200, 0.0, 1e12, -1e30, 1e59, 1e-200, -1e-310, 1e-30)
+NUMBERS: tuple[Any, ...] = (
+    math.nan,
+    math.inf,
+    -math.inf,
+    1e308,
+    -1e308,
+    1e200,
+    0.0,
+    1e12,
+    -1e30,
+    1e59,
+    1e-200,
+    -1e-310,
+    1e-30,
+)
 OTHERS: tuple[Any, ...] = (None, "three", [], [[]], {}, 1 + 2j, np.array("x"))
 
 
