@@ -104,9 +104,9 @@ class Compiled:
         self.load = new_load(packed.task)
         self.drives = np.zeros((len(packed.study.joints), packed.task.numbers.shape[1]))
         self.all = np.ones(len(packed.task.pairs), dtype=np.bool_)
-        start = time.perf_counter()
+        start = time.process_time()
         self.possible, self.pools = self._possible()
-        self.preparation = time.perf_counter() - start
+        self.preparation = time.process_time() - start
         self.order = np.array(np.argsort([len(pool) for pool in self.pools]))  # the most critical joint first
 
     def _possible(self) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -202,7 +202,7 @@ def multiply_add_rate() -> float:
 
 
 def median_time(run: Callable[[], object], repeats: int) -> float:
-    """Median of several runs after one that does not count.
+    """Median processor time of several runs after one that does not count.
 
     Args:
         run: What is measured.
@@ -214,7 +214,7 @@ def median_time(run: Callable[[], object], repeats: int) -> float:
     run()
     found = []
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = time.process_time()
         run()
-        found.append(time.perf_counter() - start)
+        found.append(time.process_time() - start)
     return float(np.median(found))

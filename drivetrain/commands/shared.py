@@ -11,7 +11,7 @@ from typing import Any
 
 import typer
 
-COMPILING = "compiling to machine code, some 10 s: this is the first run; later ones find it done ..."
+COMPILING = "compiling to machine code, up to half a minute: this is the first run; later ones find it done ..."
 FITS, DOES_NOT_FIT, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
