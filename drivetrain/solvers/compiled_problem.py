@@ -117,7 +117,7 @@ class CompiledProblem:
         address_of(self.jacobian, "problem.jacobian")
         if isinstance(self.size, bool) or not isinstance(self.size, int) or self.size < 1:
             raise InputError(Fault("problem.size", "must be a whole number, 1 or more", self.size))
-        object.__setattr__(self, "numbers", frozen_array(self.numbers, (None,), "problem.numbers"))
+        object.__setattr__(self, "numbers", _own_numbers(self.numbers))
         words = np.array(self.words)
         if words.ndim != 1 or words.dtype.kind not in "iu":
             raise InputError(Fault("problem.words", "must be whole numbers, one axis", self.words))
@@ -153,6 +153,14 @@ class CompiledProblem:
         functions |= {"values": events.values if events else None, "handler": events.handler if events else None}
         functions |= {"account": hooks.account, "tell": hooks.tell, "opens": hooks.opens}
         return np.array([address_of(function, name) for name, function in functions.items()], dtype=np.int64)
+
+
+def _own_numbers(given: Any) -> Array:
+    """A read-only copy; infinity is allowed, as a limit that is none."""
+    numbers = np.array(given, dtype=np.float64)
+    frozen_array(np.where(np.isinf(numbers), 0.0, numbers), (None,), "problem.numbers")
+    numbers.setflags(write=False)
+    return numbers
 
 
 def python_rates(problem: CompiledProblem) -> Rates:

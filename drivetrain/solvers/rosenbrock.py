@@ -42,7 +42,8 @@ class Rodas4(Solver):
     Attributes:
         rtol: Error allowed in a step, as a share of each state [-].
         atol: Error allowed in a step where a state is near zero [the state's own unit]; one number, or one a state.
-            Infinity leaves a state out of the control.
+            Infinity leaves a state out of the control. None: a thousandth of ``rtol``, and in a simulation what each
+            state says does not matter.
         largest_step: [s]; None: as long as the tolerance allows. What happens within one step and leaves no trace at
             its stages is not seen.
         smallest_step: Shorter ones stop the run [s]; 0: the resolution of the time itself.
@@ -52,7 +53,7 @@ class Rodas4(Solver):
     """
 
     rtol: float = 1e-6
-    atol: float | tuple[float, ...] = 1e-9
+    atol: float | tuple[float, ...] | None = None
     largest_step: float | None = None
     smallest_step: float = 0.0
     first_step: float | None = None
@@ -63,7 +64,7 @@ class Rodas4(Solver):
             problem = f"is below what double precision can hold, {SMALLEST_RTOL:.2g}"
             raise InputError(Fault("Rodas4.rtol", problem, self.rtol))
         several = isinstance(self.atol, list | tuple | np.ndarray)
-        for value in np.ravel(np.asarray(self.atol, dtype=object)):
+        for value in () if self.atol is None else np.ravel(np.asarray(self.atol, dtype=object)):
             if not (several and isinstance(value, float) and value == math.inf):
                 check_positive("Rodas4.atol", value, "unit of the state")
         if several:
@@ -88,7 +89,7 @@ class Rodas4(Solver):
         """
         if isinstance(self.atol, tuple) and len(self.atol) != size:
             raise InputError(Fault("Rodas4.atol", f"must be one number, or {size}, one a state", self.atol))
-        return np.full(size, 1.0) * np.asarray(self.atol)
+        return np.full(size, 1.0) * np.asarray(1e-3 * self.rtol if self.atol is None else self.atol)
 
     def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
         """What the compiled loop needs to know.
