@@ -9,6 +9,8 @@ from drivetrain.sizing.propagation import Choices, Indices, Setting
 
 Mask = NDArray[np.bool_]
 
+UNPRICED = -1e300  # least cost where none is known: below every cost, and sums of it stay finite
+
 
 def all_choices(known: tuple[Indices, ...], setting: Setting) -> Choices:
     """All candidates, with nothing known of them.
@@ -24,8 +26,7 @@ def all_choices(known: tuple[Indices, ...], setting: Setting) -> Choices:
     first = np.concatenate([[0], np.cumsum(count)[:-1]]).astype(np.int64)
     pool = np.concatenate(known).astype(np.int64)
     cost = setting.share[pool].copy()
-    nothing = -1e300  # below every cost, and sums of it stay finite
-    dear = [nothing if setting.energy or not size else cost[at] for at, size in zip(first, count, strict=True)]
+    dear = [UNPRICED if setting.energy or not size else cost[at] for at, size in zip(first, count, strict=True)]
     least = np.array(dear)
     return Choices(pool, cost, first, count, least, np.full(len(known), -1, dtype=np.int64))
 

@@ -17,6 +17,7 @@ from drivetrain.sizing.objectives import weight_of
 from drivetrain.sizing.packed_task import Packed, chosen_numbers
 from drivetrain.sizing.propagation import Indices, Memory, Setting, new_memory, set_power
 from drivetrain.sizing.results import Evaluation, Verdict
+from drivetrain.sizing.spare_parts import Rule, rules_of
 from drivetrain.study.study import DriveMass, Wanted
 
 CLOSE = 1e-9  # to the limit: what is nearer is asked of the exact road
@@ -34,6 +35,7 @@ class Problem:
         unknown: Pairs by joint whose share of the objective is not known.
         reach: Largest torque that one unit of each number of the drive of joint k makes on joint j, over the largest
             that the task alone asks there, (j, k, NUMBERS).
+        rules: For all joints together.
         memory: That every step fills again.
     """
 
@@ -43,6 +45,7 @@ class Problem:
     known: tuple[Indices, ...]
     unknown: tuple[Indices, ...]
     reach: Array
+    rules: tuple[Rule, ...]
     memory: Memory
 
     @property
@@ -144,7 +147,8 @@ def problem(packed: Packed, wanted: Wanted) -> Problem:
         known_by.append(pairs[np.argsort(share[pairs], kind="stable")])
     setting = Setting(share, weight_of(wanted, "energy"), _loads(packed))
     return Problem(
-        packed, wanted, setting, tuple(known_by), tuple(unknown_by), _reach(packed), new_memory(task)
+        packed, wanted, setting, tuple(known_by), tuple(unknown_by), _reach(packed),
+        rules_of(packed, wanted), new_memory(task)
     )  # fmt: skip
 
 

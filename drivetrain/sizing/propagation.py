@@ -260,7 +260,10 @@ def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alo
     while True:
         if setting.energy != 0.0:
             best = begin + int(np.argmin(cost[begin:end]))
-        if best == end or cost[best] == np.inf or exact[best - begin]:
+        if best == end or cost[best] == np.inf:
+            break
+        if exact[best - begin]:
+            known[joint] = pool[best]
             break
         pair = pool[best]
         if pair != known[joint]:

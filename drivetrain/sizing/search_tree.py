@@ -21,9 +21,10 @@ from drivetrain.arrays import Array
 from drivetrain.sizing.choices import all_choices, cheapest, chosen, closed_up, copied, others, segment, without
 from drivetrain.sizing.problem import Problem
 from drivetrain.sizing.propagation import ASKED, JUDGED, OPEN, PASSES, TESTED, Choices, Indices, propagate
+from drivetrain.sizing.spare_parts import Rule, least_under, narrowed_by, parted_by
 
 TELL_EVERY = 50  # nodes
-MISSES = 20  # on the way to a first set
+MISSES = 20  # dead ends on the way to the first sets
 SMALL = 64  # candidates of a joint: so few are all tested again at every node
 DESCEND = 3  # every third node of smallest bound is followed down to a set or a dead end
 PASSES_MOST = 8
@@ -183,6 +184,10 @@ class Tree:
         """What propagation leaves of some choices; a set that comes out of it is kept."""
         if not choices.size.all():
             return None
+        narrow = self._by_rules(choices)
+        if narrow is None:
+            return None
+        choices = narrow
         memory, task, setting = self.problem.memory, self.problem.packed.task, self.problem.setting
         self.counters["nodes made"] += 1
         memory.counts[:] = 0
@@ -197,10 +202,28 @@ class Tree:
             self.counters[name] += int(memory.counts[index])
         if code != OPEN:
             return None
-        node = Node(float(choices.least.sum()), limit, closed_up(choices), memory.low.copy(), memory.high.copy())
+        choices = closed_up(choices)
+        bound = max([float(choices.least.sum()), *(least_under(rule, choices, limit) for rule in self.problem.rules)])
+        if bound >= limit:
+            return None
+        node = Node(bound, limit, choices, memory.low.copy(), memory.high.copy())
         if self._decided(node):
             self._offer(node)
         return node
+
+    def _by_rules(self, choices: Choices) -> Choices | None:
+        """What the rules for all joints together leave; None where they leave nothing."""
+        for rule in self.problem.rules:
+            narrow = narrowed_by(rule, choices, self.limit)
+            if narrow is None:
+                return None
+            choices = narrow
+        return choices
+
+    def _broken(self, choices: Choices) -> Rule | None:
+        """A rule that the cheapest candidates break."""
+        pairs = [cheapest(choices, joint) for joint in range(self.problem.n)]
+        return next((rule for rule in self.problem.rules if not rule.allows(pairs)), None)
 
     def _ask(self, choices: Choices, joint: int) -> None:
         """Let the Python road say whether a candidate holds; one that does not is taken out."""
@@ -227,32 +250,34 @@ class Tree:
     def _offer(self, node: Node) -> None:
         """Keep the cheapest set of a node whose loads are decided, if it is among the best."""
         pairs = tuple(cheapest(node.choices, joint) for joint in range(self.problem.n))
-        if pairs in self.excluded or any(found.pairs == pairs for found in self.best):
+        if (
+            self._broken(node.choices) is not None
+            or pairs in self.excluded
+            or any(found.pairs == pairs for found in self.best)
+        ):
             return
         if not self.problem.supply_holds(pairs):
             self.supply_binds = True
             return
         self.counters["sets that fit"] += 1
-        self.best = sorted([*self.best, Found(node.bound, pairs)])[: self.problem.wanted.sets]
+        self.best = sorted([*self.best, Found(float(node.choices.least.sum()), pairs)])[: self.problem.wanted.sets]
 
     def _dive(self, node: Node | None) -> None:
         """Go for sets that hold: the cheapest candidate from the tip to the base."""
-        misses = 0
-        while node is not None and misses < MISSES and node.bound < self.limit:
+        for _ in range(self.problem.n + self.problem.wanted.sets + MISSES):
+            if node is None or node.bound >= self.limit:
+                return
             loads = self._open_loads(node)
-            if loads.size:
-                kept, rest = self._one_load(node, int(loads[-1]))
-                below = self._narrowed(kept, SMALL)
-                misses += below is None
-                node = self._narrowed(rest, SMALL) if below is None else below
-            else:
-                before = len(self.best)
-                node = next((self._narrowed(part, SMALL) for part in self._parts(node)), None)
-                misses += len(self.best) == before
+            alone = loads.size and self._broken(node.choices) is None
+            parts = self._one_load(node, int(loads[-1])) if alone else self._parts(node)
+            node = next((found for part in parts if (found := self._narrowed(part, SMALL)) is not None), None)
 
     def _parts(self, node: Node) -> list[Choices]:
         """A node in parts, each with less to be decided."""
-        loads = self._open_loads(node)
+        loads, broken = self._open_loads(node), self._broken(node.choices)
+        if broken is not None:
+            self.fine = False
+            return parted_by(broken, node.choices)
         if not loads.size:
             self.fine = False
             return others(node.choices)
@@ -264,17 +289,17 @@ class Tree:
             room = 0.1 * abs(node.bound)
         self.fine = bool(effect[joint].sum() <= COARSE * room)
         if self.fine:
-            return list(self._one_load(node, int(loads[-1])))
+            return self._one_load(node, int(loads[-1]))
         pool = segment(node.choices, int(joint))
         values = self.problem.packed.task.numbers[pool, number]
         below = values <= 0.5 * (node.low[joint, number] + node.high[joint, number])
         return [chosen(node.choices, int(joint), below), chosen(node.choices, int(joint), ~below)]
 
-    def _one_load(self, node: Node, joint: int) -> tuple[Choices, Choices]:
+    def _one_load(self, node: Node, joint: int) -> list[Choices]:
         """The candidates of a joint that load others as its cheapest does, and the rest."""
         numbers = self.problem.packed.task.numbers
         same = (numbers[segment(node.choices, joint)] == numbers[cheapest(node.choices, joint)]).all(axis=1)
-        return chosen(node.choices, joint, same), chosen(node.choices, joint, ~same)
+        return [chosen(node.choices, joint, same), chosen(node.choices, joint, ~same)]
 
     def _tell(self, tell: Tell) -> None:
         share = 0.0
