@@ -13,7 +13,7 @@ from xml.parsers import expat
 import numpy as np
 
 from drivetrain.arm.checks import Faults
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, within_reach
 from drivetrain.errors import Fault, InputError
 
 UNLIMITED = sys.float_info.max  # how files say "no limit" where a number must stand: most readers know no "inf"
@@ -109,7 +109,7 @@ class Reader:
             values = np.array([float(word) for word in written.split()])
         except ValueError:
             values = np.empty(0)
-        if values.shape != fallback.shape or not np.isfinite(values).all():
+        if values.shape != fallback.shape or not within_reach(values):
             hint = "a xacro expression: give the file the suffix .xacro" if "${" in written else ""
             wanted = f"<{element.tag} {attribute}=...> must be {len(fallback)} finite number(s)"
             self.faults.add(place, wanted, written, hint)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,11 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.whole_files import write_whole
 
 FORMAT = 1
+# What reading a damaged archive may end in: every layer has errors of its own.
+DAMAGE = (
+    ValueError, KeyError, TypeError, AttributeError, NotImplementedError, OSError, EOFError, zipfile.BadZipFile,
+    zlib.error,
+)  # fmt: skip
 
 
 class Series(NamedTuple):
@@ -181,10 +187,19 @@ def load_recording(path: Path | str) -> Recording:
         with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             told = json.loads(str(stored["told"]))
             arrays = {name: stored[name] for name in stored.files}
-    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+    except DAMAGE as error:
         raise InputError(Fault("recording", f"is no recording of this package: {error}", str(source))) from None
-    if told.get("format") != FORMAT:
-        raise InputError(Fault("recording", f"must be of format {FORMAT}", told.get("format"), file=str(source)))
+    form = told.get("format") if isinstance(told, dict) else None
+    if form != FORMAT:
+        raise InputError(Fault("recording", f"must be of format {FORMAT}", form, file=str(source)))
+    try:
+        return _restored(told, arrays)
+    except DAMAGE as error:
+        raise InputError(Fault("recording", f"is damaged: {error}", str(source))) from None
+
+
+def _restored(told: dict[str, Any], arrays: dict[str, Any]) -> Recording:
+    """The recording that its file tells of."""
     named = enumerate(told["series"])
     return Recording(
         arrays["time"],
