@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, State, TimeScale
@@ -104,9 +103,9 @@ class WindingHeat(Effect):
             Period [s], ambient [C], resistances [K/W], modes and their inverse, rates of decay [1/s].
         """
         net = self.network
-        modes: Array
-        inverse: Array
-        decay: Array
+        modes: Any
+        inverse: Any
+        decay: Any
         inner, outer = net.resistance_winding_housing, net.resistance_housing_ambient
         if inner == 0.0:
             modes = inverse = np.eye(2)
@@ -114,7 +113,7 @@ class WindingHeat(Effect):
         else:
             first, second = 1.0 / (net.winding_capacity or math.inf), 1.0 / (net.housing_capacity or math.inf)
             flow = np.array([[-first / inner, first / inner], [second / inner, -second / inner - second / outer]])
-            decay, modes = (np.asarray(part, dtype=np.float64) for part in np.linalg.eig(flow))
+            decay, modes = np.linalg.eig(flow)
             inverse = np.linalg.inv(modes)
         period = self.every or SHARE * (net.winding_time_constant or 1.0)
         return [period, net.ambient, inner, outer, *modes.ravel(), *inverse.ravel(), *decay]

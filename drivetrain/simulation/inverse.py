@@ -82,7 +82,9 @@ class Inverse(Engine):
         """
         times = recorded_times(plan.scene.duration, wish.interval)
         demand = demanded(plan, times)
-        faults = [fault for joint, name in enumerate(plan.scene.joints) for fault in self._limits(plan, demand, joint, name)]
+        faults = [
+            fault for joint, name in enumerate(plan.scene.joints) for fault in self._limits(plan, demand, joint, name)
+        ]
         if faults:
             raise InputError(faults)
         counters = {"instants": len(times), "steps": 0}
@@ -97,7 +99,9 @@ class Inverse(Engine):
             worst = int(np.argmax(np.abs(np.nan_to_num(values[:, joint]))))
             needed = abs(float(np.nan_to_num(values[worst, joint])))
             if needed > self.share * limit:
-                problem = f"the command takes {needed:.4g} {unit} at {demand.time[worst]:.4g} s, more than {limit:.4g} {unit}"
+                problem = (
+                    f"the command takes {needed:.4g} {unit} at {demand.time[worst]:.4g} s, more than {limit:.4g} {unit}"
+                )
                 faults.append(Fault(name, problem, needed, "simulate forward (FixedStep) to see what happens instead"))
         return faults
 
@@ -145,12 +149,16 @@ def _refuse(plan: Plan) -> None:
     """No command, or something in the way."""
     given = plan.signals.givers
     faults = [
-        Fault(joint, "is not commanded, so there is nothing to invert", None, "add a CommandedMotion, or simulate forward")
+        Fault(
+            joint, "is not commanded, so there is nothing to invert", None, "add a CommandedMotion, or simulate forward"
+        )
         for joint in plan.scene.joints
         if f"{joint}.command_acceleration" not in given
     ]
     touching = sorted({who for signal in named.TIP_TAKEN for who in plan.signals.adders.get(signal.name, ())})
-    touching += [one.title for one in plan.instances if getattr(one.effect, "contact", False) and one.title not in touching]
+    touching += [
+        one.title for one in plan.instances if getattr(one.effect, "contact", False) and one.title not in touching
+    ]
     hint = "simulate forward (FixedStep): whether the command can be followed is what contact decides"
     faults += [Fault(who, "touches what it moves against: the inverse engine does not know by how much", hint=hint)
                for who in touching]  # fmt: skip

@@ -16,7 +16,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.memory import Memory, lay_out
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.shaping import Mechanics, mechanics, ratios_of
-from drivetrain.simulation.wiring import Directory, Group, Instance, directory, instance, ordered, unit_at
+from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, unit_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,8 @@ def plan(scene: Scene) -> Plan:
     body = mechanics(scene, ratios)
     whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c)
     places = {WHOLE: whole} | {name: Place(i, name, *_rest(whole)) for i, name in enumerate(scene.joints)}
-    instances = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
+    found = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
+    instances = sorted(found, key=lambda one: one.rank)  # so that the order of declaration leaves no trace
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, told=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
@@ -171,19 +172,30 @@ def _where(group: Group) -> str:
 
 
 def _signal_rows(known: Directory) -> list[tuple[str, str]]:
-    rows = []
+    """What sets each signal; a row for all joints of which the same can be said."""
+    rows: dict[tuple[str, str], list[str]] = {}
     for name, unit in known.units.items():
-        adders = known.adders.get(name)
-        if adders is not None:
-            if adders:
-                rows.append((f"{name} [{unit}]", "sum of " + ", ".join(adders)))
-            continue
-        who = known.givers.get(name)
-        if who is None:
-            rows.append((f"{name} [{unit}]", f"{known.defaults[name]:g}, as nothing gives it"))
-        elif who != "motion and forces":
-            rows.append((f"{name} [{unit}]", who))
-    return rows
+        who, place = _who(name, known), name.rpartition(".")[0]
+        if who:
+            said = who.replace(f" of {place}", "")
+            rows.setdefault((f"{name.rpartition('.')[2]} [{unit}]", said), []).append(place)
+    listed = [(f"{_joined(places)}.{what}", said) for (what, said), places in rows.items()]
+    return sorted(listed, key=lambda row: row[1].endswith("as nothing gives it"))
+
+
+def _joined(places: Sequence[str]) -> str:
+    return places[0] if len(places) == 1 else f"({', '.join(places)})" if len(places) < 4 else f"({len(places)} joints)"
+
+
+def _who(name: str, known: Directory) -> str:
+    """What sets a signal, in words; empty for those of the mechanics, and for sums without a summand."""
+    adders = known.adders.get(name)
+    if adders is not None:
+        return "sum of " + ", ".join(adders) if adders else ""
+    who = known.givers.get(name)
+    if who is None:
+        return f"{known.defaults[name]:g}, as nothing gives it"
+    return "" if who == MECHANICS else who
 
 
 def _table(title: str, rows: Iterable[tuple[str, str]]) -> list[str]:

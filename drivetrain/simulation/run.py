@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive
 from drivetrain.effects.effect import Role
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.energy import mechanical_energy
@@ -16,14 +18,18 @@ from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Recording, Series
 from drivetrain.simulation.scene import Scene
+from drivetrain.simulation.study_scene import scene_of
 from drivetrain.solvers.solver import check_positive
+from drivetrain.study.study import Study
 
 DEFAULT_INTERVAL = 0.01  # s
+BEYOND = 1e30  # no number of an arm; its square is still one
 
 
 def simulate(
-    scene: Scene | Plan,
+    scene: Scene | Plan | Study,
     *,
+    drives: Mapping[str, Drive] | None = None,
     solver: Engine | None = None,
     duration: float | None = None,
     interval: float = DEFAULT_INTERVAL,
@@ -33,7 +39,8 @@ def simulate(
     """What happens when a scene runs.
 
     Args:
-        scene: The scene, or its plan.
+        scene: The scene, or its plan; or a study, of which ``scene_of`` makes one.
+        drives: Of a study, by joint name; an evaluation's ``joints[name].drive`` have their unknowns filled.
         solver: The engine; None: fixed implicit steps of a millisecond.
         duration: Replaces that of the scene [s].
         interval: Between two recorded instants [s].
@@ -47,6 +54,8 @@ def simulate(
     Raises:
         InputError: A scene that contradicts itself, or an earlier recording of another.
     """
+    if isinstance(scene, Study):
+        scene = scene_of(scene, drives or {})
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
     engine = FixedStep() if solver is None else solver
@@ -66,19 +75,28 @@ def _recording(plan: Plan, engine: Engine, outcome: Outcome) -> Recording:
     about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
     if outcome.times is not None:
         return Recording(outcome.times, outcome.series, outcome.counters, outcome.events, outcome.stopped_by, about)
-    rows, series = outcome.rows, {}
-    for index, (name, unit) in enumerate(column_names(plan)):
-        if name and name not in series and name in _wanted(plan, name):
-            series[name] = Series(unit, rows[:, 1 + index])
+    series: dict[str, Series] = {}
+    named = [(index, name, unit) for index, (name, unit) in enumerate(column_names(plan)) if _wanted(plan, name)]
+    rows = outcome.rows
+    if outcome.stopped_by is not None:
+        rows = _sound(rows, [1 + index for index, _, _ in named])
+    for index, name, unit in named:
+        series.setdefault(name, Series(unit, rows[:, 1 + index]))
     series |= _audit(plan, series)
     return Recording(rows[:, 0], series, outcome.counters, outcome.events, outcome.stopped_by, about, outcome.kept)
 
 
-def _wanted(plan: Plan, name: str) -> tuple[str, ...]:
+def _sound(rows: Array, columns: list[int]) -> Array:
+    """The rows before the first that holds no number, or one too large to calculate with."""
+    bad = np.flatnonzero(~(np.abs(rows[:, columns]) < BEYOND).all(axis=1))
+    return rows[: max(1, int(bad[0]))] if len(bad) else rows
+
+
+def _wanted(plan: Plan, name: str) -> bool:
     """Names worth recording: no sums that nobody adds to, no constants that nobody gives."""
     silent = name in plan.signals.adders and not plan.signals.adders[name]
     silent = silent or (name in plan.signals.defaults and name not in plan.signals.givers)
-    return () if silent or name == "scene.mass_matrix" else (name,)
+    return bool(name) and not silent and name != "scene.mass_matrix"
 
 
 def _audit(plan: Plan, series: dict[str, Series]) -> dict[str, Series]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -83,7 +84,8 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
     start = study.cycle.position[0]
     inertia = np.diag(mass_matrix(arm, start))
     effects: dict[str, tuple[Effect, ...]] = {
-        task.name: _joint(study, task, drives[task.name], float(inertia[i]), wishes) for i, task in enumerate(study.joints)
+        task.name: _joint(study, task, drives[task.name], float(inertia[i]), wishes)
+        for i, task in enumerate(study.joints)
     }
     effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions),)
     notes = () if len(carried) == 1 else ("changes of payload: that of the beginning is carried all along",)
@@ -195,9 +197,7 @@ def command_times(scene: Scene, longest: float = 2e-3) -> Array:
                 instants |= {float(t) for t in time + k * time[-1]}
             jumps |= set(effect.breakpoints())
     marks = np.array(sorted(t for t in instants if t <= scene.duration))
-    parts = [
-        np.linspace(a, b, max(2, 1 + math.ceil((b - a) / longest)))[:-1] for a, b in zip(marks, marks[1:], strict=False)
-    ]
+    parts = [np.linspace(a, b, max(2, 1 + math.ceil((b - a) / longest)))[:-1] for a, b in pairwise(marks)]
     grid = np.unique(np.concatenate([*parts, [scene.duration]]))
     left = [np.nextafter(t, -np.inf) for t in jumps if 0.0 < t <= scene.duration]
     return np.sort(np.concatenate([grid, left]))

@@ -218,14 +218,22 @@ def test_acceleration_with_mesh_loss_in_both_directions_of_power(efficiency: flo
     factor = 1 + mu if way > 0.0 else 1 - mu
     expected = (torque * 50.0 - factor * load) / (rotor + factor * inertia)
     gear = Gear("g", 50.0, kind="spur", efficiency=efficiency)
-    effects = [MeshLoss(gear), FullRotor(3e-5, 50.0), GivenTorque([0.0], [torque], "motor"), GivenTorque([0.0], [-load])]
+    effects = [
+        MeshLoss(gear),
+        FullRotor(3e-5, 50.0),
+        GivenTorque([0.0], [torque], "motor"),
+        GivenTorque([0.0], [-load]),
+    ]
     run = simulate(joint_scene(Inertia(inertia), effects, 0.1))
     assert run["joint.acceleration"][-1] == pytest.approx(expected, rel=1e-9)
     assert run["joint.speed"][-1] == pytest.approx(0.1 * expected, rel=1e-9)
 
 
 def test_mirrored_motion_has_mirrored_losses() -> None:
-    gear, law = Gear("g", -50.0, kind="spur", efficiency=0.7), Friction(coulomb=0.02, coulomb_negative=0.05, static=0.06)
+    gear, law = (
+        Gear("g", -50.0, kind="spur", efficiency=0.7),
+        Friction(coulomb=0.02, coulomb_negative=0.05, static=0.06),
+    )
     mirror = Friction(coulomb=0.05, coulomb_negative=0.02, static=0.06)
     table = np.array([0.0, 0.2, 0.2, 0.6, 1.0]), np.array([0.0, 1.0, -0.4, 0.3, 0.0])
     ends = []

@@ -1,0 +1,249 @@
+"""The plan: who needs whom, what contradicts, and that neither order nor bystanders leave a trace."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+import drivetrain as dt
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.effects import signals as s
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal, State
+from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.rotor import FullRotor
+from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.wall_spring import WallSpring
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.errors import InputError
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.plan import plan
+from drivetrain.simulation.recording import load_recording
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Inertia, Scene, joint_scene
+
+MOTOR = Motor("m", 0.299, 0.0302)
+GEAR = Gear("g", 100.0, kind="strain_wave", efficiency=0.8)
+
+
+@Compiled
+def _copy(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        signals[words[row + 2]] = signals[words[row + 1]]
+
+
+@dataclass(frozen=True)
+class Copy(Effect):
+    needed: str
+    given: str
+
+    compute = _copy
+
+    def ports(self, place: Place) -> Ports:
+        return Ports(needs=(Signal(self.needed, "-"),), gives=(Signal(self.given, "-"),))
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        return ()
+
+
+@Compiled
+def _travel(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        speed = signals[words[row + 2]]
+        rates[words[row + 1]] = speed if speed >= 0.0 else -speed
+
+
+@dataclass(frozen=True)
+class Odometer(Effect):
+    """A state and no feedback."""
+
+    compute = _travel
+
+    def ports(self, place: Place) -> Ports:
+        return Ports(states=(State("travelled", "rad"),), needs=(s.SPEED,))
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        return ()
+
+
+def drive() -> list[Effect]:
+    return [
+        FullRotor(3e-5, 100.0),
+        DryFriction(Friction(coulomb=0.015, static=0.025, stribeck_speed=5.0), "motor"),
+        DryFriction(Friction(coulomb=0.005), "motor"),
+        DryFriction(Friction(coulomb=1.0)),
+        ViscousFriction(Friction(viscous=5e-6), "motor"),
+        MeshLoss(GEAR),
+        MotorCurrent(MOTOR),
+        WindingHeat(ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0), every=0.02),
+        GivenCurrent([0.0, 0.3, 0.3, 1.0], [0.0, 8.0, -8.0, 2.0]),
+    ]
+
+
+def test_order_of_declaration_changes_no_bit() -> None:
+    effects = drive()
+    first = simulate(joint_scene(Inertia(1.2, weight=10.0), effects, 1.0))
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        shuffled = [effects[i] for i in rng.permutation(len(effects))]
+        other = simulate(joint_scene(Inertia(1.2, weight=10.0), shuffled, 1.0))
+        assert list(other.series) == list(first.series)
+        for name in first.series:
+            np.testing.assert_array_equal(other[name], first[name])
+
+
+def test_order_of_joints_in_the_scene_changes_no_bit() -> None:
+    arm = dt.load_arm("ur5")
+    pairs = {n: (DryFriction(Friction(coulomb=2.0)), FullRotor(3e-5, 100.0)) for n in arm.joint_names}
+    runs = [simulate(Scene(arm, dict(items), 0.3)) for items in (pairs.items(), reversed(list(pairs.items())))]
+    for name in runs[0].series:
+        np.testing.assert_array_equal(runs[0][name], runs[1][name])
+
+
+def test_an_effect_without_feedback_leaves_the_motion_alone_to_the_bit() -> None:
+    without = simulate(joint_scene(1.2, drive(), 1.0))
+    beside = simulate(joint_scene(1.2, [*drive(), Odometer()], 1.0))
+    assert "joint.travelled" in beside.series and "joint.travelled" not in without.series
+    for name in without.series:
+        np.testing.assert_array_equal(beside[name], without[name])
+    path = np.abs(np.diff(without["joint.position"])).sum()
+    assert beside["joint.travelled"][-1] == pytest.approx(path, rel=1e-3)  # turning points lie between the samples
+
+
+def test_an_absent_effect_has_no_state_and_no_call() -> None:
+    bare, full = plan(joint_scene(1.0, [], 1.0)), plan(joint_scene(1.0, drive(), 1.0))
+    assert len(bare.memory.states) == 2 and not bare.groups
+    # Two kinds of calls for nine effects' worth of laws: those of one kind share one.
+    assert {group.kind for group in full.groups if len(group.instances) == 3} == {DryFriction}
+
+
+def test_what_is_needed_must_be_given() -> None:
+    with pytest.raises(InputError, match="needs joint.current_command"):
+        plan(joint_scene(1.0, [MotorCurrent(MOTOR)], 1.0))
+    with pytest.raises(InputError, match="joint.deflection"):
+        plan(joint_scene(1.0, [Copy("deflection", "seen")], 1.0))
+
+
+def test_nobody_sets_a_signal_twice() -> None:
+    with pytest.raises(InputError, match="sets joint.out, which Copy of joint sets already"):
+        plan(joint_scene(1.0, [Copy("speed", "out"), Copy("position", "out")], 1.0))
+    with pytest.raises(InputError, match="sets joint.joint_torque"):
+        plan(joint_scene(1.0, [Copy("speed", "joint_torque")], 1.0))
+    with pytest.raises(InputError, match="sets joint.speed"):
+        plan(joint_scene(1.0, [Copy("position", "speed")], 1.0))
+
+
+def test_a_loop_names_its_signals() -> None:
+    loop = [Copy("b", "a"), Copy("c", "b"), Copy("a", "c")]
+    for order in itertools.permutations(loop):
+        with pytest.raises(InputError) as caught:
+            plan(joint_scene(1.0, order, 1.0))
+        assert all(f"joint.{name}" in str(caught.value) for name in "abc")
+
+
+def test_chains_of_one_kind_are_called_in_the_order_of_need() -> None:
+    chain = [Copy("c", "d"), Copy("speed", "b"), Copy("b", "c")]
+    run = simulate(joint_scene(1.0, [*chain, GivenTorque([0.0], [1.0])], 0.1))
+    np.testing.assert_array_equal(run["joint.d"], run["joint.speed"])
+
+
+def test_wrong_joints_scopes_and_numbers_are_told_together() -> None:
+    arm = dt.load_arm("ur5")
+    effects = {"elbow": (DryFriction(Friction(coulomb=1.0)),), "scene": (Odometer(),), arm.joint_names[0]: ("glue",)}
+    with pytest.raises(InputError) as caught:
+        Scene(arm, effects, 1.0, position=[0.0, np.nan, 0.0, 0.0, 0.0, 0.0])
+    told = str(caught.value)
+    assert "elbow_joint" in told and "Odometer" in told and "glue" in told and "position" in told
+
+
+def test_mechanics_that_contradict_are_told() -> None:
+    spring = FlexibleJoint(Gear("s", 100.0, stiffness_1=1e4))
+    with pytest.raises(InputError, match="no rotor inertia"):
+        plan(joint_scene(1.0, [spring], 1.0))
+    with pytest.raises(InputError, match="more than one rotor"):
+        plan(joint_scene(1.0, [FullRotor(1e-5, 10.0), FullRotor(2e-5, 10.0)], 1.0))
+    with pytest.raises(InputError, match="different ratios"):
+        plan(joint_scene(1.0, [FullRotor(1e-5, 10.0), spring], 1.0))
+
+
+def test_printed_it_shows_states_signals_order_and_what_is_left_out() -> None:
+    arm = dt.load_arm("ur5")
+    text = str(plan(Scene(arm, {name: tuple(drive()) for name in arm.joint_names}, 2.0)))
+    for word in (
+        "elbow_joint.speed",
+        "rad/s",
+        "winding_temperature",
+        "DryFriction",
+        "sum of",
+        "springs",
+        "winding warms",
+    ):
+        assert word in text
+
+
+def test_stopped_and_resumed_it_is_the_same_to_the_bit() -> None:
+    scene = joint_scene(Inertia(1.2, weight=10.0), drive(), 2.0)
+    whole = simulate(scene, solver=FixedStep(1e-5), interval=0.05)
+    share = []
+    first = simulate(
+        scene, solver=FixedStep(1e-5), interval=0.05, progress=lambda done: share.append(done) or done < 0.4
+    )
+    assert first.stopped_by is not None and first.stopped_by.name == "stopped"
+    assert first.stopped_by.time < 2.0 and share == sorted(share)
+    rest = simulate(scene, solver=FixedStep(1e-5), interval=0.05, resume=first)
+    assert rest.stopped_by is None
+    for name in whole.series:
+        if name != "energy_error":
+            joined = np.concatenate([first[name], rest[name]])
+            np.testing.assert_array_equal(joined, whole[name])
+    assert rest.counters["steps"] == whole.counters["steps"]
+
+
+def test_a_longer_run_goes_on_from_a_saved_one(tmp_path: Any) -> None:
+    scene = joint_scene(Inertia(1.2, weight=10.0), [*drive(), WallSpring(50.0)], 1.0)
+    path = simulate(scene, duration=0.5).save(tmp_path / "half.npz")
+    rest = simulate(scene, resume=load_recording(path))
+    whole = simulate(scene)
+    np.testing.assert_array_equal(rest["joint.position"][-20:], whole["joint.position"][-20:])
+    np.testing.assert_array_equal(rest["joint.winding_temperature"][-20:], whole["joint.winding_temperature"][-20:])
+    with pytest.raises(InputError, match="another scene"):
+        simulate(joint_scene(1.0, [], 1.0), resume=load_recording(path))
+
+
+def test_divergence_is_told_with_instant_and_signal() -> None:
+    # A damper of the wrong sign, which no step can calm.
+    @Compiled
+    def push(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+        row = 2
+        signals[words[row + 2]] += 1e3 * signals[words[row + 1]]
+
+    @dataclass(frozen=True)
+    class Push(Effect):
+        compute = push
+
+        def ports(self, place: Place) -> Ports:
+            return Ports(needs=(s.SPEED,), adds=(s.JOINT_TORQUE,))
+
+        def numbers(self, place: Place) -> Sequence[float]:
+            return ()
+
+    run = simulate(joint_scene(1.0, [Push()], 10.0, speed=1.0))
+    assert run.stopped_by is not None
+    assert run.stopped_by.name == "diverged" and "joint.speed" in run.stopped_by.detail
+    # e^(1000 t) passes 1e60 at 0.138 s; the step of 1 ms is slower.
+    assert 0.1 < run.stopped_by.time < 0.5
+    assert all(np.isfinite(one.values).all() for one in run.series.values())
