@@ -1,0 +1,90 @@
+"""The open loops of one joint's servo over frequency: crossovers, margins, the spring's two frequencies."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from drivetrain.arrays import Array
+from drivetrain.drive.loop_design import LoopDesign, ServoAxis, ServoTiming, frequencies, open_loops
+from drivetrain.report.colours import BLUE, FAINT, MUTED, ORANGE
+from drivetrain.report.quantities import number
+from drivetrain.report.svg import house_style
+
+TURN = 2.0 * math.pi
+LOWEST, HIGHEST = -60.0, 60.0  # dB drawn
+
+
+def figure_bode(axis: ServoAxis, timing: ServoTiming, design: LoopDesign, title: str, *, name: str = "bode") -> Figure:
+    """Gain and phase of the open speed loop and the open position loop.
+
+    Args:
+        axis: The joint.
+        timing: Current loop and samples.
+        design: Of its loops.
+        title: Above the picture.
+        name: Of the figure.
+
+    Returns:
+        The figure.
+    """
+    at = frequencies(axis, design)
+    loops = open_loops(axis, timing, design, at)
+    with house_style(name):
+        figure = Figure(figsize=(7.6, 5.6))
+        gain, phase = figure.subplots(2, 1, sharex=True)
+        texts = _texts(design)
+        for response, text, colour in zip(loops, texts, (BLUE, ORANGE), strict=True):
+            _loop(gain, phase, at, response, text, colour)
+        gain.axhline(0.0, color=MUTED, linewidth=0.9)
+        phase.axhline(-180.0, color=MUTED, linewidth=0.9)
+        for value, text in ((design.anti_resonance, "anti-resonance"), (design.resonance, "resonance")):
+            if math.isfinite(value):
+                for axes in (gain, phase):
+                    axes.axvline(value / TURN, color=MUTED, linewidth=0.9, linestyle=(0, (1, 1.5)))
+                gain.annotate(
+                    f"{text} {number(value / TURN)} Hz", (value / TURN, HIGHEST), (2, -3), textcoords="offset points",
+                    rotation=90, ha="left", va="top", fontsize=7, color=MUTED,
+                )  # fmt: skip
+        gain.set_xscale("log")
+        gain.set_xlim(at[0] / TURN, at[-1] / TURN)
+        gain.set_ylim(LOWEST, HIGHEST)
+        phase.set_ylim(-270.0, 90.0)
+        phase.set_yticks([-270, -180, -90, 0, 90])
+        gain.set_ylabel("gain [dB]")
+        phase.set_ylabel("phase [°]")
+        phase.set_xlabel("frequency [Hz]")
+        for axes in (gain, phase):
+            axes.grid(True, color=FAINT)
+        gain.legend(loc="lower left", fontsize=7.5)
+        figure.suptitle(title, fontsize=9.5)
+        figure.set_layout_engine("constrained")
+    return figure
+
+
+def _texts(design: LoopDesign) -> tuple[str, str]:
+    """What the two lines are, with their margins."""
+
+    def told(loop: str, phase: float, gain: float) -> str:
+        return f"{loop} loop: phase margin {math.degrees(phase):.0f}°, gain margin {20.0 * math.log10(gain):.1f} dB"
+
+    return (
+        told("speed", design.speed_phase_margin, design.speed_gain_margin),
+        told("position", design.position_phase_margin, design.position_gain_margin),
+    )
+
+
+def _loop(gain: Axes, phase: Axes, at: Array, response: Array, text: str, colour: str) -> None:
+    """One loop in both halves, its crossover marked."""
+    decibels = 20.0 * np.log10(np.maximum(np.abs(response), 1e-12))
+    turned = np.degrees(np.unwrap(np.angle(response)))
+    turned += 360.0 * np.round((-90.0 - turned[0]) / 360.0)
+    gain.plot(at / TURN, decibels, color=colour, label=text)
+    phase.plot(at / TURN, turned, color=colour)
+    crossings = np.flatnonzero(np.diff(np.signbit(decibels)))
+    for index in crossings:
+        gain.plot(at[index] / TURN, 0.0, "o", color=colour, markersize=4)
+        phase.plot(at[index] / TURN, turned[index], "o", color=colour, markersize=4)
