@@ -85,6 +85,49 @@ class Tables:
         return lambda: self.read(self.target)
 
 
+class Urdf:
+    """A robot's file with one attribute spoiled, or one character of it."""
+
+    def __init__(self, folder: Path):
+        self.text = (shipped("examples") / "desktop_arm" / "desktop_arm.urdf").read_text(encoding="utf-8")
+        self.values = [found.span(1) for found in re.finditer('="([^"]*)"', self.text)]
+        self.path = folder / "spoiled.urdf"
+
+    def spoiled(self, rng: np.random.Generator) -> Reader:
+        """Write it, and give what reads it."""
+        if rng.random() < 0.2:
+            at = int(rng.integers(len(self.text)))
+            wrong = self.text[:at] + chr(rng.integers(32, 127)) + self.text[at + 1 :]
+        else:
+            start, end = self.values[rng.integers(len(self.values))]
+            words = self.text[start:end].split() or [""]
+            place = int(rng.integers(len(words)))
+            words[place] = spoiled_text(words[place], rng)
+            wrong = self.text[:start] + " ".join(words) + self.text[end:]
+        self.path.write_text(wrong, encoding="utf-8")
+        return lambda: dt.load_arm(self.path)
+
+
+class Recordings:
+    """A recording cut short, or with some of its bytes changed."""
+
+    def __init__(self, folder: Path):
+        run = dt.simulate_passive(dt.load_arm("planar-2r"), [0.1, 0.2], [0.0, 0.0], 0.05)
+        self.path = run.save(folder / "run.npz")
+        self.whole = self.path.read_bytes()
+
+    def spoiled(self, rng: np.random.Generator) -> Reader:
+        """Write it, and give what reads it."""
+        wrong = bytearray(self.whole)
+        if rng.random() < 0.5:
+            wrong = wrong[: rng.integers(len(wrong))]
+        else:
+            for at in rng.integers(len(wrong), size=3):
+                wrong[at] = rng.integers(256)
+        self.path.write_bytes(bytes(wrong))
+        return lambda: dt.load_recording(self.path)
+
+
 def _read_puma(path: Path) -> Any:
     return read_motion(path, dt.load_arm("puma560").joint_names)
 
@@ -94,6 +137,8 @@ def spoilers(folder: Path) -> dict[str, tuple[Any, int]]:
     examples, catalogue = shipped("examples"), shipped("catalogs")
     return {
         "study": (Studies(folder), 40),
+        "robot": (Urdf(folder), 200),
+        "recording": (Recordings(folder), 100),
         "motion": (Tables(examples / "puma560" / "swing.csv", folder / "a" / "swing.csv", _read_puma, 30), 100),
         "load table": (Tables(examples / "one_axis" / "door.csv", folder / "b" / "door.csv", read_load_table), 300),
         "motor row": (

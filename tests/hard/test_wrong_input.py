@@ -13,7 +13,7 @@ from hard_case import Figure, hard_case
 from public_calls import public_calls
 from spoiled_files import spoilers
 
-CALLS = 8860  # with the files, ten thousand
+CALLS = 8560  # with the files, ten thousand
 FINE = ("refused", "answered")
 
 
@@ -48,7 +48,7 @@ def _textbook_2r(q: Any, qd: Any) -> np.ndarray:
 @hard_case(
     "T41",
     "NaN, infinity, wrong signs, shapes and types anywhere in the input",
-    setup="10 000 spoiled calls, study files, motions and catalogue rows",
+    setup="10 000 spoiled calls, studies, robots, motions, catalogue rows, recordings",
     naive="the textbook's equations of a 2R arm, 1000 spoiled calls",
 )
 def test_spoiled_input() -> list[Figure]:
