@@ -11,6 +11,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.effects.effect import Role
 from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.adaptive_engine import AdaptiveStep
 from drivetrain.simulation.energy import mechanical_energy
 from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish, column_names
 from drivetrain.simulation.fixed_step import FixedStep
@@ -19,7 +20,7 @@ from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Recording, Series
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.study_scene import scene_of
-from drivetrain.solvers.solver import check_positive
+from drivetrain.solvers.solver import Solver, check_positive
 from drivetrain.study.study import Study
 
 DEFAULT_INTERVAL = 0.01  # s
@@ -30,7 +31,7 @@ def simulate(
     scene: Scene | Plan | Study,
     *,
     drives: Mapping[str, Drive] | None = None,
-    solver: Engine | None = None,
+    solver: Engine | Solver | None = None,
     duration: float | None = None,
     interval: float = DEFAULT_INTERVAL,
     resume: Recording | None = None,
@@ -41,7 +42,8 @@ def simulate(
     Args:
         scene: The scene, or its plan; or a study, of which ``scene_of`` makes one.
         drives: Of a study, by joint name; an evaluation's ``joints[name].drive`` have their unknowns filled.
-        solver: The engine; None: fixed implicit steps of a millisecond.
+        solver: The engine; None: fixed implicit steps of a millisecond. A solver that runs compiled, such as
+            Rodas4(rtol=1e-6), stands for the adaptive engine with it.
         duration: Replaces that of the scene [s].
         interval: Between two recorded instants [s].
         resume: A recording of the same scene that ended earlier or was stopped: go on from its end.
@@ -58,7 +60,7 @@ def simulate(
         scene = scene_of(scene, drives or {})
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
-    engine = FixedStep() if solver is None else solver
+    engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
     if not isinstance(engine, Engine):
         raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
     check_positive("interval", interval, "s")
