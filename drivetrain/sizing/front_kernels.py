@@ -225,15 +225,14 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
 
 @entry
 def survivors(
-    values: Array, rest: Array, used: Array, rest_used: float, zones: Array, zone_used: Array, kept: NDArray[np.bool_]
+    values: Array, rest: Array, used: Array, zones: Array, zone_used: Array, kept: NDArray[np.bool_]
 ) -> int:
     """Which candidates may be part of a set that no known one matches.
 
     Args:
         values: Weighted costs of the candidates, one column a weighting, (K, W).
-        rest: The least that the other joints add to each, (W,).
+        rest: The least that the other joints add to each, by candidates that stay below a zone's utilisation, (Z, W).
         used: Utilisation of the candidates, (K,).
-        rest_used: The least utilisation that the other joints bring.
         zones: Weighted corners of the zones that no known set dominates, (Z, W).
         zone_used: Their utilisation, (Z,).
         kept: Takes the answer, (K,).
@@ -244,13 +243,12 @@ def survivors(
     count = 0
     for i in range(values.shape[0]):
         kept[i] = False
-        worst = max(used[i], rest_used)
         for zone in range(zones.shape[0]):
-            if not worst < zone_used[zone]:
+            if not used[i] < zone_used[zone]:
                 continue
             inside = True
-            for k in range(rest.size):
-                if not values[i, k] + rest[k] < zones[zone, k]:
+            for k in range(rest.shape[1]):
+                if not values[i, k] + rest[zone, k] < zones[zone, k]:
                     inside = False
                     break
             if inside:

@@ -28,6 +28,7 @@ from drivetrain.sizing.zones import Zones
 NAMES = ("mass", "price", "energy", "utilisation")
 ADDITIVE = {"mass": MASS, "price": PRICE, "energy": ENERGY}
 EQUAL = 1e-9  # relative: sums in another order
+NOTHING = b"-"  # what loads a joint that no drive loads
 STEPS = 12  # of weightings between two criteria
 PASSES = 3
 TELL_EVERY = 64
@@ -44,6 +45,7 @@ class Box:
         pools: Pairs by joint.
         costs: Mass, price, energy and utilisation of each, bounds or exact, (K, 4) by joint.
         decided: Whether the load of a joint is decided, its costs exact.
+        loads: Numbers of the drives that load a joint for which its costs were computed; empty before.
         bound: The least of each weighting, (W,).
         used: The least utilisation.
     """
@@ -51,6 +53,7 @@ class Box:
     pools: tuple[Indices, ...]
     costs: tuple[Array, ...]
     decided: tuple[bool, ...]
+    loads: tuple[bytes, ...]
     bound: Array
     used: float
 
@@ -75,6 +78,7 @@ class FrontSearch:
         self.open: list[tuple[float, int, Box]] = []
         self._columns = [ADDITIVE[name] for name in self.names if name in ADDITIVE]
         self._judged = "utilisation" in self.names
+        self._loading = [np.flatnonzero(row) for row in problem.setting.loads]
         packed = problem.packed
         self._fixed = np.nan_to_num(np.stack([packed.mass, packed.price], axis=1))
         self._weights = np.zeros((0, 4))
@@ -93,14 +97,22 @@ class FrontSearch:
             return
         self._dive(root)
         deadline = time.perf_counter() + time_limit
-        self._push(self._narrowed(root))
-        while self.open and time.perf_counter() < deadline:
-            _, _, box = heapq.heappop(self.open)
+        following = self._narrowed(root)
+        while (following is not None or self.open) and time.perf_counter() < deadline:
+            # A descent ends in sets, and sets rule out boxes: so the better part of a box is gone on with at once.
+            box = heapq.heappop(self.open)[2] if following is None else following
             self.counters["boxes"] += 1
             if self.counters["boxes"] % TELL_EVERY == 0:
                 tell(0, 1, f"{len(self.zones.points)} sets, {self.counters['boxes']} boxes, {len(self.open)} open")
-            for part in self._parts(box):
-                self._push(self._narrowed(part))
+            again = self._survivors(box)  # sets found since may rule it out
+            parts = [] if again is None else self._parts(again)
+            parts = [part for part in map(self._narrowed, parts) if part is not None]
+            following = min(parts, key=self._order, default=None)
+            for part in parts:
+                if part is not following:
+                    self._push(part)
+        if following is not None:
+            self._push(following)
 
     def gap(self) -> float:
         """By what share of itself every criterion of a set found may at most be improved at once by one not found."""
@@ -124,7 +136,7 @@ class FrontSearch:
         if not all(len(pool) for pool in pools):
             return None
         n = problem.n
-        box = Box(pools, tuple(np.zeros((len(p), 4)) for p in pools), (False,) * n, np.zeros(0), 0.0)
+        box = Box(pools, tuple(np.zeros((len(p), 4)) for p in pools), (False,) * n, (b"",) * n, np.zeros(0), 0.0)
         costed = self._costed(box)
         if costed is None:
             return None
@@ -145,12 +157,14 @@ class FrontSearch:
         used = corners[:, self.names.index("utilisation")] if self._judged else np.full(len(corners), np.inf)
         self._zone_used = np.ascontiguousarray(used * (1.0 - EQUAL))
 
-    def _push(self, box: Box | None) -> None:
-        if box is not None:
-            self.counters["pushed"] += 1
-            order = box.used if self._judged else 0.0
-            order += float(np.mean(box.bound / self._scale)) if len(box.bound) else 0.0
-            heapq.heappush(self.open, (order, -self.counters["pushed"], box))
+    def _push(self, box: Box) -> None:
+        self.counters["pushed"] += 1
+        heapq.heappush(self.open, (self._order(box), -self.counters["pushed"], box))
+
+    def _order(self, box: Box) -> float:
+        """How promising a box is: the smaller the better."""
+        order = box.used if self._judged else 0.0
+        return order + (float(np.mean(box.bound / self._scale)) if len(box.bound) else 0.0)
 
     @property
     def _scale(self) -> Array:
@@ -163,11 +177,14 @@ class FrontSearch:
     def _costed(self, box: Box) -> Box | None:
         """Costs of what is not decided yet, candidates that hold in no case taken out; None when a joint has none."""
         memory, packed, setting = self.problem.memory, self.problem.packed, self.problem.setting
-        pools, costs, decided = list(box.pools), list(box.costs), list(box.decided)
+        pools, costs, decided, loads = list(box.pools), list(box.costs), list(box.decided), list(box.loads)
         self._ranges(pools)
         for joint in range(self.problem.n - 1, -1, -1):
-            if decided[joint]:
+            loading = self._loading[joint]
+            load = memory.low[loading].tobytes() + memory.high[loading].tobytes()
+            if decided[joint] or (load or NOTHING) == loads[joint]:
                 continue
+            loads[joint] = load or NOTHING
             states = np.zeros(len(pools[joint]), dtype=np.int64)
             found = np.zeros((len(pools[joint]), 4))
             self.counters["candidates costed"] += len(pools[joint])
@@ -181,7 +198,7 @@ class FrontSearch:
                 return None
             pools[joint], costs[joint] = pools[joint][kept], found[kept]
             self._ranges(pools, joint)
-        return replace(box, pools=tuple(pools), costs=tuple(costs), decided=tuple(decided))
+        return replace(box, pools=tuple(pools), costs=tuple(costs), decided=tuple(decided), loads=tuple(loads))
 
     def _holds(self, joint: int, pair: int, pools: Sequence[Indices]) -> bool:
         """Whether a candidate at its limit to rounding holds, by the Python road."""
@@ -219,18 +236,25 @@ class FrontSearch:
         """Candidates with which some zone can be reached."""
         pools, costs = list(box.pools), list(box.costs)
         values = [np.ascontiguousarray(cost @ self._weights.T) for cost in costs]
+        zones, zone_used = self._zone_values, self._zone_used
+        least = [_least_below(value, cost[:, USED], zone_used) for value, cost in zip(values, costs, strict=True)]
+        alive = (np.sum(least, axis=0) < zones).all(axis=1) & np.isfinite(least).all(axis=(0, 2))
+        if self._judged:
+            alive &= box.used < zone_used
+        zones, zone_used = np.ascontiguousarray(zones[alive]), np.ascontiguousarray(zone_used[alive])
+        least = [one[alive] for one in least]
         for joint in range(self.problem.n):
-            least = [value.min(axis=0) for k, value in enumerate(values) if k != joint]
-            rest = np.sum(least, axis=0) if least else np.zeros(len(self._weights))
-            used = [float(cost[:, USED].min()) for k, cost in enumerate(costs) if k != joint]
+            rest = np.zeros_like(zones)
+            for other, one in enumerate(least):
+                if other != joint:
+                    rest += one
             kept = np.zeros(len(pools[joint]), dtype=bool)
-            count = survivors(
-                values[joint], rest, np.ascontiguousarray(costs[joint][:, USED]), max(used, default=0.0),
-                self._zone_values, self._zone_used, kept,
-            )  # fmt: skip
-            if count == 0:
+            used = np.ascontiguousarray(costs[joint][:, USED])
+            if survivors(values[joint], rest, used, zones, zone_used, kept) == 0:
                 return None
-            pools[joint], costs[joint], values[joint] = pools[joint][kept], costs[joint][kept], values[joint][kept]
+            if not kept.all():
+                pools[joint], costs[joint], values[joint] = pools[joint][kept], costs[joint][kept], values[joint][kept]
+                least[joint] = _least_below(values[joint], costs[joint][:, USED], zone_used)
         return self._bounded(replace(box, pools=tuple(pools), costs=tuple(costs)))
 
     def _loads_decided(self, box: Box) -> bool:
@@ -332,3 +356,13 @@ def _weightings(columns: Sequence[int], spans: Array) -> Array:
                 row[column] = part / STEPS / spans[column]
             rows.append(row)
     return np.array(rows) if rows else np.zeros((0, 4))
+
+
+def _least_below(values: Array, used: Array, zone_used: Array) -> Array:
+    """The least of each weighting over the candidates below a zone's utilisation, (Z, W); infinite where none is."""
+    order = np.argsort(used, kind="stable")
+    least = np.minimum.accumulate(values[order], axis=0)
+    below = np.searchsorted(used[order], zone_used, side="left")
+    found = least[np.maximum(below - 1, 0)]
+    found[below == 0] = np.inf
+    return np.asarray(found)
