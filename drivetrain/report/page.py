@@ -20,6 +20,7 @@ from drivetrain.report.figures_motor import motor_plane
 from drivetrain.report.figures_selection import candidates
 from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
 from drivetrain.report.quantities import number, with_unit
+from drivetrain.report.spread_section import spread_frame
 from drivetrain.report.views import (
     CSS,
     anchor,
@@ -32,20 +33,24 @@ from drivetrain.report.views import (
     passed_over,
     used_rows,
 )
-from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence
+from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
+from drivetrain.sizing.spread import Spread
 from drivetrain.study.study import JointTask, Study
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent
 
 
-def html_report(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> str:
+def html_report(
+    result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None, spread: Spread | None = None
+) -> str:
     """The whole report as one page that needs nothing from outside.
 
     Args:
         result: Of ``evaluate`` or ``select``.
         fallen: Its ``fallen_columns``, where they are at hand.
+        spread: What the scatter of its numbers means, where the study states tolerances.
 
     Returns:
         HTML text; the same result gives the same bytes.
@@ -62,7 +67,8 @@ def html_report(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
     template = environment.get_template("page.html.j2")
     if selection is not None and fallen is None:
         fallen = fallen_columns(selection)
-    return template.render(_frame(evaluation, selection) | _body(evaluation, selection, fallen)) + "\n"
+    content = _frame(evaluation, selection) | _body(evaluation, selection, fallen) | spread_frame(spread)
+    return template.render(content) + "\n"
 
 
 def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
@@ -116,7 +122,7 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "matrix": matrix(evaluation),
         "unchecked": [row for row in rows if row.css == "unchecked"],
         "joints": joints,
-        "shared": [check_row("supply", check) for check in evaluation.shared],
+        "shared": [check_row(shared_place(check), check) for check in evaluation.shared],
         "margin_figure": Markup(
             margin_bars(evaluation, reserve=reserve) if any(row.share >= 0 for row in rows) else ""
         ),

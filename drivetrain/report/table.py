@@ -7,7 +7,7 @@ from rich.text import Text
 
 from drivetrain.report.best_sets import set_lines
 from drivetrain.report.quantities import DASH, percent
-from drivetrain.report.words import gaps, headline, objective_text, overall_sentence
+from drivetrain.report.words import gaps, headline, objective_text, overall_sentence, shared_place
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
 
 STYLES = {
@@ -42,7 +42,7 @@ def verdict_table(evaluation: Evaluation) -> Table:
             continue
         verdict = Text(str(check.verdict), STYLES[check.verdict])
         blank = [DASH] * 3
-        table.add_row("supply", "", "", percent(check.utilisation), *blank, verdict, check.name)
+        table.add_row(shared_place(check), "", "", percent(check.utilisation), *blank, verdict, check.name)
     return table
 
 

@@ -16,7 +16,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.report.fallen_columns import COLUMNS
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
-from drivetrain.report.words import common_unit, digits_near_limit, joint_sentence, nearness
+from drivetrain.report.words import common_unit, digits_near_limit, joint_sentence, nearness, shared_place
 from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, Verdict
 from drivetrain.study.study import JointTask, Study
 
@@ -170,7 +170,7 @@ def check_rows(evaluation: Evaluation) -> list[CheckRow]:
     for joint in evaluation.joints.values():
         sources = (joint.drive.motor.source, joint.drive.gear.source)
         rows += [check_row(joint.name, check, sources) for check in joint.checks]
-    return rows + [check_row("supply", check) for check in evaluation.shared]
+    return rows + [check_row(shared_place(check), check) for check in evaluation.shared]
 
 
 def joint_card(joint: JointResult) -> JointCard:

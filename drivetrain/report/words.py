@@ -129,12 +129,24 @@ def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
         evaluation: What was found.
 
     Returns:
-        Joint name, or ``supply``, and check; None when nothing was judged.
+        Joint name, ``supply`` or ``catalogue``, and check; None when nothing was judged.
     """
     places = [(joint.name, joint.binding) for joint in evaluation.joints.values()]
-    places += [("supply", check) for check in evaluation.shared]
+    places += [(shared_place(check), check) for check in evaluation.shared]
     judged = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
     return max(judged, key=lambda pair: pair[1].utilisation or 0.0, default=None)
+
+
+def shared_place(check: Check) -> str:
+    """Where a check of all joints together belongs.
+
+    Args:
+        check: Of ``Evaluation.shared``.
+
+    Returns:
+        ``supply``, or ``catalogue`` where a selection has nothing to choose from.
+    """
+    return "supply" if check.name.startswith("supply") else "catalogue"
 
 
 def overall_sentence(evaluation: Evaluation) -> str:

@@ -9,6 +9,12 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, available_voltage, from_dc
 from drivetrain.sizing.results import Evaluation, JointResult
 
+COLUMNS = (
+    "time [s]", "joint", "current [A]", "phase current RMS [A]", "phase current peak [A]", "gear torque current [A]",
+    "rotor inertia current [A]", "friction current [A]", "motor torque [N m]", "motor speed [rad/s]", "voltage [V]",
+    "saturated",
+)  # fmt: skip
+
 
 def current_commands(evaluation: Evaluation) -> pd.DataFrame:
     """The currents that drive the motion, one row per sample and joint.
@@ -25,28 +31,28 @@ def current_commands(evaluation: Evaluation) -> pd.DataFrame:
         voltage than motor and amplifier have, safety factors left out. Rows in order of joints, then of time.
     """
     tables = [_joint_table(evaluation, joint) for joint in evaluation.joints.values()]
-    return pd.concat(tables, ignore_index=True)
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(COLUMNS))
 
 
 def _joint_table(evaluation: Evaluation, joint: JointResult) -> pd.DataFrame:
     series = joint.series
     constant = _constant(series.motor_torque, series.current, joint.drive.motor.torque_constant)
     load = series.gear_torque / joint.drive.gear.ratio
-    columns: dict[str, object] = {
-        "time [s]": series.time,
-        "joint": joint.name,
-        "current [A]": series.current,
-        "phase current RMS [A]": from_dc(series.current, CurrentBasis.RMS),
-        "phase current peak [A]": from_dc(series.current, CurrentBasis.PEAK),
-        "gear torque current [A]": load / constant,
-        "rotor inertia current [A]": series.rotor_torque / constant,
-        "friction current [A]": series.friction_torque / constant,
-        "motor torque [N m]": series.motor_torque,
-        "motor speed [rad/s]": series.motor_speed,
-        "voltage [V]": series.voltage,
-        "saturated": _saturated(evaluation, joint),
-    }
-    return pd.DataFrame(columns)
+    values: tuple[object, ...] = (
+        series.time,
+        joint.name,
+        series.current,
+        from_dc(series.current, CurrentBasis.RMS),
+        from_dc(series.current, CurrentBasis.PEAK),
+        load / constant,
+        series.rotor_torque / constant,
+        series.friction_torque / constant,
+        series.motor_torque,
+        series.motor_speed,
+        series.voltage,
+        _saturated(evaluation, joint),
+    )
+    return pd.DataFrame(dict(zip(COLUMNS, values, strict=True)))
 
 
 def _constant(torque: Array, current: Array, cold: float) -> float:

@@ -13,11 +13,12 @@ import pytest
 
 from drivetrain.report.best_sets import set_lines, set_rows
 from drivetrain.report.fallen_columns import COLUMNS, counted, fallen_columns, fallen_text
+from drivetrain.report.outputs import currents_csv
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
 from drivetrain.report.table import verdict_lines
 from drivetrain.report.words import objective_text
-from drivetrain.sizing.results import DriveSet, Evaluation, Selection
+from drivetrain.sizing.results import Check, DriveSet, Evaluation, Selection, Verdict
 from drivetrain.study.study import Wanted
 
 
@@ -69,13 +70,19 @@ def test_every_objective_has_its_words(three_sets: Selection, weights: tuple, wo
 
 
 def test_a_selection_in_which_no_joint_has_a_drive_still_has_a_page(selection: Selection) -> None:
-    nothing = Evaluation(selection.study, {}, (), math.nan)
+    lacking = Check("candidates of elbow", 1.0, 0.0, "1", math.inf, Verdict.FAIL, remark="elbow has no candidate")
+    nothing = Evaluation(selection.study, {}, (lacking,), math.nan)
     found = replace(selection, drives={}, evaluation=nothing, objective=math.nan, alternatives={}, fallen=())
     found = replace(found, advice=("elbow: no motor of the catalogue may drive it",))
     page = html_report(found)
     assert "FAIL" in page and "no motor of the catalogue may drive it" in page
     assert json.loads(result_json(found))["verdict"] == "FAIL"
     assert any("no motor" in line.plain for line in verdict_lines(found))
+    assert "catalogue: candidates of elbow: elbow has no candidate" in " ".join(
+        line.plain for line in verdict_lines(found)
+    )
+    header, *rows = currents_csv(nothing).splitlines()
+    assert header.startswith("time [s],joint,current [A]") and rows == []
 
 
 class Table(tuple):  # type: ignore[type-arg]
