@@ -18,7 +18,7 @@ from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Sign
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/exponentials.py": 0}
+SOURCES = {"drive/exponentials.py": 4137605713}
 
 
 # long kernel: the law at an instant, and over a step with its slope

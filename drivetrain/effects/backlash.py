@@ -1,0 +1,163 @@
+"""A gear with play: between its flanks nothing is carried, at them a spring and a damper push and never pull."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numba as nb
+import numpy as np
+
+from drivetrain.drive.gear import Gear, wind_up
+from drivetrain.drive.spring_kernel import spring, spring_numbers
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Role, Shape, Signal
+from drivetrain.errors import Fault, InputError
+
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"drive/spring_kernel.py": 1622032493}
+
+PIECES = 8  # in which a step is looked at, so that flanks that meet within it are seen
+
+
+@nb.njit(error_model="numpy", nogil=True)
+def _flank(numbers: Any, at: int, twist: float, rate: float) -> tuple[float, float, float, float]:
+    """Torque, slope, damping in touch, and energy at a twist."""
+    deep = abs(twist) - numbers[at + 6]
+    if deep <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    side = 1.0 if twist > 0.0 else -1.0
+    push, slope, energy = spring(numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], deep)
+    whole = push + numbers[at + 5] * side * rate
+    if whole <= 0.0:  # the flanks part faster than the spring follows
+        return 0.0, 0.0, 0.0, energy
+    return side * whole, slope, numbers[at + 5], energy
+
+
+@Compiled
+def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        twist, rate = signals[words[row + 1]], signals[words[row + 2]]
+        pieces = PIECES if h > 0.0 else 1
+        torque, slope, damping = 0.0, 0.0, 0.0
+        for j in range(pieces):
+            away = h * ((j + 0.5) / pieces - 0.5)
+            push, steep, damp, _ = _flank(numbers, at, twist + away * rate, rate)
+            torque += push / pieces
+            slope += steep / pieces
+            damping += damp / pieces
+        signals[words[row + 3]] += torque
+        signals[words[row + 4]] += damping
+        signals[words[row + 5]] += slope
+
+
+@Compiled
+def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        at = words[row]
+        twist, rate = signals[words[row + 1]], signals[words[row + 2]]
+        torque, _, _, energy = _flank(numbers, at, twist, rate)
+        deep = abs(twist) - numbers[at + 6]
+        elastic = 0.0
+        if deep > 0.0:
+            elastic, _, _ = spring(
+                numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], deep
+            )
+            elastic = elastic if twist > 0.0 else -elastic
+        signals[words[row + 6]] = energy
+        signals[words[row + 7]] = (torque - elastic) * rate
+        signals[words[row + 8]] = torque
+
+
+@dataclass(frozen=True)
+class Backlash(Effect):
+    """The gear's spring with its play in the middle, and the rotor moving on its own behind it.
+
+    Instead of ``FlexibleJoint``; without play it is the same joint.
+
+    Attributes:
+        gear: Its stiffnesses and its backlash are taken.
+        damping: At the flanks in touch [N m s/rad].
+    """
+
+    gear: Gear
+    damping: float = 0.0
+
+    compute = _compute
+    account = _account
+
+    def __post_init__(self) -> None:
+        faults = []
+        if self.gear.backlash is None:
+            hint = "state one, or take FlexibleJoint"
+            faults.append(Fault("Backlash.gear", "has no backlash on its sheet [rad]", self.gear.key, hint))
+        if not 0.0 <= self.damping < math.inf:
+            faults.append(Fault("Backlash.damping", "must not be negative [N m s/rad]", self.damping))
+        if faults:
+            raise InputError(faults)
+        spring_numbers(self.gear)
+
+    def ports(self, place: Place) -> Ports:
+        """Reads the twist, adds the torque between the flanks, tells its energy and loss.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its ports.
+        """
+        energy, loss = Signal("flank_energy", "J"), Signal("flank_damping_power", "W")
+        return Ports(
+            needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
+            adds=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
+            tells=(energy, loss, Signal("flank_torque", "N m")),
+            powers={loss.name: Role.LOSS},
+            stores=(energy.name,),
+        )
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """Spring and play.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            As ``spring_numbers`` tells, the damping [N m s/rad], half of the play [rad].
+        """
+        return *spring_numbers(self.gear), self.damping, 0.5 * (self.gear.backlash or 0.0)
+
+    def shape(self, place: Place) -> Shape:
+        """A rotor on its own behind a spring with play.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its shape.
+        """
+        return Shape(
+            ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
+        )
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """Of the link's place: half of the play. What the flanks' meeting does to the current is not bounded.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            One that is not valid.
+        """
+        play = 0.5 * (self.gear.backlash or 0.0)
+        return Estimate(deviation=play, valid=False, why="flanks that meet: keep it")
+
+    def _twist(self, torque: float) -> float:
+        """Twist under a torque [rad]."""
+        twist = wind_up(self.gear, np.array(torque))
+        return 0.0 if twist is None else float(twist) + math.copysign(0.5 * (self.gear.backlash or 0.0), torque)
