@@ -151,6 +151,16 @@ def test_select_takes_what_is_wanted_from_the_command_line(run: Run, write: Writ
     assert run("select", file, "--sets", 0)[0] == 2 and run("select", file, "--objective", "weight")[0] == 2
 
 
+def test_a_joint_that_nothing_may_drive_is_an_answer(run: Run, write: Write, tmp_path: Path) -> None:
+    file = write(drive=CHOICE.replace("candidates: {", "candidates: {motors: {mass: [50 kg, null]}, ", 1))
+    code, out, errors = run("select", file, "--out", "o")
+    assert code == 1 and "door" in out and "candidate" in out and "50" in out, out + errors
+    assert "put aside" in (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
+    code, out, _ = run("select", write(drive=CHOICE), "--objective", "price", "--out", "p")
+    assert code == 1 and "known price" in out
+    assert json.loads((tmp_path / "p" / "result.json").read_text(encoding="utf-8"))["verdict"] == "FAIL"
+
+
 def test_the_first_compilation_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
     from numba import njit
 
