@@ -15,7 +15,8 @@ from drivetrain.sizing.exact_road import judged
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.objectives import weight_of
 from drivetrain.sizing.packed_task import Packed, chosen_numbers
-from drivetrain.sizing.propagation import Indices, Memory, Setting, new_memory, set_power
+from drivetrain.sizing.power_bound import least_power
+from drivetrain.sizing.propagation import Choices, Indices, Memory, Setting, new_memory, set_power
 from drivetrain.sizing.results import Evaluation, Verdict
 from drivetrain.sizing.spare_parts import Rule, rules_of
 from drivetrain.study.study import DriveMass, Wanted
@@ -98,6 +99,25 @@ class Problem:
         if any(abs(one - 1.0) <= CLOSE for one in used):
             return not any(check.verdict is Verdict.FAIL for check in self.evaluation(pairs).shared)
         return all(one <= 1.0 for one in used)
+
+    def supply_may_hold(self, choices: Choices) -> bool:
+        """Whether some set of what is left may ask no more of the supply than it gives.
+
+        Args:
+            choices: The candidates left, to which the memory belongs.
+
+        Returns:
+            False only if the least power of all sets is too much.
+        """
+        study, total = self.packed.study, np.empty(len(self.packed.study.cycle.time))
+        least_power(self.packed.task, self.setting, choices, self.memory, total)
+        supply, weights = study.supply, study.cycle.weights
+        drawn, over = np.maximum(total, 0.0), 1.0 + 1e-6
+        if supply.peak_power is not None and drawn.max() > supply.peak_power * over:
+            return False
+        duration = float(weights.sum())
+        mean = float(drawn @ weights) / duration if duration > 0.0 else 0.0
+        return supply.mean_power is None or mean <= supply.mean_power * over
 
     def evaluation(self, pairs: Sequence[int]) -> Evaluation:
         """A set of drives with every check, by the Python road.

@@ -10,6 +10,7 @@ from typing import Protocol
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.advice import advice_on
 from drivetrain.sizing.beside_set import FallenBeside, alternatives
+from drivetrain.sizing.choices import all_choices
 from drivetrain.sizing.demand import Workload
 from drivetrain.sizing.evaluate import evaluated
 from drivetrain.sizing.nearest import nearest_set
@@ -17,6 +18,7 @@ from drivetrain.sizing.packed_task import pack
 from drivetrain.sizing.problem import Problem, problem
 from drivetrain.sizing.results import Check, DriveSet, Evaluation, Selection, Verdict
 from drivetrain.sizing.search_tree import Found, Tell, Tree
+from drivetrain.sizing.spare_parts import narrowed_by
 from drivetrain.study.study import Study, Wanted
 
 OPTIMAL = "optimal"
@@ -143,7 +145,7 @@ def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
     advice = tuple(f"{check.remark}." for check in lacking)
     return Selection(
         study, {}, evaluation, math.nan, proof, FallenBeside(tree.problem, near.pairs), {},
-        advice or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
+        advice or _broken_rules(tree.problem) or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
         None if tree.finished else tree,
     )  # fmt: skip
 
@@ -162,6 +164,16 @@ def _lacking(problem: Problem) -> tuple[Check, ...]:
             remark += f" ({'; '.join(task.passed_over)})"
         found.append(Check(f"candidates of {task.name}", 1.0, 0.0, "1", math.inf, Verdict.FAIL, remark=remark))
     return tuple(found)
+
+
+def _broken_rules(problem: Problem) -> tuple[str, ...]:
+    """The rules that alone leave no set, whatever the loads are."""
+    choices = all_choices(problem.known, problem.setting)
+    return tuple(
+        f"No set keeps the limit of {rule.what} ({rule.most}): the candidates of the joints have too few in common."
+        for rule in problem.rules
+        if narrowed_by(rule, choices, math.inf) is None
+    )
 
 
 def _proof(tree: Tree) -> str:

@@ -204,7 +204,7 @@ class Tree:
             return None
         choices = closed_up(choices)
         bound = max([float(choices.least.sum()), *(least_under(rule, choices, limit) for rule in self.problem.rules)])
-        if bound >= limit:
+        if bound >= limit or (self.supply_binds and not self.problem.supply_may_hold(choices)):
             return None
         node = Node(bound, limit, choices, memory.low.copy(), memory.high.copy())
         if self._decided(node):

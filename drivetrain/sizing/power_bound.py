@@ -1,0 +1,94 @@
+"""What a supply must at least give, whatever is chosen of what is left: the power of all joints, instant by instant.
+
+A drive takes at least what it gives to the link and to its rotor; losses only add to that. Where few candidates are
+left at a joint the copper loss of the best of them is counted too.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.bound_kernels import torque_range
+from drivetrain.sizing.load_basis import NUMBERS
+from drivetrain.sizing.packed_rows import INNER, MAGNET, MAX_WINDING, RATIO
+from drivetrain.sizing.packed_task import ACCELERATION, AMBIENT, CARRIER, CURVED, FRICTION, SPEED, PackedTask
+from drivetrain.sizing.propagation import Choices, Memory, Setting, interval
+from drivetrain.sizing.torque_kernels import constant_at, resistance
+
+FEW = 24  # candidates of a joint whose copper loss is counted one by one
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def _copper_factor(m: Array, ambient: float) -> float:
+    """Copper loss over torque squared, at the least [W/(N m)^2]."""
+    heated, limit, coolest = not np.isnan(m[INNER]), m[MAX_WINDING], ambient
+    if heated and m[MAGNET] > 0.0:
+        return 0.0  # warm magnets may be stronger without bound
+    if not np.isnan(limit):
+        coolest = min(ambient, limit) if heated else limit
+    constant = constant_at(m, ambient)
+    return resistance(m, coolest) / (constant * constant)
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def _one_by_one(task: PackedTask, choices: Choices, joint: int, torque: Array, scratch: Array, least: Array) -> None:
+    """The least power of a joint over its candidates, each with its losses [W], (N,)."""
+    row, limits = task.series[joint], task.tasks[joint]
+    low, high, first = scratch[0], scratch[1], choices.first[joint]
+    least[:] = np.inf
+    for at in range(first, first + choices.size[joint]):
+        m, g = task.motors[joint, task.pairs[choices.pool[at], 0]], task.gears[task.pairs[choices.pool[at], 1]]
+        torque_range(row, m, g, False, torque[0], torque[1], low, high)
+        factor = _copper_factor(m, limits[AMBIENT])
+        for t in range(least.size):
+            turning = g[RATIO] * row[SPEED, t]
+            best = (low[t] if turning > 0.0 else high[t]) if factor == 0.0 else -0.5 * turning / factor
+            best = max(low[t], min(high[t], best))
+            least[t] = min(least[t], best * (turning + factor * best))
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def _all_at_once(task: PackedTask, choices: Choices, joint: int, torque: Array, least: Array) -> None:
+    """The least power that a joint's link and any of its rotors take, without losses [W], (N,)."""
+    row, first = task.series[joint], choices.first[joint]
+    squared, single = np.array([np.inf, -np.inf]), np.array([np.inf, -np.inf])
+    for at in range(first, first + choices.size[joint]):
+        ratio, inertia = task.gears[task.pairs[choices.pool[at], 1], RATIO], task.numbers[choices.pool[at], 3]
+        squared[0], squared[1] = min(squared[0], inertia * ratio**2), max(squared[1], inertia * ratio**2)
+        single[0], single[1] = min(single[0], inertia * ratio), max(single[1], inertia * ratio)
+    for t in range(least.size):
+        speed = row[SPEED, t]
+        link = (torque[0, t] if speed > 0.0 else torque[1, t]) + row[FRICTION, t]
+        own, carried = row[ACCELERATION, t] * speed, row[CARRIER, t] * speed
+        least[t] = link * speed + min(squared[0] * own, squared[1] * own)
+        least[t] += min(single[0] * carried, single[1] * carried)
+
+
+@nb.njit(cache=True, error_model="numpy", nogil=True)
+def least_power(task: PackedTask, setting: Setting, choices: Choices, memory: Memory, total: Array) -> None:
+    """A lower bound of the power of all joints together.
+
+    Args:
+        task: The packed study.
+        setting: Which drives load which joints.
+        choices: The candidates left.
+        memory: The numbers that are left; the rest is filled again.
+        total: Takes the bound at each sample [W], (N,).
+    """
+    total[:] = 0.0
+    least, scratch = memory.power, np.zeros((2, total.size))
+    for joint in range(memory.low.shape[0]):
+        interval(task, setting, joint, memory.low, memory.high, memory.torque)
+        row = task.offsets[joint, joint]
+        for i in range(NUMBERS if row >= 0 else 0):  # what its own drive asks, where it rides on the moved link
+            for t in range(total.size):
+                ends = memory.low[joint, i] * task.force[row + i, t], memory.high[joint, i] * task.force[row + i, t]
+                memory.torque[0, t] += min(ends[0], ends[1])
+                memory.torque[1, t] += max(ends[0], ends[1])
+        if choices.size[joint] <= FEW and task.tasks[joint, CURVED] == 0.0:
+            _one_by_one(task, choices, joint, memory.torque, scratch, least)
+        else:
+            _all_at_once(task, choices, joint, memory.torque, least)
+        total += least
