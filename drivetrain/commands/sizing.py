@@ -13,6 +13,7 @@ from drivetrain.commands.shared import DOES_NOT_FIT, FITS, listed, report_folder
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation, Selection
+    from drivetrain.sizing.spread import Spread
     from drivetrain.study.study import Study
 
 app = typer.Typer(rich_markup_mode="rich")
@@ -204,21 +205,39 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
     """Write the files, print the verdict, and give the exit code."""
     from drivetrain.report.outputs import write_outputs
     from drivetrain.report.result_json import result_json
+    from drivetrain.report.spread_section import spread_lines
     from drivetrain.report.table import verdict_lines, verdict_table
     from drivetrain.report.terminal import console, progress
     from drivetrain.sizing.results import Evaluation
 
+    result, found = _spread(result)
     with progress(console(errors=True), "drawing the report"):
-        files = write_outputs(out, result)
+        files = write_outputs(out, result, spread=found)
     screen = console(errors=as_json)
     screen.print(verdict_table(result if isinstance(result, Evaluation) else result.evaluation))
     screen.print()
     for line in verdict_lines(result):
         screen.print(line, soft_wrap=True)
+    for words in [] if found is None else spread_lines(found):
+        screen.print(words, soft_wrap=True, highlight=False)
     say(f"report: {files['report.html']}", errors=as_json)
     if as_json:
-        sys.stdout.write(result_json(result))
+        sys.stdout.write(result_json(result, spread=found))
     return FITS if result.feasible else DOES_NOT_FIT
+
+
+def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spread | None]:
+    """What the scatter of the numbers means, and the set that stands it where a probability is wanted."""
+    from drivetrain.sizing.results import Evaluation
+    from drivetrain.sizing.spread import robustly, spread
+
+    if not result.study.tolerances.given:
+        return result, None
+    with working("drawing arms within the tolerances (compiled the first time, about 15 s)"):
+        if isinstance(result, Evaluation):
+            return result, spread(result)
+        chosen, choice = robustly(result)
+        return chosen, spread(chosen.evaluation, choice)
 
 
 def _summarise(study: Study, *, errors: bool) -> None:

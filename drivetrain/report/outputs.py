@@ -10,10 +10,13 @@ from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.sizing.spread import Spread
 from drivetrain.whole_files import written_beside
 
 
-def write_outputs(out_dir: str | Path, result: Evaluation | Selection) -> dict[str, Path]:
+def write_outputs(
+    out_dir: str | Path, result: Evaluation | Selection, *, spread: Spread | None = None
+) -> dict[str, Path]:
     """Write ``report.html``, ``result.json`` and ``currents.csv``, of a selection also ``fallen.csv``.
 
     Everything is made before anything is written, and written beside its place before any old file is replaced.
@@ -21,6 +24,7 @@ def write_outputs(out_dir: str | Path, result: Evaluation | Selection) -> dict[s
     Args:
         out_dir: Folder, made when missing.
         result: Of ``evaluate`` or ``select``.
+        spread: What the scatter of its numbers means, where the study states tolerances.
 
     Returns:
         Where each file is, by name.
@@ -31,8 +35,8 @@ def write_outputs(out_dir: str | Path, result: Evaluation | Selection) -> dict[s
     evaluation = result.evaluation if isinstance(result, Selection) else result
     fallen = fallen_columns(result) if isinstance(result, Selection) else None
     texts = {
-        "report.html": html_report(result, fallen=fallen),
-        "result.json": result_json(result, fallen=fallen),
+        "report.html": html_report(result, fallen=fallen, spread=spread),
+        "result.json": result_json(result, fallen=fallen, spread=spread),
         "currents.csv": currents_csv(evaluation),
     }
     if fallen is not None:

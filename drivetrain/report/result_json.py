@@ -9,24 +9,32 @@ from typing import Any
 import pandas as pd
 
 from drivetrain.report.fallen_columns import counted, fallen_columns
+from drivetrain.report.spread_section import spread_data
 from drivetrain.sizing.results import Check, DriveSet, Evaluation, JointResult, Selection, Verdict
+from drivetrain.sizing.spread import Spread
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
 
 
-def result_json(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> str:
+def result_json(
+    result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None, spread: Spread | None = None
+) -> str:
     """An evaluation or a selection as JSON text.
 
     Args:
         result: Of ``evaluate`` or ``select``.
         fallen: Its ``fallen_columns``, where they are at hand.
+        spread: What the scatter of its numbers means, where the study states tolerances.
 
     Returns:
         JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same result
         gives the same bytes.
     """
-    return json.dumps(result_data(result, fallen=fallen), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    data = result_data(result, fallen=fallen)
+    if spread is not None:
+        data["robustness"] = _finite_all(spread_data(spread))
+    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> dict[str, Any]:
@@ -69,6 +77,15 @@ def _objective_unit(evaluation: Evaluation) -> str:
 def _finite(value: float | None) -> float | None:
     """A number that JSON can hold; None for NaN and infinity."""
     return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _finite_all(data: Any) -> Any:
+    """Plain data whose numbers JSON can hold."""
+    if isinstance(data, dict):
+        return {name: _finite_all(value) for name, value in data.items()}
+    if isinstance(data, list):
+        return [_finite_all(value) for value in data]
+    return _finite(data) if isinstance(data, float) else data
 
 
 def _check(check: Check) -> dict[str, Any]:

@@ -1,0 +1,78 @@
+"""A tornado: what each number that scatters does alone to one check, the widest at the top."""
+
+from __future__ import annotations
+
+from drivetrain.report.colours import BLUE, FAINT, INK, MUTED, ORANGE, VERMILLION
+from drivetrain.report.panel import Panel, panel
+from drivetrain.report.picture import TICK, Font, Key, Pen, Picture, legend_height
+from drivetrain.report.quantities import percent
+from drivetrain.report.scales import text_width
+from drivetrain.sizing.tornado import Bar, Tornado
+
+MOST_BARS = 12
+WIDTH, ROW = 662.0, 19.0  # [points]
+HALF = 0.34  # of a row: half a bar
+UNITS = {"payload": "kg", "ambient": "K"}
+KEYS = (Key("number at its lower end", "box", Pen("none"), BLUE), Key("at its upper end", "box", Pen("none"), ORANGE))
+
+
+def figure_tornado(tornado: Tornado, *, name: str = "tornado") -> str:
+    """The bars of one check.
+
+    Args:
+        tornado: Of the check.
+        name: Of the figure on the page.
+
+    Returns:
+        An SVG element.
+    """
+    bars = tornado.bars[:MOST_BARS]
+    ends = [100.0 * value for bar in bars for value in (bar.at_low, bar.at_high)] + [100.0 * tornado.nominal]
+    low, high = min(ends), max(ends)
+    room = 0.16 * max(high - low, 1.0)
+    labels = [f"{bar.source}  ±{deviation_text(bar)}" for bar in bars]
+    left = 14.0 + max((text_width(label, TICK.size) for label in labels), default=0.0)
+    top = 8.0 + legend_height(KEYS, WIDTH)
+    bottom = top + ROW * max(len(bars), 1)
+    picture = Picture(name, WIDTH, bottom + 32.0)
+    rows = panel(
+        picture, (left, WIDTH - 4.0), (top, bottom), (low - room, high + room), (max(len(bars), 1) - 0.5, -0.5)
+    )
+    rows.picture.box((left, WIDTH - 4.0), (top, bottom), "#fff")
+    if high + room > 100.0:
+        rows.block((max(100.0, low - room), high + room), None, VERMILLION, 0.10)
+    for tick in rows.x.ticks(60.0):
+        rows.upright(tick, Pen(FAINT, 0.6))
+    for row, (bar, label) in enumerate(zip(bars, labels, strict=True)):
+        _bar(rows, row, bar, tornado.nominal)
+        rows.words(rows.x.low, row, label, Font(TICK.size, INK, "end", "middle"), (-6.0, 0.0))
+    rows.upright(100.0 * tornado.nominal, Pen(INK, 0.9))
+    rows.upright(100.0, Pen(VERMILLION, 1.2))
+    rows.edges()
+    rows.x_axis(f"utilisation of {tornado.check} [% of the limit]")
+    picture.legend(KEYS, 8.0, across=(0.0, WIDTH))
+    return picture.svg(f"{tornado.joint}: what each tolerance alone does to {tornado.check}")
+
+
+def deviation_text(bar: Bar) -> str:
+    """How far a bar's number goes from its nominal value.
+
+    Args:
+        bar: Of a tornado.
+
+    Returns:
+        Such as ``5 %`` or ``0.2 kg``.
+    """
+    if bar.absolute:
+        return f"{bar.high:g}\u00a0{UNITS.get(bar.source.quantity, '')}".rstrip("\u00a0")
+    return f"{100.0 * bar.high:g}\u00a0%"
+
+
+def _bar(rows: Panel, row: int, bar: Bar, nominal: float) -> None:
+    """From the nominal utilisation to that at either end, each with its number."""
+    middle = 100.0 * nominal
+    for value, colour in ((bar.at_low, BLUE), (bar.at_high, ORANGE)):
+        rows.block((middle, 100.0 * value), (row - HALF, row + HALF), colour, 0.85)
+    for value, side in ((min(bar.at_low, bar.at_high), "end"), (max(bar.at_low, bar.at_high), "start")):
+        by = -3.0 if side == "end" else 3.0
+        rows.words(100.0 * value, row, percent(value), Font(6.8, MUTED, side, "middle"), (by, 0.0))
