@@ -1,9 +1,8 @@
-"""The search against brute force: every objective, every check, k best sets, rules for all joints, bound and resumption."""
+"""The search against brute force: objectives, checks, k best sets, rules for all joints, bounds, resumption."""
 
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,9 +13,11 @@ from hypothesis import strategies as st
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
+from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.packed_task import pack
-from drivetrain.sizing.problem import problem
+from drivetrain.sizing.problem import Problem, problem
+from drivetrain.sizing.results import Check, Verdict
 from drivetrain.sizing.search import select
 from drivetrain.sizing.search_tree import Tree
 from drivetrain.study.study import DriveMass, JointTask, Mount, Safety, Study, Wanted
@@ -139,3 +140,164 @@ def test_rules_leave_what_brute_force_leaves(make, seed, weights, motors, gears,
     selection = select(study)
     assert [one.objective for one in selection.sets] == pytest.approx(expected, rel=1e-9)
     assert all(kept(study, one.drives) for one in selection.sets)
+
+
+def wide_study(make, seed: int = 3, wanted: Wanted | None = None, supply: Supply | None = None) -> Study:
+    """Three joints with 36 pairs each, most of which hold: many sets, near each other."""
+    rng = np.random.default_rng(seed)
+    rows = catalog(make, rng, 6, 6)
+    motors = {key: replace(row, nominal_current=3 * row.nominal_current) for key, row in rows.motors.items()}
+    parts = Catalog(motors, rows.gears)
+    pairs = tuple(itertools.product(parts.motors, parts.gears))
+    cycle = make.sines(3, samples=41, duration=5.0, size=0.4)
+    return make.study(
+        cycle, arm=make.planar_arm([0.4, 0.35, 0.3], [1.0, 0.8, 0.5]), catalog=parts, supply=supply or Supply(48.0),
+        joints=tuple(make.task(name, drive=None, pairs=pairs) for name in cycle.joint_names),
+        wanted=wanted or Wanted((("price", 1.0),)),
+    )  # fmt: skip
+
+
+def as_told(selection):
+    return [(one.objective, one.drives) for one in selection.sets]
+
+
+@pytest.mark.parametrize("weights", OBJECTIVES)
+def test_a_search_stopped_at_every_node_ends_as_one_that_was_not(make, weights):
+    study = wide_study(make, wanted=Wanted(weights))
+    whole = select(study)
+    assert whole.proof == "optimal" and whole.state is None
+    steps, bounds = 0, []
+    part = select(study, wanted=replace(study.wanted, time_limit=0.0))
+    while part.state is not None:
+        bounds.append(part.bound)
+        assert part.bound <= whole.objective * (1 + 1e-9)
+        if part.sets:
+            assert part.objective >= whole.objective * (1 - 1e-9)
+            assert part.proof.startswith("not proven") or part.objective <= part.bound * (1 + 1e-9)
+        part = select(study, resume=part, wanted=replace(study.wanted, time_limit=0.0))
+        steps += 1
+        assert steps < 3000
+    assert as_told(part) == as_told(whole)
+    assert bounds == sorted(bounds)
+
+
+def test_a_finished_search_has_nothing_to_resume(make):
+    study = wide_study(make)
+    whole = select(study)
+    assert select(study, resume=whole) is whole
+
+
+def test_resumption_asks_for_the_same(make):
+    study = wide_study(make)
+    part = select(study, wanted=replace(study.wanted, time_limit=0.0))
+    assert part.state is not None
+    with pytest.raises(InputError, match="another study"):
+        select(wide_study(make, seed=4), resume=part)
+    with pytest.raises(InputError, match="something else"):
+        select(study, resume=part, wanted=replace(study.wanted, sets=2))
+
+
+@pytest.mark.parametrize("weights", OBJECTIVES)
+@pytest.mark.parametrize("seed", [3, 11])
+def test_no_node_promises_too_little(make, weights, seed):
+    """The bound of every node is below every set in it."""
+    study = random_study(make, seed, Wanted(weights, sets=3))
+    sets = every_set(study)
+    chosen_from = problem(pack(study), study.wanted)
+    tree = Tree(chosen_from)
+    while not tree.finished:
+        for _, _, node in tree.open:
+            pools = [set(one.tolist()) for one in _pools(node.choices)]
+            inside = [
+                objective for objective, drives in sets
+                if all(any(chosen_from.packed.keys(p) == keys for p in pool)
+                       for pool, keys in zip(pools, drives.values(), strict=True))
+            ]  # fmt: skip
+            assert all(node.bound <= objective * (1 + 1e-9) + 1e-9 for objective in inside)
+        tree.run(0.0, lambda *_: None)
+    assert [one.objective for one in tree.best] == pytest.approx([objective for objective, _ in sets[:3]], rel=1e-9)
+
+
+def _pools(choices):
+    return [choices.pool[first : first + size] for first, size in zip(choices.first, choices.size, strict=True)]
+
+
+def test_greedy_from_the_tip_misses_the_optimum(make):
+    """A light drive at the wrist may be dear, and a cheap heavy one makes the shoulder dearer than it saves."""
+    for seed, lost in ((7, 1.06), (14, 1.11)):
+        study = wide_study(make, seed)
+        best = select(study)
+        greedy: dict[str, tuple[str, str]] = {}
+        for task in reversed(study.joints):
+            by_price = sorted(task.pairs, key=lambda pair: price(study, pair))
+            fixed = {t.name: t for t in study.joints}
+            for pair in by_price:
+                drives = {name: greedy.get(name, by_price[-1]) for name in fixed} | {task.name: pair}
+                if evaluate(study, drives).joints[task.name].verdict in ("PASS", "MARGINAL"):
+                    greedy[task.name] = pair
+                    break
+        assert len(greedy) == 3
+        total = sum(price(study, pair) for pair in greedy.values())
+        assert best.proof == "optimal"
+        assert total > lost * best.objective
+
+
+def price(study, pair):
+    return study.catalog.motors[pair[0]].price + study.catalog.gears[pair[1]].price
+
+
+def test_a_supply_that_binds_does_not_make_it_enumerate(make):
+    free = select(wide_study(make))
+    power = sum(joint.series.electrical_power for joint in free.evaluation.joints.values())
+    peak = float(power.max())
+    for share in (0.9, 0.7, 0.5):
+        study = wide_study(make, supply=Supply(48.0, peak_power=share * peak))
+        selection = select(study)
+        assert selection.counters["nodes made"] < 1500  # of 46 656 sets
+        if selection.feasible:
+            assert selection.objective >= free.objective
+            assert evaluate(study, selection.drives).feasible
+    nothing = select(wide_study(make, supply=Supply(48.0, peak_power=0.1 * peak)))
+    assert not nothing.feasible
+    assert nothing.proof == "no set fits: every combination was ruled out"
+    assert nothing.counters["nodes made"] < 300
+
+
+def test_a_set_that_an_evaluation_refuses_is_left_out_and_told(make, monkeypatch):
+    """It does not happen; if it did, the other sets would still be found."""
+    study = wide_study(make)
+    first, second = select(study).sets[:2]
+    real = Problem.evaluation
+
+    def refusing(self, pairs):
+        found = real(self, pairs)
+        drives = {name: (one.motor, one.gear) for name, one in found.joints.items()}
+        bad = Check("made up", 2.0, 1.0, "1", 2.0, Verdict.FAIL)
+        return replace(found, shared=(*found.shared, bad)) if drives == first.drives else found
+
+    monkeypatch.setattr(Problem, "evaluation", refusing)
+    selection = select(study)
+    assert selection.counters["disagreements"] == 1
+    assert selection.drives == second.drives
+
+
+def test_contradicting_rules_are_an_answer(make):
+    study = wide_study(make, wanted=Wanted(most_motor_types=1))
+    tasks = tuple(replace(t, drive=(f"m{i}", "g0")) if i < 2 else t for i, t in enumerate(study.joints))
+    selection = select(replace(study, joints=tasks))
+    assert not selection.feasible
+    assert "motor types" in " ".join(selection.advice)
+
+
+def test_load_tables_without_an_arm(make):
+    rng = np.random.default_rng(5)
+    time = np.linspace(0.0, 4.0, 33)
+    speed = np.stack([np.sin(np.pi * time / 2), np.cos(np.pi * time / 2)], axis=1)
+    cycle = make.table_cycle(time, 9.0 * speed, speed, np.gradient(speed, time, axis=0))
+    parts = catalog(make, rng, 4, 4)
+    pairs = tuple(itertools.product(parts.motors, parts.gears))
+    tasks = tuple(make.task(name, drive=None, pairs=pairs) for name in cycle.joint_names)
+    study = make.study(cycle, joints=tasks, catalog=parts, supply=Supply(48.0))
+    expected = [objective for objective, _ in every_set(study)[:5]]
+    assert len(expected) == 5
+    assert [one.objective for one in select(study).sets] == pytest.approx(expected, rel=1e-9)
