@@ -1,0 +1,76 @@
+"""Heat on its own clock: exact under constant loss, close under a duty cycle, and fed back to resistance and torque."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.errors import InputError
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import joint_scene
+
+NETWORK = ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0)
+STIFF = DryFriction(Friction(coulomb=10.0), "motor")  # the shaft is held, so that only copper is warmed
+
+
+def held(motor: Motor, network: ThermalNetwork, current: object, duration: float, step: float = 0.01) -> object:
+    effects = [STIFF, MotorCurrent(motor), WindingHeat(network), current]
+    return simulate(joint_scene(1.0, effects, duration), solver=FixedStep(step), interval=duration / 50)
+
+
+def test_constant_loss_is_exact_at_any_step() -> None:
+    # Resistance that does not change: warmed about its own reference only by a thousandth of a kelvin.
+    motor = Motor("m", 0.3, 0.03, reference_temperature=25.0)
+    run = held(motor, NETWORK, GivenCurrent([0.0], [0.05]), 500.0, 0.05)
+    loss = 0.3 * 0.05**2
+    flow = np.array([[-1 / (21.8 * 1.9), 1 / (21.8 * 1.9)], [1 / (241 * 1.9), -1 / (241 * 1.9) - 1 / (241 * 4.65)]])
+    end = np.linalg.solve(-flow, [loss / 21.8, 0.0])
+    exact = 25.0 + (np.eye(2) - expm(flow * run.time[-1])) @ end
+    # The run ends within one period of the slow clock, 0.2 s.
+    assert run["joint.winding_temperature"][-1] == pytest.approx(exact[0], abs=2e-4 * (exact[0] - 25.0) + 1e-7)
+    assert run["joint.housing_temperature"][-1] == pytest.approx(exact[1], abs=1e-3 * (exact[1] - 25.0) + 1e-7)
+
+
+def test_resistance_follows_the_winding() -> None:
+    motor = Motor("m", 0.3, 0.03)
+    run = held(motor, NETWORK, GivenCurrent([0.0], [4.0]), 20000.0, 0.2)
+    # 0.3 (1 + 0.0039 dT) 16 A^2 6.55 K/W = dT
+    rise = 0.3 * 16 * 6.55 / (1 - 0.0039 * 0.3 * 16 * 6.55)
+    assert run["joint.winding_temperature"][-1] == pytest.approx(25.0 + rise, rel=1e-4)
+    assert run["joint.voltage"][-1] == pytest.approx(4.0 * 0.3 * (1 + 0.0039 * rise), rel=1e-4)
+
+
+def test_weaker_magnets_give_less_torque() -> None:
+    motor = Motor("m", 0.3, 0.03, magnet_coefficient=-0.001)
+    effects = [MotorCurrent(motor), WindingHeat(NETWORK, housing=85.0, winding=85.0), GivenCurrent([0.0], [1.0])]
+    run = simulate(joint_scene(1.0, effects, 0.1))
+    assert run["joint.acceleration"][0] == pytest.approx(0.03 * 0.94, rel=1e-12)
+
+
+def test_three_hours_of_duty_against_the_exact_answer() -> None:
+    # 12 A for 2 s of every 20 s, resistance constant: superposed exponentials, stepped exactly by matrix exponentials.
+    motor = Motor("m", 0.3, 0.03, reference_temperature=25.0)
+    cold = ThermalNetwork(1.9e-3, 4.65e-3, 21.8e3, 241.0e3, 25.0)  # the same time constants, a thousandth of the rise
+    times = np.arange(0.0, 3 * 3600.0, 20.0)
+    table = np.ravel([[t, t + 2.0, t + 2.0, t + 20.0] for t in times])
+    amps = np.ravel([[12.0, 12.0, 0.0, 0.0] for _ in times])
+    run = held(motor, cold, GivenCurrent(table, amps), 3 * 3600.0, 0.1)
+    flow = np.array([[-1 / (21.8 * 1.9), 1 / (21.8 * 1.9)], [1 / (241 * 1.9), -1 / (241 * 1.9) - 1 / (241 * 4.65)]])
+    end = np.linalg.solve(-flow, [0.3 * 144 / 21.8e3, 0.0])
+    on, off, state = expm(flow * 2.0), expm(flow * 18.0), np.zeros(2)
+    for _ in times:
+        state = off @ (on @ state + (np.eye(2) - on) @ end)
+    # Resistance rises by 0.02 %, the slow clock averages over 0.2 s.
+    assert run["joint.winding_temperature"][-1] - 25.0 == pytest.approx(state[0], rel=5e-4)
+
+
+def test_a_network_without_a_time_constant_is_refused() -> None:
+    with pytest.raises(InputError, match="time constant"):
+        WindingHeat(ThermalNetwork(1.9, 4.65, None, None, 25.0))
