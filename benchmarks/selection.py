@@ -200,7 +200,8 @@ def draw(found: list[Case], picture: Path) -> None:
             for name, colour in (("reduce", ORANGE), ("search", BLUE)):
                 size, seconds = medians(found, group, name)
                 slope, offset = np.polyfit(np.log(size), np.log(seconds), 1)
-                axes.plot(size, 1e3 * seconds, "o", color=colour, markersize=5, label=f"{name} ~ size^{slope:.2f}")
+                label = f"{name} ~ size$^{{{slope:.2f}}}$"
+                axes.plot(size, 1e3 * seconds, "o", color=colour, markersize=5, label=label)
                 axes.plot(size, 1e3 * np.exp(offset) * size**slope, color=colour, linewidth=0.9)
             if group == "candidates":
                 for case in (case for case in found if case.group == "published"):

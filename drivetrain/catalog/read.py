@@ -20,6 +20,7 @@ from drivetrain.shipped import shipped
 
 CONFIRM = "Catalogue rows are for sizing studies: confirm each against the maker's current data sheet."
 MOST_HINTS = 10
+MOST_NAMED = 12  # keys in a note
 
 Sheet = TypeVar("Sheet", Motor, Gear)
 
@@ -123,7 +124,8 @@ def _merge(tables: Iterable[Table], kind: type[Sheet], faults: list[Fault], note
         listed = ", ".join(f"{maker} {count}" for maker, count in makers.items())
         notes.append(f"{name}: {len(table.rows)} rows ({listed}).")
         if replaced:
-            notes.append(f"{name} replaces rows of earlier folders: {', '.join(replaced)}.")
+            more = f" and {len(replaced) - MOST_NAMED} more" if len(replaced) > MOST_NAMED else ""
+            notes.append(f"{name} replaces rows of earlier folders: {', '.join(replaced[:MOST_NAMED])}{more}.")
     return merged
 
 
