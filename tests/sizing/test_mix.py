@@ -1,0 +1,106 @@
+"""A mix judged: averages by share, peaks by the worst, heat over a common housing; and the search agrees."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.motion.mix import build_mix
+from drivetrain.shipped import shipped
+from drivetrain.sizing.currents import current_commands
+from drivetrain.sizing.demand import workload
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.operation import current_rate
+from drivetrain.sizing.search import select
+from drivetrain.study.change import slowed
+from drivetrain.study.load import load_study
+
+
+@pytest.fixture(scope="module")
+def study():
+    return load_study(shipped("examples") / "one_axis" / "study.yaml")
+
+
+@pytest.fixture(scope="module")
+def drives(study):
+    return select(study).drives
+
+
+def mixed(study, shares, factor=1.6):
+    cycle = build_mix([study.cycle, slowed(study.cycle, factor)], shares, names=["fast", "slow"])
+    return replace(study, cycle=cycle)
+
+
+def checks(evaluation):
+    (result,) = evaluation.joints.values()
+    return {check.name: check for check in result.checks}
+
+
+def test_rms_and_means_are_those_of_the_parts_by_share(study, drives):
+    cold = {key: replace(one, magnet_coefficient=0.0) for key, one in study.catalog.motors.items()}
+    study = replace(study, catalog=replace(study.catalog, motors=cold))
+    parts = [checks(evaluate(replace(study, cycle=one), drives)) for one in (study.cycle, slowed(study.cycle, 1.6))]
+    for share in (0.2, 0.7):
+        found = checks(evaluate(mixed(study, [share, 1.0 - share]), drives))
+        square = [part["motor RMS current"].required ** 2 for part in parts]
+        assert found["motor RMS current"].required ** 2 == pytest.approx(share * square[0] + (1.0 - share) * square[1])
+        speeds = [part["gear mean input speed"].required for part in parts]
+        expected = share * speeds[0] + (1.0 - share) * speeds[1]
+        assert found["gear mean input speed"].required == pytest.approx(expected)
+        for name in ("motor voltage", "motor peak torque", "gear repeated peak torque"):
+            assert found[name].required == pytest.approx(max(part[name].required for part in parts), rel=1e-3)
+            assert "in fast" in found[name].remark
+
+
+def test_equal_parts_are_the_plain_cycle(study, drives):
+    plain, found = checks(evaluate(study, drives)), checks(evaluate(mixed(study, [0.3, 0.7], 1.0), drives))
+    assert plain.keys() == found.keys()
+    for name, check in plain.items():
+        assert found[name].verdict is check.verdict
+        if check.utilisation is not None:
+            assert found[name].utilisation == pytest.approx(check.utilisation, rel=1e-9), name
+
+
+def test_heat_lies_between_the_parts(study, drives):
+    cycles = (study.cycle, slowed(study.cycle, 1.6))
+    ends = sorted(checks(evaluate(replace(study, cycle=one), drives))["winding temperature"].required for one in cycles)
+    found = [
+        checks(evaluate(mixed(study, [share, 1.0 - share]), drives))["winding temperature"].required
+        for share in (0.0, 0.3, 0.7)
+    ]
+    # The door's spring is held longer when it moves slowly: the slower part is the hotter one.
+    assert found == sorted(found, reverse=True)
+    assert ends[0] < found[-1] and found[0] == pytest.approx(ends[1], abs=1e-6)
+
+
+def test_the_search_judges_a_mix_as_evaluate_does(study):
+    task = mixed(study, [0.4, 0.6])
+    selection = select(task)
+    again = evaluate(task, selection.drives)
+    assert selection.feasible and again.feasible
+    assert selection.objective == pytest.approx(again.objective)
+    # A part of share 0 leaves only its peaks, so the choice is never heavier with less of the hard part.
+    easier = select(mixed(study, [0.1, 0.9]))
+    assert easier.objective <= selection.objective + 1e-12
+
+
+def test_no_current_is_differentiated_across_the_joint(study, drives):
+    task = mixed(study, [0.5, 0.5])
+    demand = workload(task).at(0, {}).demand(None)
+    joint = task.cycle.parts[1].start
+    current = np.where(np.arange(len(demand.time)) < joint, 0.0, 5.0)
+    assert not current_rate(demand, current).any()
+    table = current_commands(evaluate(task, drives))
+    assert len(table) == len(task.cycle.time)
+
+
+def test_energy_is_that_of_the_mean_use(study, drives):
+    fast, slow = (evaluate(replace(study, cycle=one), drives) for one in (study.cycle, slowed(study.cycle, 1.6)))
+    task = mixed(study, [0.25, 0.75])
+    power = 0.25 * fast.criteria["energy"] / fast.study.cycle.duration
+    power += 0.75 * slow.criteria["energy"] / slow.study.cycle.duration
+    found = evaluate(task, drives).criteria["energy"] / task.cycle.duration
+    # Windings of the parts are not quite as warm as alone.
+    assert found == pytest.approx(power, rel=2e-2)
