@@ -1,9 +1,8 @@
 """What a pair at one joint must at least bear while the torque of the joint lies in an interval at every sample.
 
 The motor's torque is a function of the gear's torque at each sample: two straight lines that meet where the power
-through the mesh turns. Its range over an interval is therefore that of the ends, and of the bend where it lies between
-them, whether the mesh locks itself or not. Every figure is bounded sample by sample; that the samples belong to one
-history is not used, so a pair that holds with some history is never ruled out.
+through the mesh turns. Its range over an interval is that of the ends, and of the bend where it lies between them,
+whether the mesh locks itself or not. Every figure is bounded sample by sample: what holds is never ruled out.
 """
 
 from __future__ import annotations
@@ -15,8 +14,8 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.periodic_rise import STEADY
 from drivetrain.sizing.check_kernels import fast_enough, life
-from drivetrain.sizing.check_numbers import CLOSE, essential_lack
-from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_loop, njit_part
+from drivetrain.sizing.check_numbers import CLOSE, essential_lack, gear_too_weak
+from drivetrain.sizing.compiling import njit_face, njit_leaf, njit_loop, njit_part
 from drivetrain.sizing.load_kernels import LOAD_NUMBERS, PEAK_LOAD, JointBounds
 from drivetrain.sizing.load_loops import add_drive, least_average, least_peak
 from drivetrain.sizing.packed_rows import (
@@ -84,15 +83,15 @@ from drivetrain.sizing.vector_max import larger, smaller
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 138679708,
+    "compiling.py": 131238782,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 2518255925,
+    "load_kernels.py": 1678274499,
     "torque_kernels.py": 3638261967,
-    "check_numbers.py": 4023973147,
-    "check_kernels.py": 429797411,
+    "check_numbers.py": 3525281127,
+    "check_kernels.py": 1555795092,
 }
 
 # Rows of the scratch of bounds.
@@ -136,8 +135,7 @@ def torque_range(
 @njit_loop
 def _least_figures(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
     """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
-    weight, share = row[WEIGHT], row[STEP_SHARE]
-    peak, square, between = 0.0, 0.0, 0.0
+    weight, share, peak, square, between = row[WEIGHT], row[STEP_SHARE], 0.0, 0.0, 0.0
     for t in range(len(least)):
         magnitude = larger(larger(least[t], -most[t]), 0.0)
         peak = larger(peak, magnitude)
@@ -219,16 +217,7 @@ def _least_rises(m: Array, limits: Array, copper: float, loss: float, parts: int
     C y' / y = s r' - 1 / R + (h + r / r') / (R y) with h the housing's rise, R between them. Its mean over a cycle
     that repeats is zero, so that mean of s and least h bound mean(1 / y), and that bounds mean(y). A housing cools by
     no more than its own rate within a cycle, which bounds its least rise by its mean.
-
-    Args:
-        m: The motor's row.
-        limits: The joint's numbers.
-        copper: Mean copper loss with the winding at ambient temperature [W].
-        loss: Mean loss in the housing [W].
-        parts: Of a mix; of more than one the parts share a housing, and only the losses at ambient temperature count.
-
-    Returns:
-        [K], both.
+    Of a mix of several parts only the losses at ambient temperature count.
     """
     inner, outer = m[INNER], m[OUTER]
     housing = outer * (copper + loss)
@@ -310,13 +299,14 @@ def _first_look_holds(task: PackedTask, joint: int, pair: int, bounds: JointBoun
     """Whether gear and motor bear what a few samples ask at least."""
     gear, at = task.pairs[pair, 1], task.offsets[joint, joint]
     m, g, limits, row = task.motors[joint, task.pairs[pair, 0]], task.gears[gear], task.tasks[joint], task.series[joint]
-    curved, low, high = limits[CURVED] != 0.0, bounds.low, bounds.high
-    asked = first_look(row, m, g, curved, low, high, task.force, at, task.numbers, pair, bounds.instants)
-    peak = limits[PEAK_FACTOR] * asked[0]
-    holds = g[DIRECT_DRIVE] != 0.0 or not (peak > g[REPEATED] * OVER or peak > g[MOMENTARY] * OVER)
-    if holds and limits[PEAK_FACTOR] * asked[1] <= m[PEAK_TORQUE] * OVER:
-        asked = first_look(row, m, g, curved, low, high, task.force, at, task.numbers, pair, task.sharp[joint])
-    return holds and limits[PEAK_FACTOR] * asked[1] <= m[PEAK_TORQUE] * OVER
+    curved, enough, strong = limits[CURVED] != 0.0, m[PEAK_TORQUE] * OVER / limits[PEAK_FACTOR], np.inf
+    if g[DIRECT_DRIVE] == 0.0:
+        strong = (min(g[REPEATED], g[MOMENTARY]) if g[MOMENTARY] > 0.0 else g[REPEATED]) * OVER / limits[PEAK_FACTOR]
+    for samples in (bounds.instants, task.sharp[joint]):
+        asked = first_look(row, m, g, curved, bounds.low, bounds.high, task.force, at, task.numbers, pair, samples)
+        if asked[0] > strong or asked[1] > enough:
+            return False
+    return True
 
 
 @njit_part
@@ -333,19 +323,11 @@ def _own_bounds(task: PackedTask, joint: int, pair: int, bounds: JointBounds) ->
     return own
 
 
-@njit_entry
-def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
-    """Whether a pair may hold with some torque history within bounds.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        bounds: From ``bound_joint``.
-
-    Returns:
-        False only if no history with ``low <= torque <= high`` at each sample lets every check hold.
-    """
+@njit_leaf
+def _may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
+    """``may_hold``."""
+    if gear_too_weak(task.pairs, task.gears, task.offsets, task.tasks, joint, pair, bounds.numbers[PEAK_LOAD]):
+        return False
     gear = task.pairs[pair, 1]
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[gear]
     if essential_lack(m, g) >= 0 or not fast_enough(task.tasks[joint], m, g):
@@ -359,7 +341,37 @@ def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bo
     return _motor_may_hold(task, joint, m, g, own)
 
 
-@njit_entry
+@njit_face
+def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
+    """Whether a pair may hold with some torque history within bounds.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        pair: Index into ``task.pairs``.
+        bounds: From ``bound_joint``.
+
+    Returns:
+        False only if no history with ``low <= torque <= high`` at each sample lets every check hold.
+    """
+    return _may_hold(task, joint, pair, bounds)
+
+
+@njit_leaf
+def _least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> float:
+    """``least_energy``."""
+    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
+    _torque_bounds(task, joint, m, g, _own_bounds(task, joint, pair, bounds))
+    ambient, heated, limit = task.tasks[joint, AMBIENT], not np.isnan(m[INNER]), m[MAX_WINDING]
+    coolest = ambient if np.isnan(limit) else (min(ambient, limit) if heated else limit)
+    constant = constant_at(m, ambient)
+    loss = resistance(m, coolest) / (constant * constant)
+    if heated and m[MAGNET] > 0.0:
+        loss = 0.0  # warm magnets may be stronger without bound
+    return _least_sum(task.series[joint], g[RATIO], loss, bounds.scratch[LOW], bounds.scratch[HIGH])
+
+
+@njit_face
 def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> float:
     """A lower bound of a pair's electrical energy over the cycle with any torque history within bounds.
 
@@ -372,17 +384,7 @@ def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -
     Returns:
         [J].
     """
-    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
-    _torque_bounds(task, joint, m, g, _own_bounds(task, joint, pair, bounds))
-    ambient, heated, limit = task.tasks[joint, AMBIENT], not np.isnan(m[INNER]), m[MAX_WINDING]
-    coolest = ambient
-    if not np.isnan(limit):
-        coolest = min(ambient, limit) if heated else limit
-    constant = constant_at(m, ambient)
-    loss = resistance(m, coolest) / (constant * constant)
-    if heated and m[MAGNET] > 0.0:
-        loss = 0.0  # warm magnets may be stronger without bound
-    return _least_sum(task.series[joint], g[RATIO], loss, bounds.scratch[LOW], bounds.scratch[HIGH])
+    return _least_energy(task, joint, pair, bounds)
 
 
 @njit_loop

@@ -32,7 +32,7 @@ from drivetrain.sizing.check_numbers import (
     VOLTAGE,
     held,
 )
-from drivetrain.sizing.compiling import njit_entry, njit_part
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
 from drivetrain.sizing.load_kernels import (
     PEAK_LOAD,
     TILT,
@@ -110,14 +110,14 @@ from drivetrain.solvers.compiled_function import call
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 138679708,
+    "compiling.py": 131238782,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 2518255925,
+    "load_kernels.py": 1678274499,
     "torque_kernels.py": 3638261967,
-    "check_numbers.py": 4023973147,
+    "check_numbers.py": 3525281127,
     "heat_state.py": 985460263,
     "compiled_function.py": 2559503703,
 }
@@ -125,7 +125,7 @@ SOURCES = {
 HOUR = 3600.0  # s
 
 
-@njit_part
+@njit_leaf
 def gear_checks(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> float:
     """The gear's limits.
 
@@ -203,7 +203,7 @@ def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
     return max(largest, held(checks, MEAN_INPUT_SPEED, factor * limits[MEAN_SPEED], g[MEAN_INPUT]))
 
 
-@njit_part
+@njit_leaf
 def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> float:
     """The motor's limits that need no torque.
 
@@ -257,7 +257,7 @@ def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
     return fast_enough(task.tasks[joint], task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]])
 
 
-@njit_part
+@njit_leaf
 def torque_check(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> tuple[float, float, float]:
     """The motor's torque into TOTAL, and its peak held against the short-time limit.
 
@@ -281,7 +281,7 @@ def torque_check(task: PackedTask, joint: int, m: Array, g: Array, load: JointLo
     return peak, square, held(load.checks, MOTOR_TORQUE, limits[PEAK_FACTOR] * peak, m[PEAK_TORQUE])
 
 
-@njit_part
+@njit_leaf
 def current_checks(
     task: PackedTask, joint: int, m: Array, load: JointLoad, peak: float, square: float, constant: float
 ) -> float:
@@ -310,7 +310,7 @@ def current_checks(
     return max(worst, held(checks, AMPLIFIER_RMS, rms, limits[AMPLIFIER_CONTINUOUS]))
 
 
-@njit_part
+@njit_leaf
 def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, state: Array) -> None:
     """The temperatures of the pair at work, those of the winding into WINDING.
 
@@ -341,7 +341,7 @@ def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, s
             winding[t] = rest
 
 
-@njit_part
+@njit_leaf
 def electric_checks(
     task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, float], state: Array
 ) -> float:

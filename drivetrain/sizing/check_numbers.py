@@ -7,7 +7,8 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.sizing.compiling import njit_leaf, njit_part
 from drivetrain.sizing.load_kernels import CHECKS
-from drivetrain.sizing.packed_rows import CONTINUOUS, DIRECT_DRIVE, PEAK_TORQUE, REPEATED, ROTOR, UNKNOWN
+from drivetrain.sizing.packed_rows import CONTINUOUS, DIRECT_DRIVE, MOMENTARY, PEAK_TORQUE, REPEATED, ROTOR, UNKNOWN
+from drivetrain.sizing.packed_task import PEAK_FACTOR, Indices
 
 # Checks in the order of ``judge.STAGES``.
 (
@@ -82,3 +83,27 @@ def torque_unknown(m: Array, g: Array) -> bool:
         True for ``Operation.missing``.
     """
     return g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR])
+
+
+@njit_leaf
+def gear_too_weak(
+    pairs: Indices, gears: Array, offsets: Indices, tasks: Array, joint: int, pair: int, peak: float
+) -> bool:
+    """Whether the largest load torque alone is too much for a pair's gear; the first thing to look at.
+
+    Args:
+        pairs: Of a packed task, as the three that follow.
+        gears: Rows of the gears.
+        offsets: Who loads whom.
+        tasks: Numbers of the joints.
+        joint: Index of the joint.
+        pair: Index into ``pairs``.
+        peak: Largest load torque at least, without the joint's own drive [N m].
+
+    Returns:
+        True beyond rounding; never where the joint's own drive loads it.
+    """
+    row, asked = pairs[pair, 1], tasks[joint, PEAK_FACTOR] * peak / (1.0 + CLOSE)
+    if offsets[joint, joint] >= 0 or gears[row, DIRECT_DRIVE] != 0.0:
+        return False
+    return asked > gears[row, REPEATED] or asked > gears[row, MOMENTARY]

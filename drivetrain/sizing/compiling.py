@@ -12,6 +12,9 @@ _INSIDE = {"error_model": "numpy", "nogil": True, "no_cpython_wrapper": True, "n
 njit_entry: Any = nb.njit(cache=True, error_model="numpy", nogil=True)
 """Called from Python, kept on disk."""
 
+njit_face: Any = nb.njit(cache=True, error_model="numpy", nogil=True, inline="always")
+"""Called from Python, kept on disk; in compiled code nothing but the call that it holds."""
+
 njit_part: Any = nb.njit(error_model="numpy", nogil=True, inline="always")
 """Compiled as a part of whoever uses it."""
 

@@ -31,12 +31,14 @@ from drivetrain.sizing.check_numbers import (
     USED,
     VOLTAGE,
     essential_lack,
+    gear_too_weak,
     held,
     torque_unknown,
 )
-from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
+from drivetrain.sizing.compiling import njit_entry, njit_face, njit_leaf, njit_part
 from drivetrain.sizing.load_kernels import (
     CHECKS,
+    PEAK_LOAD,
     JointBounds,
     JointLoad,
     bound_joint,
@@ -58,16 +60,16 @@ __all__ = [
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 138679708,
+    "compiling.py": 131238782,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 2518255925,
+    "load_kernels.py": 1678274499,
     "torque_kernels.py": 3638261967,
-    "check_numbers.py": 4023973147,
-    "check_kernels.py": 429797411,
-    "bound_kernels.py": 4221502861,
+    "check_numbers.py": 3525281127,
+    "check_kernels.py": 1555795092,
+    "bound_kernels.py": 4226330043,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
@@ -95,26 +97,26 @@ def _worst(checks: Array, first: int, last: int) -> int:
 @njit_part
 def _fails_at_once(task: PackedTask, joint: int, pair: int, load: JointLoad) -> int:
     """The check that a look at a few samples fells a pair by; -1 where it does not."""
-    gear = task.pairs[pair, 1]
+    gear, at, over = task.pairs[pair, 1], task.offsets[joint, joint], 1.0 + CLOSE
     m, g, limits, row = task.motors[joint, task.pairs[pair, 0]], task.gears[gear], task.tasks[joint], task.series[joint]
-    curved, at, base = limits[CURVED] != 0.0, task.offsets[joint, joint], load.base[0]
-    asked = first_look(row, m, g, curved, base, base, task.force, at, task.numbers, pair, load.instants)
-    over = 1.0 + CLOSE
-    peak, felled = limits[PEAK_FACTOR] * asked[0], -1
-    if g[DIRECT_DRIVE] == 0.0 and (peak > g[REPEATED] * over or peak > g[MOMENTARY] * over):
-        felled = REPEATED_PEAK
-    elif limits[PEAK_FACTOR] * asked[1] > m[PEAK_TORQUE] * over:
-        felled = MOTOR_TORQUE
-    else:
-        asked = first_look(row, m, g, curved, base, base, task.force, at, task.numbers, pair, task.sharp[joint])
-        if limits[PEAK_FACTOR] * asked[1] > m[PEAK_TORQUE] * over:
-            felled = MOTOR_TORQUE
-    return felled
+    least = min(g[REPEATED], g[MOMENTARY]) if g[MOMENTARY] > 0.0 else g[REPEATED]
+    strong = np.inf if g[DIRECT_DRIVE] != 0.0 else least * over / limits[PEAK_FACTOR]
+    curved, enough, base = limits[CURVED] != 0.0, m[PEAK_TORQUE] * over / limits[PEAK_FACTOR], load.base[0]
+    for samples in (load.instants, task.sharp[joint]):
+        asked = first_look(row, m, g, curved, base, base, task.force, at, task.numbers, pair, samples)
+        if asked[0] > strong:
+            return REPEATED_PEAK
+        if asked[1] > enough:
+            return MOTOR_TORQUE
+    return -1
 
 
 @njit_leaf
 def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) -> tuple[int, int, float]:
     """Both ways of judging; see ``judge_exact`` (EXACT) and ``figures`` (STAGES, FULL)."""
+    peak = load.numbers[PEAK_LOAD]
+    if mode == EXACT and gear_too_weak(task.pairs, task.gears, task.offsets, task.tasks, joint, pair, peak):
+        return FALLS, REPEATED_PEAK, np.inf
     gear = task.pairs[pair, 1]
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[gear]
     limits, checks = task.tasks[joint], load.checks
@@ -163,7 +165,7 @@ def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) 
     return (ASK if quick and worst > 1.0 - CLOSE else HOLDS), found, worst
 
 
-@njit_entry
+@njit_face
 def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tuple[int, int, float]:
     """Whether a pair holds at a joint: every check of ``judge.py`` until one fails.
 
@@ -180,7 +182,7 @@ def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tup
     return _judge(task, joint, pair, load, np.int64(EXACT))
 
 
-@njit_entry
+@njit_face
 def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> tuple[int, int, float]:
     """Every check of a pair with its numbers, stage by stage as ``judge.py`` makes them.
 
@@ -227,7 +229,18 @@ def judge_all(
                 codes[i] = ASKED
 
 
-@njit_entry
+@njit_leaf
+def _pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: Array) -> float:
+    """``pair_power``."""
+    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
+    own_load(task, joint, pair, load)
+    torque_check(task, joint, m, g, load)
+    state = new_state()
+    warm_up(task, joint, m, g, load, state)
+    return electrical_power(task.series[joint], m, g[RATIO], load.scratch, constant_at(m, state[MAGNETS]), power)
+
+
+@njit_face
 def pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: Array) -> float:
     """Electrical power of a pair at work.
 
@@ -241,9 +254,4 @@ def pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: 
     Returns:
         Energy over the cycle, what goes back credited [J].
     """
-    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
-    own_load(task, joint, pair, load)
-    torque_check(task, joint, m, g, load)
-    state = new_state()
-    warm_up(task, joint, m, g, load, state)
-    return electrical_power(task.series[joint], m, g[RATIO], load.scratch, constant_at(m, state[MAGNETS]), power)
+    return _pair_power(task, joint, pair, load, power)

@@ -26,7 +26,7 @@ from drivetrain.sizing.packed_task import INSTANTS, Indices, PackedTask
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 138679708,
+    "compiling.py": 131238782,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
