@@ -41,7 +41,9 @@ def mechanical_energy(plan: Plan, series: Mapping[str, Array]) -> Array:
     if body.springs:
         shared, apart = rotor_inertias(body.arm, q)
         slip = shafts - qd
-        rigid = rigid + np.einsum("ki,kij,kj->k", qd, shared, slip) + np.einsum("ki,kij,kj->k", qd, apart, slip)
+        turning = slip.copy()
+        turning[:, body.uncoupled] = -qd[:, body.uncoupled]  # takes back the coupling that the arm's own energy has
+        rigid = rigid + np.einsum("ki,kij,kj->k", qd, shared, turning) + np.einsum("ki,kij,kj->k", qd, apart, slip)
         rigid = rigid + 0.5 * np.einsum("ki,kij,kj->k", slip, apart, slip)
         rigid = rigid + 0.5 * ((shafts**2 - qd**2) @ (body.rotors - own))
     return np.asarray(rigid)

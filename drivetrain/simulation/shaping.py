@@ -34,6 +34,7 @@ class Mechanics:
         arm: With all rotors mounted; None without one.
         springs: Shapes of the flexible joints, by joint.
         rotors: Inertia about each motor's axis, at the joint [kg m^2 or kg], (n,).
+        uncoupled: Flexible joints whose rotor does not feel its carrier turn.
     """
 
     n: int
@@ -49,6 +50,7 @@ class Mechanics:
     arm: Arm | None
     springs: dict[int, Shape]
     rotors: Array
+    uncoupled: tuple[int, ...] = ()
 
 
 def ratios_of(scene: Scene) -> tuple[float, ...]:
@@ -162,17 +164,17 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
                 rows[at, passes.OWN] += inertia * ratios[i] ** 2
         reflected[i] = rows[at, passes.OWN]
     frames = link_frames(arm)
-    work = working_rows(arm.n, len(model.spins), frames[0, :3, :3], arm.gravity)
-    work[-1, 9:12] = frames[0, :3, 3]
     tip = np.linalg.solve(frames[-1], arm.tip)
     c = arm.n + len(free)
-    spins = model.spins
-    for i in free:
-        if own[i] is not None and not shapes[i].full:
-            spins = spins[spins[:, 0] != motors[i]]
+    uncoupled = tuple(i for i in free if own[i] is not None and not shapes[i].full)
+    coupled = ~np.isin(model.spins[:, 0], motors[list(uncoupled)])
+    rows = np.vstack([rows[:c], rows[c:][coupled]])
+    spins = model.spins[coupled]
+    work = working_rows(arm.n, len(spins), frames[0, :3, :3], arm.gravity)
+    work[-1, 9:12] = frames[0, :3, 3]
     return Mechanics(
         arm.n, c, 1, ratios, motors, rows, np.ascontiguousarray(spins), work, np.zeros((4, c)), tip, arm,
-        {i: shapes[i] for i in free}, reflected,
+        {i: shapes[i] for i in free}, reflected, uncoupled,
     )  # fmt: skip
 
 

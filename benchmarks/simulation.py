@@ -1,0 +1,122 @@
+"""What a simulated second costs: a six-axis arm with all its effects, one flexible joint, and each effect alone.
+
+    python benchmarks/simulation.py
+
+Seconds are those of this process alone, the best of several runs, at fixed steps of a millisecond.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable
+
+import numpy as np
+
+import drivetrain as dt
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.effects.commanded_motion import CommandedMotion
+from drivetrain.effects.computed_torque import ComputedTorque
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.effect import Effect
+from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.rotor import FullRotor
+from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.motion.motion import Motion
+from drivetrain.simulation.plan import plan
+from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Scene, joint_scene
+
+DURATION = 10.0  # s
+RUNS = 7
+RATIOS = (100.0, 100.0, 100.0, 80.0, 80.0, 80.0)
+ROTORS = (6e-5, 6e-5, 4e-5, 8e-6, 8e-6, 8e-6)  # kg m^2
+CONSTANTS = (0.12, 0.12, 0.12, 0.08, 0.08, 0.08)  # N m/A
+NETWORK = ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0)
+
+
+def motion(arm: dt.Arm) -> Motion:
+    """Sines from rest to rest."""
+    t = np.linspace(0.0, DURATION, 1001)
+    middle = np.array([0.0, -1.2, 1.0, 0.3, 0.5, 0.0])
+    swing, turn = np.array([0.6, 0.4, 0.5, 0.7, 0.6, 0.8]), 2 * np.pi * np.array([0.1, 0.2, 0.1, 0.3, 0.2, 0.3])
+    angle = turn * t[:, None]
+    q = middle + 0.5 * swing * (1.0 - np.cos(angle))
+    return Motion(
+        "sines", arm.joint_names, t, q, 0.5 * swing * turn * np.sin(angle), 0.5 * swing * turn**2 * np.cos(angle)
+    )
+
+
+def joint_effects(i: int) -> dict[str, Effect]:
+    """What a joint may have, by name."""
+    law = Friction(coulomb=0.02, static=0.03, stribeck_speed=5.0, viscous=1e-5)
+    return {
+        "sticking friction": DryFriction(law, "motor"),
+        "mesh loss": MeshLoss(Gear("g", RATIOS[i], kind="strain_wave", efficiency=0.8)),
+        "viscous friction": ViscousFriction(law, "motor"),
+        "heat": WindingHeat(NETWORK),
+    }
+
+
+def six_axes(kept: Iterable[str]) -> Scene:
+    """A geared UR5 under computed torque, with some effects."""
+    arm = dt.load_arm("ur5")
+    effects: dict[str, tuple[Effect, ...]] = {}
+    for i, name in enumerate(arm.joint_names):
+        some = joint_effects(i)
+        always = (FullRotor(ROTORS[i], RATIOS[i]), MotorCurrent(Motor("m", 0.5, CONSTANTS[i]), 30.0))
+        effects[name] = (*always, *(some[one] for one in kept))
+    servo = ComputedTorque(30.0, tuple(zip(arm.joint_names, CONSTANTS, strict=True)))
+    effects["scene"] = (CommandedMotion(motion(arm)), servo)
+    return Scene(arm, effects, DURATION)
+
+
+def one_joint(flexible: bool) -> Scene:
+    """A motor, a gear and a load, driven by a current."""
+    gear = Gear("g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=2e4)
+    t = np.linspace(0.0, DURATION, 41)
+    effects: list[Effect] = [
+        FullRotor(3.3e-5, 100.0), MotorCurrent(Motor("m", 0.299, 0.0302)), GivenCurrent(t, 3.0 * np.sin(2.0 * t)),
+        DryFriction(Friction(coulomb=0.015, static=0.025, stribeck_speed=5.0), "motor"), MeshLoss(gear),
+    ]  # fmt: skip
+    return joint_scene(1.2, [*effects, *([FlexibleJoint(gear, 4.0)] if flexible else [])], DURATION)
+
+
+def microseconds(scene: Scene) -> tuple[float, Recording]:
+    """Time of a step, the best of several runs, and what the last one left."""
+    ready, best = plan(scene), math.inf
+    run = simulate(ready, duration=0.01)
+    for _ in range(RUNS):
+        begin = time.process_time()
+        run = simulate(ready, interval=0.5)
+        best = min(best, time.process_time() - begin)
+    return 1e6 * best / run.counters["steps"], run
+
+
+def main() -> None:
+    """Print the tables."""
+    names, before = list(joint_effects(0)), 0.0
+    print("UR5 with full rotors, computed torque; effects added one after another, in all six joints")
+    print(f"{'':28}{'us a step':>10}{'added':>8}{'s a second':>12}")
+    for count in range(len(names) + 1):
+        cost, run = microseconds(six_axes(names[:count]))
+        label = f"+ {names[count - 1]}" if count else "rotors and servo"
+        print(f"{label:28}{cost:10.2f}{cost - before if count else 0.0:8.2f}{1e3 / cost:12.0f}")
+        before = cost
+        assert run.stopped_by is None
+    print("\nOne joint with sticking friction and mesh loss")
+    for flexible in (False, True):
+        cost, _ = microseconds(one_joint(flexible))
+        print(f"{'flexible' if flexible else 'rigid':28}{cost:10.2f}{'':8}{1e3 / cost:12.0f}")
+
+
+if __name__ == "__main__":
+    main()
