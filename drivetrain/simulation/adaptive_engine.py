@@ -109,7 +109,9 @@ def _problem(plan: Plan, numbers: Array, words: Any) -> CompiledProblem:
     hooks = Hooks(kernel.account(), carried, kernel.tell(), 1 + len(column_names(plan)), kernel.opens())
     names = tuple(plan.memory.states)
     events = rubs if _rubs(plan) else None
-    return CompiledProblem(rates_kernel.rates(), len(names), numbers, words, events=events, hooks=hooks, names=names)
+    return CompiledProblem(
+        rates_kernel.rates(), len(names), numbers, words, events=events, hooks=hooks, names=names, may_jump=True
+    )
 
 
 def _rubs(plan: Plan) -> bool:

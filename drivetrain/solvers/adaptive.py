@@ -141,7 +141,7 @@ class DormandPrince54(Adaptive):
             Method, atol a state, settings; see ``layout``.
         """
         largest = np.inf if self.largest_step is None else self.largest_step
-        return DORMAND_PRINCE, np.full(size, self.atol), np.array([self.rtol, largest, 0.0, 0.0, 0.0])
+        return DORMAND_PRINCE, np.full(size, self.atol), np.array([self.rtol, largest, 0.0, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True)

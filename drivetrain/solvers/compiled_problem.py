@@ -98,6 +98,8 @@ class CompiledProblem:
             right-hand side can keep to its side by number; -1: none is. All can rely on the time they see anyway.
         declares_smooth: The author's word that between breakpoints and events the rates do not jump, as sign() does.
             Adaptive methods refuse a problem that cannot give it.
+        may_jump: The rates may jump where the state passes through and goes on, as at a damped wall: short steps pass
+            such a jump. One to which the state comes back at once is refused all the same. False: any is refused.
     """
 
     rates: Any
@@ -111,6 +113,7 @@ class CompiledProblem:
     names: tuple[str, ...] = ()
     segment_word: int = -1
     declares_smooth: bool = True
+    may_jump: bool = False
 
     def __post_init__(self) -> None:
         address_of(self.rates, "problem.rates", needed=True)

@@ -139,7 +139,7 @@ class Euler(Solver):
         Returns:
             Method, atol a state, settings; see ``layout``.
         """
-        return EULER, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step])
+        return EULER, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step, 0.0])
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         """A stepper; see Solver.
@@ -213,7 +213,7 @@ class RungeKutta4(Solver):
         Returns:
             Method, atol a state, settings; see ``layout``.
         """
-        return RUNGE_KUTTA, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step])
+        return RUNGE_KUTTA, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step, 0.0])
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         """A stepper; see Solver.

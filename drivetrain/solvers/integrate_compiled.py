@@ -170,6 +170,7 @@ def _prepared(
         problem_told = "must be a solver that runs compiled: Rodas4, DormandPrince54, RungeKutta4 or Euler"
         raise InputError(Fault("solver", problem_told, solver))
     method, atol, settings = solver.compiled_settings(problem.size)
+    settings[at.MAY_JUMP] = problem.may_jump
     if method <= at.DORMAND_PRINCE and not problem.declares_smooth:
         hint = "turn the jump into a breakpoint or an event with a handler, or step with a set-valued method"
         what = "an adaptive method needs rates that do not jump between breakpoints and events"
@@ -199,6 +200,7 @@ def _fresh(problem: CompiledProblem, wanted: Array, state: Array, m: int) -> Che
     block[at.X] = state
     clock, count = np.zeros(at.CLOCK_SIZE), np.zeros(at.COUNT_SIZE, dtype=np.int64)
     clock[at.TIME], clock[at.LAST_EVENT] = wanted[0], -np.inf
+    clock[at.LAST_JUMP] = -np.inf
     count[at.SEGMENT_WORD] = problem.segment_word
     rows = np.zeros((len(wanted), problem.hooks.width if problem.hooks and problem.hooks.tell else problem.size))
     jacobian, values = np.zeros((problem.size, problem.size)), np.zeros((VALUE_ROWS, m))

@@ -101,7 +101,7 @@ class Rodas4(Solver):
             Method, atol a state, settings; see ``layout``.
         """
         largest = math.inf if self.largest_step is None else self.largest_step
-        settings = [self.rtol, largest, self.smallest_step, self.first_step or 0.0, 0.0]
+        settings = [self.rtol, largest, self.smallest_step, self.first_step or 0.0, 0.0, 0.0]
         return RODAS4, self.tolerances(size), np.array(settings)
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:

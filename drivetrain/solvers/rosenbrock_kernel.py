@@ -59,7 +59,6 @@ from drivetrain.solvers.layout import (
     TIME,
     TOLERANCE,
     TOO_MANY,
-    USED,
     ZENO,
     X,
 )
@@ -74,9 +73,9 @@ SOURCES = {
     "compiled_jacobian.py": 3467440936,
     "compiled_output.py": 3337481290,
     "compiled_steps.py": 2252302812,
-    "layout.py": 210267703,
+    "layout.py": 1542654262,
     "rodas4_table.py": 1645622007,
-    "step_control.py": 1394330494,
+    "step_control.py": 3766799945,
 }
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
@@ -84,14 +83,14 @@ _SLACK = 1e-12
 
 
 @nb.njit(cache=True)
-def _commit(method: int, h: float, later: float, block: Array, clock: Array, count: Any) -> None:
+def _commit(method: int, later: float, block: Array, clock: Array, count: Any) -> None:
     """The end of the step becomes the state."""
     keeps = method != RODAS4 and method != EULER
     for i in range(block.shape[1]):
         block[X, i] = block[NEXT, i]
         if keeps:
             block[F0, i] = block[F1, i]
-    clock[TIME], clock[USED] = later, h
+    clock[TIME] = later
     count[FRESH] = 1 if keeps else 0
     count[FRESH_JACOBIAN] = 0
     count[STEPS] += 1
@@ -329,7 +328,7 @@ def advance(
                     later = min(clock[TIME] + h, end)
             if share > 0.0:
                 emit(addresses, later, h, wanted, rows, carried, block, data, clock, count)
-                _commit(method, h, later, block, clock, count)
+                _commit(method, later, block, clock, count)
             if share <= 1.0:
                 code = _handle(addresses, kinds, terminal, values, log, block, data, clock, count)
                 if code != DONE:
@@ -338,8 +337,12 @@ def advance(
             else:
                 for k in range(len(kinds)):
                     values[OLD, k] = values[NEW, k]
-            if clock[TIME] < end or count[SEGMENT] == len(segments[0]) - 1:
-                emit_here(addresses, wanted, rows, block, data, clock, count)  # else when the next segment is open
+            if clock[TIME] < end:
+                emit_here(addresses, wanted, rows, block, data, clock, count)
+        # Rows where two segments meet belong to the later one; so the last end is opened too.
         count[SEGMENT] += 1
         count[OPEN] = 0
+    if addresses[OPENS]:
+        call_rows(addresses[OPENS], clock[TIME], block, X, block, INNER, data)
+    emit_here(addresses, wanted, rows, block, data, clock, count)
     return DONE

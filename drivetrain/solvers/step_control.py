@@ -23,10 +23,13 @@ from drivetrain.solvers.layout import (
     FIRST,
     FIXED,
     JUMP,
+    JUMPS,
     LARGEST,
     LAST_ERROR,
+    LAST_JUMP,
     LAST_STEP,
     LIMIT,
+    MAY_JUMP,
     NEXT,
     ORIGIN,
     REJECTED,
@@ -48,6 +51,7 @@ _EPSILON = float(np.finfo(np.float64).eps)
 _TINY = 1e-100  # [s]
 _SAFETY, _SHRINK, _GROW = 0.9, 0.1, 6.0
 _SUSPECT, _OFTEN = 3, 10  # refusals in a row, and refusals at all, after which a jump is looked for
+_NEAR, _MOST_JUMPS = 100.0, 12  # jumps found within so many steps of one another, and how many of them
 _ARRIVES = 1.1  # a step that would leave less than this much of itself is stretched to the end
 
 
@@ -157,6 +161,16 @@ def next_step(method: int, h: float, error: float, clock: Array, count: Any) -> 
 
 
 @nb.njit(cache=True)
+def _stays(h: float, settings: Array, clock: Array, count: Any) -> bool:
+    """Whether a jump found is none that the state passes and leaves behind; those are passed with short steps."""
+    if settings[MAY_JUMP] == 0.0:
+        return True
+    count[JUMPS] = count[JUMPS] + 1 if clock[TIME] - clock[LAST_JUMP] <= _NEAR * h else 0
+    clock[LAST_JUMP] = clock[TIME]
+    return count[JUMPS] > _MOST_JUMPS
+
+
+@nb.njit(cache=True)
 def refuse(
     address: int, h: float, error: float, settings: Array, block: Array, data: Any, clock: Array, count: Any
 ) -> int:
@@ -178,7 +192,7 @@ def refuse(
     shortest = max(settings[SMALLEST], 4.0 * _EPSILON * abs(clock[TIME]), _TINY)
     ends = clock[STEP] < shortest
     if error < np.inf and (count[FAILURES] == _SUSPECT or count[REJECTED] % _OFTEN == 0 or ends):
-        if find_jump(address, h, block, data, clock, count):
+        if find_jump(address, h, block, data, clock, count) and _stays(h, settings, clock, count):
             return JUMP
         count[CULPRIT] = culprit
     if ends and error < np.inf:
