@@ -23,7 +23,7 @@ from drivetrain.report.picture import (
     line_data,
     tenths,
 )
-from drivetrain.report.scales import Scale, text_width, tick_texts
+from drivetrain.report.scales import Scale, text_width
 from drivetrain.report.thinning import told_apart
 
 GRID = Pen(FAINT, 0.6)
@@ -88,7 +88,7 @@ class Panel:
         """
         values, low = self.x.ticks(X_SPACING), self.y.start
         self.picture.path("".join(f"M{tenths(float(self.x.at(v)))} {tenths(low)}v30" for v in values) or "M0 0", EDGE)
-        for value, text in zip(values, tick_texts(values) if texts else (), strict=False):
+        for value, text in zip(values, self.x.texts(values) if texts else (), strict=False):
             self.picture.words(float(self.x.at(value)), low + 5.0, text, replace(TICK, anchor="middle", level="top"))
         if label:
             self.picture.words(0.5 * (self.x.start + self.x.end), low + 24.0, label, LABEL)
@@ -101,7 +101,7 @@ class Panel:
             at: Where the label stands [points from the left]; None: beside the widest tick.
         """
         values, left = self.y.ticks(Y_SPACING), self.x.start
-        texts = tick_texts(values)
+        texts = self.y.texts(values)
         self.picture.path("".join(f"M{tenths(left)} {tenths(float(self.y.at(v)))}h-30" for v in values) or "M0 0", EDGE)
         for value, text in zip(values, texts, strict=True):
             self.picture.words(left - 5.0, float(self.y.at(value)), text, replace(TICK, anchor="end", level="middle"))

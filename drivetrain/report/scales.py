@@ -11,6 +11,7 @@ import numpy as np
 from drivetrain.arrays import Array
 
 FONT = "Inter, 'Segoe UI', 'Helvetica Neue', Arial, 'Liberation Sans', sans-serif"
+_WIDE = 30.0  # [points] of a decade that has room for fine lines
 _SPARE = 1.04  # of the width of a text: fonts differ from machine to machine
 _WIDTHS = {  # thousandths of the font size, of Helvetica
     " !,./:;I[]|\u202f\u00a0": 278, "'ijl": 222, "ft()-r\u00b0": 333, "cksvxyzJ": 500, "+<=>~\u2212": 584, "FTZ": 611,
@@ -87,7 +88,9 @@ class Scale:
             Rising values within the scale.
         """
         if self.logarithmic:
-            return [value for value in self._decades((1.0, 2.0, 5.0)) if self._inside(value)]
+            every = math.ceil(spacing / self._decade)
+            parts = (1.0, 2.0, 5.0) if self._decade >= 2.0 * spacing else (1.0,)
+            return [value for value in self._decades(parts, every) if self._inside(value)]
         step = round_step((self.high - self.low) * spacing / max(abs(self.end - self.start), 1e-9))
         if step <= 0.0:
             return [self.low]
@@ -101,11 +104,29 @@ class Scale:
         Returns:
             Rising values; none on a plain scale.
         """
-        return [v for v in self._decades((3.0, 4.0, 6.0, 7.0, 8.0, 9.0)) if self._inside(v)] if self.logarithmic else []
+        if not self.logarithmic or self._decade < _WIDE:
+            return []
+        return [v for v in self._decades((2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)) if self._inside(v)]
 
-    def _decades(self, parts: tuple[float, ...]) -> list[float]:
+    def texts(self, values: list[float]) -> list[str]:
+        """Ticks as texts, with equally many decimals on a plain scale, with as many as it takes on a logarithmic one.
+
+        Args:
+            values: From ``ticks``.
+
+        Returns:
+            One text each.
+        """
+        return [tick_texts([value])[0] for value in values] if self.logarithmic else tick_texts(values)
+
+    @property
+    def _decade(self) -> float:
+        """Length of a decade of a logarithmic scale [points]."""
+        return abs(self.end - self.start) / math.log10(self.high / self.low)
+
+    def _decades(self, parts: tuple[float, ...], every: int = 1) -> list[float]:
         first, last = math.floor(math.log10(self.low)), math.ceil(math.log10(self.high))
-        return [part * 10.0**power for power in range(first, last + 1) for part in parts]
+        return [part * 10.0**power for power in range(first, last + 1) if power % every == 0 for part in parts]
 
     def _inside(self, value: float) -> bool:
         return self.low * (1.0 - 1e-9) <= value <= self.high * (1.0 + 1e-9)

@@ -90,7 +90,11 @@ def test_ticks_are_round_inside_and_apart() -> None:
     ticks = scale.ticks(40.0)
     assert ticks == [-2.5, 0.0, 2.5, 5.0, 7.5, 10.0]
     assert tick_texts(ticks) == ["−2.5", "0.0", "2.5", "5.0", "7.5", "10.0"]
-    assert Scale(0.2, 30.0, 0.0, 100.0, True).ticks(10.0) == [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
+    short = Scale(0.2, 30.0, 0.0, 100.0, True)
+    assert short.ticks(20.0) == [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
+    assert short.texts(short.ticks(20.0))[:3] == ["0.2", "0.5", "1"]
+    wide = Scale(1e-4, 2e3, 0.0, 200.0, True)
+    assert np.allclose(wide.ticks(50.0), [1e-4, 1e-2, 1.0, 100.0]) and wide.between() == []
     assert Scale(1.0, 100.0, 0.0, 100.0, True).at(10.0) == pytest.approx(50.0)
     assert tick_texts([0.0, 20000.0]) == ["0", "20\u202f000"]
     assert [round_step(v) for v in (0.011, 0.3, 4.0, 0.0)] == [0.02, 0.5, 5.0, 0.0]
