@@ -1,4 +1,4 @@
-"""The commands that answer a question about a selection: why-not, curve."""
+"""The commands that answer a question about a selection: why-not, curve, front, free-ratio."""
 
 from __future__ import annotations
 
@@ -79,4 +79,60 @@ def _curve(
             say(f"  {line}")
         written = write_files(out or report_folder(loaded.name), {"curve.html": page})
         say(f"page: {written['curve.html']}")
+        raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)
+
+
+@app.command("front")
+def _front(
+    study: StudyFile,
+    by: Annotated[str, typer.Option(help="Criteria, parted by commas: mass, price, energy, utilisation.")] = (
+        "mass,energy"
+    ),
+    time_limit: Annotated[float, typer.Option(help="Of the search [s]; what is left then is told.")] = 60.0,
+    out: Annotated[Path | None, _out("front.html and front.json")] = None,
+) -> None:
+    """Find every set of drives that no other beats in mass, price, energy a cycle and utilisation at once."""
+    with told():
+        from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
+        from drivetrain.report.outputs import write_files
+        from drivetrain.sizing.front import pareto_front
+        from drivetrain.study.load import load_study
+
+        loaded = load_study(study)
+        with working("searching the front") as step:
+            names = [name.strip() for name in by.split(",") if name.strip()]
+            found = pareto_front(loaded, names, time_limit=time_limit, progress=step)
+            files = {"front.html": front_report(found), "front.json": front_json(found)}
+        say(front_sentence(found))
+        for line in front_lines(found):
+            say(f"  {line}")
+        for name, why in found.left_out.items():
+            say(f"left out: {name}, {why}")
+        written = write_files(out or report_folder(loaded.name), files)
+        say(f"page: {written['front.html']}")
+        raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)
+
+
+@app.command("free-ratio")
+def _free_ratio(
+    study: StudyFile,
+    goal: Annotated[str, typer.Option(help="What the ratios make small: heat, current, energy or mass.")] = "heat",
+    out: Annotated[Path | None, _out("free_ratio.html")] = None,
+) -> None:
+    """Find the best ratio of every joint that the study gives a free_ratio, and the nearest gears of the catalogue."""
+    with told():
+        from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
+        from drivetrain.report.outputs import write_files
+        from drivetrain.sizing.free_ratio import free_ratios
+        from drivetrain.study.load import load_study
+
+        loaded = load_study(study)
+        with working("turning the ratios"):
+            found = free_ratios(loaded, goal=goal)
+            page = free_ratio_report(found)
+        say(free_ratio_sentence(found))
+        for line in free_ratio_lines(found):
+            say(f"  {line}")
+        written = write_files(out or report_folder(loaded.name), {"free_ratio.html": page})
+        say(f"page: {written['free_ratio.html']}")
         raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)

@@ -34,7 +34,7 @@ from drivetrain.study.study import FreeRatio, Study
 ROUNDS = 12
 MOVED = 1e-6  # relative change of a ratio below which it has settled
 STEPS = 20  # of a look over the range before the least is refined
-NEAR = 8  # gears of the catalogue told
+NEAR = 12  # gears of the catalogue told
 SWEEP = 41
 EDGE = 1e-9
 

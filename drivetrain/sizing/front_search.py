@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.front_kernels import ENERGY, MASS, OUT, PRICE, UNSURE, USED, cost_joint, survivors
+from drivetrain.sizing.front_kernels import ENERGY, EXACT, MASS, OUT, PRICE, UNSURE, USED, cost_joint, survivors
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.problem import Problem
 from drivetrain.sizing.zones import Zones
@@ -31,6 +31,7 @@ EQUAL = 1e-9  # relative: sums in another order
 NOTHING = b"-"  # what loads a joint that no drive loads
 STEPS = 12  # of weightings between two criteria
 PASSES = 3
+HEIGHTS = (math.inf, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3)
 TELL_EVERY = 64
 
 Tell = Callable[[int, int, str], None]
@@ -330,20 +331,41 @@ class FrontSearch:
         return replace(box, pools=tuple(pools), costs=tuple(costs))
 
     def _dive(self, root: Box) -> None:
-        """First sets to hold others against: for each weighting the cheapest that holds, from the tip to the base."""
-        for weights in self._weights if len(self._weights) else np.ones((1, 4)):
-            box: Box | None = root
-            for joint in range(self.problem.n - 1, -1, -1):
-                box = None if box is None else self._costed(box)
-                if box is None:
-                    break
-                at = int(np.argmin(box.costs[joint] @ weights))
-                mask = np.zeros(len(box.pools[joint]), dtype=bool)
-                mask[at] = True
-                box = self._part(box, joint, mask)
-            box = None if box is None else self._costed(box)
-            if box is not None and all(box.decided):
-                self._offer(box, [0] * self.problem.n)
+        """First sets to hold others against, from the tip to the base.
+
+        For each weighting, and for each height under which all utilisations are to stay, the cheapest that holds.
+        """
+        known: dict[tuple[int, bytes], tuple[Indices, Array]] = {}
+        for height in HEIGHTS if self._judged else (math.inf,):
+            for weights in self._weights if len(self._weights) else np.ones((1, 4)):
+                pools = list(root.pools)
+                rows: list[Array] = [np.zeros(4)] * self.problem.n
+                for joint in range(self.problem.n - 1, -1, -1):
+                    pairs, costs = self._exact(pools, joint, known)
+                    low = np.flatnonzero(costs[:, USED] < height) if len(pairs) else np.zeros(0, dtype=np.int64)
+                    if not len(low):
+                        break
+                    at = int(low[np.argmin(costs[low] @ weights)])
+                    pools[joint], rows[joint] = pairs[at : at + 1], costs[at]
+                else:
+                    costs_of = tuple(row[np.newaxis] for row in rows)
+                    self._offer(replace(root, pools=tuple(pools), costs=costs_of), [0] * self.problem.n)
+
+    def _exact(
+        self, pools: Sequence[Indices], joint: int, known: dict[tuple[int, bytes], tuple[Indices, Array]]
+    ) -> tuple[Indices, Array]:
+        """The candidates of a joint that hold, with their costs; none where its load is not decided."""
+        self._ranges(pools)
+        memory, loading = self.problem.memory, self._loading[joint]
+        key = (joint, memory.low[loading].tobytes() + memory.high[loading].tobytes())
+        if key not in known:
+            pool = pools[joint]
+            states, costs = np.zeros(len(pool), dtype=np.int64), np.zeros((len(pool), 4))
+            packed, setting = self.problem.packed, self.problem.setting
+            decided = cost_joint(packed.task, setting, joint, pool, self._fixed, memory, costs, states)
+            kept = (states == EXACT) & decided  # what only the Python road can tell is left to the boxes
+            known[key] = pool[kept], costs[kept]
+        return known[key]
 
 
 def _weightings(columns: Sequence[int], spans: Array) -> Array:

@@ -1,0 +1,152 @@
+"""The Pareto front as a page, and in lines for the terminal."""
+
+from __future__ import annotations
+
+import json
+import math
+
+from drivetrain.report.figures_front import figure_front, unit_of
+from drivetrain.report.quantities import DASH, number, percent
+from drivetrain.report.sheet import Section, SheetTable, sheet
+from drivetrain.report.svg import house_style, svg_text
+from drivetrain.sizing.front import Front
+from drivetrain.sizing.results import DriveSet
+from drivetrain.version import __version__
+
+SCHEMA_VERSION = 1
+COLUMNS = ("mass", "price", "energy", "utilisation")
+
+
+def front_report(found: Front) -> str:
+    """The front as a page.
+
+    Args:
+        found: From ``pareto_front``.
+
+    Returns:
+        HTML text.
+    """
+    figures: tuple[tuple[str, str], ...] = ()
+    if found.points:
+        with house_style("front"):
+            picture = svg_text(figure_front(found), "sets of drives over " + " and ".join(found.names))
+        caption = "Each dot is a set of drives that holds every check and that no other set beats in all criteria."
+        figures = ((picture, caption),)
+    word, css = ("complete", "pass") if found.complete else ("not complete", "marginal")
+    tables = (_table(found), _drives(found)) if found.points else ()
+    notes = (*(f"{name} is left out: {why}" for name, why in found.left_out.items()), *found.notes, _work(found))
+    section = Section(
+        f"Between {_and(found.names)}", "front", word, css, (front_sentence(found),), figures, tables, notes
+    )  # fmt: skip
+    return sheet(found.study, "Pareto front of whole sets of drives", [section])
+
+
+def front_sentence(found: Front) -> str:
+    """The answer in words.
+
+    Args:
+        found: From ``pareto_front``.
+
+    Returns:
+        How many sets, their span, and how far they are proven.
+    """
+    if not found.points:
+        return f"No set of drives holds every check ({found.proof})."
+    spans = []
+    for name in found.names:
+        values = [point.criteria[name] for point in found.points]
+        if name == "utilisation":
+            spans.append(f"{name} from {percent(min(values))} to {percent(max(values))}")
+        else:
+            spans.append(f"{name} from {number(min(values))} to {number(max(values))}\u00a0{unit_of(name)}".rstrip())
+    count = len(found.points)
+    sets = f"{count} set{'s' if count > 1 else ''} of drives"
+    return f"{sets} that no other beats: {', '.join(spans)}. {found.proof[0].upper()}{found.proof[1:]}."
+
+
+def front_lines(found: Front) -> list[str]:
+    """The sets for the terminal.
+
+    Args:
+        found: From ``pareto_front``.
+
+    Returns:
+        One line a set.
+    """
+    return [
+        ", ".join(f"{name} {_figure(point, name)}" for name in COLUMNS if _known(point, name)) for point in found.points
+    ]
+
+
+def front_json(found: Front) -> str:
+    """The front for machines.
+
+    Args:
+        found: From ``pareto_front``.
+
+    Returns:
+        JSON with a ``schema_version``; SI units, null where a number is unknown or not finite.
+    """
+    data = {
+        "schema_version": SCHEMA_VERSION,
+        "drivetrain": __version__,
+        "study": found.study.name,
+        "digest": found.study.digest,
+        "job": "front",
+        "criteria": list(found.names),
+        "left_out": found.left_out,
+        "complete": found.complete,
+        "gap": found.gap if math.isfinite(found.gap) else None,
+        "proof": found.proof,
+        "sets": [
+            {
+                "criteria": {name: value if math.isfinite(value) else None for name, value in point.criteria.items()},
+                "drives": {joint: {"motor": motor, "gear": gear} for joint, (motor, gear) in point.drives.items()},
+            }
+            for point in found.points
+        ],
+        "counters": found.counters,
+        "notes": list(found.notes),
+    }
+    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _known(point: DriveSet, name: str) -> bool:
+    return not math.isnan(point.criteria.get(name, math.nan))
+
+
+def _figure(point: DriveSet, name: str) -> str:
+    value = point.criteria.get(name, math.nan)
+    if name == "utilisation":
+        return percent(value)
+    return DASH if math.isnan(value) else f"{number(value, 4)}\u00a0{unit_of(name)}".rstrip("\u00a0")
+
+
+def _and(names: tuple[str, ...]) -> str:
+    return " and ".join((", ".join(names[:-1]), names[-1])) if len(names) > 1 else names[0] if names else "nothing"
+
+
+def _table(found: Front) -> SheetTable:
+    shown = [name for name in COLUMNS if any(_known(point, name) for point in found.points)]
+    rows = tuple(
+        (str(index), *(_figure(point, name) for name in shown)) for index, point in enumerate(found.points, 1)
+    )
+    return SheetTable(("set", *shown), rows, "Sets of the front", tuple(range(len(shown) + 1)))
+
+
+def _drives(found: Front) -> SheetTable:
+    """The drives of every set, joint by joint; what a set shares with the one above is not told again."""
+    names = [task.name for task in found.study.joints]
+    rows, before = [], dict[str, tuple[str, str]]()
+    for index, point in enumerate(found.points, 1):
+        cells = [
+            "same" if before.get(name) == pair else " + ".join(part for part in pair if part)
+            for name, pair in ((name, point.drives[name]) for name in names)
+        ]
+        before = point.drives
+        rows.append((str(index), *cells))
+    return SheetTable(("set", *names), tuple(rows), "Their drives", (0,))
+
+
+def _work(found: Front) -> str:
+    return "work done: " + ", ".join(f"{number(count)} {name}" for name, count in found.counters.items())

@@ -1,0 +1,48 @@
+"""The page of free ratios."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+from typer.testing import CliRunner
+
+from drivetrain.cli import app
+from drivetrain.report.figures_free_ratio import figure_free_ratio
+from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
+from drivetrain.shipped import shipped
+from drivetrain.sizing.free_ratio import free_ratios
+from drivetrain.study.load import load_study
+from drivetrain.study.study import FreeRatio
+
+STUDY = shipped("examples") / "one_axis" / "study.yaml"
+
+
+@pytest.fixture(scope="module")
+def found():
+    study = load_study(STUDY)
+    task = study.joints[0]
+    pair = task.drive or task.pairs[0]
+    return free_ratios(study, free={task.name: FreeRatio(2.0, 400.0)}, drives={task.name: pair})
+
+
+def test_words_tell_the_goal_and_the_ratio(found):
+    assert "mean copper loss" in free_ratio_sentence(found)
+    (line,) = free_ratio_lines(found)
+    assert line.startswith(found.joints[0].joint)
+
+
+def test_page_and_picture(found):
+    page = free_ratio_report(found)
+    assert page == free_ratio_report(found)
+    assert not re.search(r"https?://(?!www\.w3\.org)", page)
+    figure = figure_free_ratio(found)
+    assert figure.axes[0].get_xscale() == "log" and len(figure.axes[0].lines) >= 2
+    two = replace(found, joints=(found.joints[0],) * 3)
+    assert sum(axes.get_visible() for axes in figure_free_ratio(two).axes) == 3
+
+
+def test_command_tells_what_is_missing(tmp_path):
+    answer = CliRunner().invoke(app, ["free-ratio", str(STUDY), "--out", str(tmp_path)])
+    assert answer.exit_code == 2 and "free_ratio" in answer.output

@@ -1,0 +1,79 @@
+"""The page of a front: its sets in words, picture, table and JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from drivetrain.cli import app
+from drivetrain.report.figures_front import figure_front
+from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
+from drivetrain.shipped import shipped
+from drivetrain.sizing.front import Front
+from drivetrain.sizing.results import DriveSet
+from drivetrain.study.load import load_study
+
+STUDY = shipped("examples") / "one_axis" / "study.yaml"
+
+
+@pytest.fixture(scope="module")
+def study():
+    return load_study(STUDY)
+
+
+def front(study, names=("mass", "energy"), complete=True, gap=0.0):
+    joint = study.joints[0].name
+    points = tuple(
+        DriveSet({joint: (f"m{i}", "g" if i else "")}, mass, {
+            "mass": mass, "price": math.nan, "energy": energy, "utilisation": used,
+        })
+        for i, (mass, energy, used) in enumerate([(1.0, 90.0, 0.95), (1.5, 70.0, 0.8), (2.25, 66.0, 0.5)])
+    )  # fmt: skip
+    return Front(study, names, {"price": "no candidate has a known price"}, points, complete, gap, {"boxes": 3})
+
+
+def test_words_tell_span_and_proof(study):
+    text = front_sentence(front(study))
+    assert "3 sets" in text and "mass from 1.00 to 2.25\u00a0kg" in text and "Complete" in text
+    left = front_sentence(front(study, complete=False, gap=0.05))
+    assert "up to 5 %" in left and "Not complete" in left
+    assert "before anything was known" in front_sentence(front(study, complete=False, gap=math.inf))
+    assert len(front_lines(front(study))) == 3 and "price" not in front_lines(front(study))[0]
+
+
+def test_page_holds_every_set_and_what_is_left_out(study):
+    page = front_report(front(study))
+    assert page == front_report(front(study))
+    for text in ("2.250", "m2 + g", "no candidate has a known price", "complete"):
+        assert text in page
+    assert not re.search(r"https?://(?!www\.w3\.org)", page)
+    empty = Front(study, ("mass",), {}, (), True, 0.0, {})
+    assert "No set of drives holds every check" in front_report(empty)
+
+
+@pytest.mark.parametrize(
+    ("names", "panels"), [(("mass", "energy"), 1), (("mass", "energy", "utilisation"), 3), (("mass",), 1)]
+)
+def test_picture_has_a_panel_for_every_two_criteria(study, names, panels):
+    figure = figure_front(front(study, names), chosen=front(study).points[0])
+    shown = [axes for axes in figure.axes if axes.get_visible() and axes.get_xlabel()]
+    assert len(shown) == panels
+    assert all(len(axes.collections[0].get_offsets()) == 3 for axes in shown)
+
+
+def test_json_is_read_by_machines(study):
+    data = json.loads(front_json(front(study)))
+    assert data["complete"] is True and len(data["sets"]) == 3
+    assert data["sets"][0]["criteria"]["price"] is None and data["sets"][1]["criteria"]["energy"] == 70.0
+
+
+def test_command_writes_page_and_json(tmp_path):
+    answer = CliRunner().invoke(app, ["front", str(STUDY), "--out", str(tmp_path), "--by", "mass, energy"])
+    assert answer.exit_code in (0, 1), answer.output
+    assert (tmp_path / "front.html").is_file() and json.loads((tmp_path / "front.json").read_text())["complete"]
+    wrong = CliRunner().invoke(app, ["front", str(STUDY), "--out", str(tmp_path), "--by", "mas"])
+    assert wrong.exit_code == 2 and "mass" in wrong.output
