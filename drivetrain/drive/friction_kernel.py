@@ -50,6 +50,8 @@ def sliding_torque(coulomb: float, static: float, fall: float, exponent: float, 
     """
     if fall <= 0.0:
         return coulomb
+    if speed == 0.0:
+        return static
     share = speed / fall
     power = share * share if exponent == 2.0 else share**exponent
     return coulomb + (static - coulomb) * math.exp(-power)

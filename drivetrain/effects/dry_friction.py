@@ -16,7 +16,7 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/friction_kernel.py": 187256350}
+SOURCES = {"drive/friction_kernel.py": 4258720363}
 
 
 @Compiled

@@ -13,12 +13,16 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from drivetrain.dynamics.compiled_vectors import part
 from drivetrain.dynamics.mass_and_bias import Places, mass_and_bias
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all
 from drivetrain.simulation.friction_kernel import Rubbing, solve_friction
 from drivetrain.simulation.tip_kernel import add_tip, tell_tip
+
+STIFF_FROM = 1.5  # inertia with springs and dampers in it, over that without: a step no longer follows what they do
 
 
 @part
@@ -191,6 +195,11 @@ def _assemble(n: Any, w: Any, h: float, theta: float) -> bool:
             _carried(n, w, h, i, theta * soft, torque)
     if w[f.TIP]:
         add_tip(n, w, h, theta)
+    stiff = 0
+    for i in range(c):
+        if n[matrix + i * c + i] > STIFF_FROM * n[w[f.AT_SIGNALS] + mass + i * c + i]:
+            stiff = 1
+    w[f.STIFF] = stiff
     return rubbing
 
 
@@ -251,7 +260,11 @@ def solve_step(n: Any, w: Any, t: float, h: float, theta: float, rates: Any) -> 
     tell_motion(n, w, theta * h)
     _mechanics(n, w)
     show_states(n, w, theta * h)
-    compute(n, w, t + theta * h, h, rates)
+    middle = t + theta * h
+    if theta == 1.0:
+        # What jumps at the end of the step is not seen yet, however the sum was rounded.
+        middle = np.nextafter(np.nextafter(middle, t), t)
+    compute(n, w, middle, h, rates)
     rubbing = _assemble(n, w, h, theta)
     c, modes, relative = w[f.COORDINATES], w[f.AT_MODES], row_of(w, f.RELATIVE)
     for i in range(c):

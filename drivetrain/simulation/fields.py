@@ -19,9 +19,10 @@ COMPUTES, AT_COMPUTES, ACCOUNTS, AT_ACCOUNTS, SAMPLES, AT_SAMPLES = range(30, 36
 # Signals: places of the mass matrix, of the first and behind the last that is added to; powers to sum up.
 AT_MASS, ADDED_FROM, ADDED_TO, POWERS, AT_POWERS, TIP, AT_TIP, AT_TIP_TAKEN, HELD_MODES = range(36, 45)
 NUMBERS, WORDS, RATES_CALLS, AT_TIP_SIGNALS = range(45, 49)
-# Addresses of the compiled equations, what they came to (as ``solve_friction`` tells), where theta stands.
-MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE = range(49, 54)
-HEADER = 54
+# Addresses of the compiled equations, what they came to (as ``solve_friction`` tells), where theta stands;
+# and whether springs or dampers made the last step's inertia a good deal larger.
+MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE, STIFF = range(49, 55)
+HEADER = 55
 
 # Fields of signals, in the order of ``effects.signals``: known before, told after, taken by the mechanics.
 POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE = range(7)

@@ -19,7 +19,7 @@ from drivetrain.simulation.forces_kernel import tell_forces
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3721000209, "simulation/fields.py": 769696514,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1754557043, "simulation/fields.py": 2521556704,
     "simulation/forces_kernel.py": 3466238865, "simulation/friction_kernel.py": 4042368809,
     "simulation/tip_kernel.py": 3886163878,
     "dynamics/compiled_vectors.py": 1257686601, "dynamics/mass_and_bias.py": 3714271039,

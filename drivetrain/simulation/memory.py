@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Compiled
+from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.law_kernels import forces, motion
 from drivetrain.simulation.shaping import Mechanics
@@ -194,7 +195,12 @@ class _Wiring:
 
 
 def _constants(one: Instance, numbers: _Block) -> int:
-    return numbers.put(np.array(one.effect.numbers(one.place), dtype=np.float64))
+    constants = np.array(one.effect.numbers(one.place), dtype=np.float64)
+    if np.isnan(constants).any():
+        raise InputError(
+            Fault(one.title, f"has a constant that is no number, number {int(np.isnan(constants).argmax())}")
+        )
+    return numbers.put(constants)
 
 
 def _call(group: Group, law: Compiled, wiring: _Wiring) -> list[int]:

@@ -7,6 +7,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -133,17 +134,24 @@ class Recording:
         """Write the recording to a file, all of it or nothing: a reader never meets half a file.
 
         Args:
-            path: Where to; numpy's npz, whatever the suffix.
+            path: Where to; a table for pandas where it ends in ``.parquet``, which needs pyarrow; else numpy's npz, with
+                all that a recording holds.
 
         Returns:
             The path.
 
         Raises:
-            InputError: The folder does not exist.
+            InputError: The folder does not exist, or pyarrow is missing.
         """
         target = Path(path)
         if not target.parent.is_dir():
             raise InputError(Fault("path", "must lie in a folder that exists", str(target)))
+        if target.suffix == ".parquet":
+            if find_spec("pyarrow") is None:
+                hint = "install pyarrow, or save as .npz"
+                raise InputError(Fault("path", "needs pyarrow for Parquet", str(target), hint))
+            write_whole(target, lambda file: self.to_frame().to_parquet(file))
+            return target
         arrays: dict[str, Any] = {f"series {i}": series.values for i, series in enumerate(self.series.values())}
         arrays |= {f"kept {name}": values for name, values in self.kept.items()}
         told = np.array(self._told())

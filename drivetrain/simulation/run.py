@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.effects.effect import Role
@@ -15,9 +16,10 @@ from drivetrain.simulation.adaptive_engine import AdaptiveStep
 from drivetrain.simulation.energy import mechanical_energy
 from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish, column_names
 from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.passive import limit_events
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.plan import plan as planned
-from drivetrain.simulation.recording import Recording, Series
+from drivetrain.simulation.recording import Event, Recording, Series
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.study_scene import scene_of
 from drivetrain.solvers.solver import Solver, check_positive
@@ -85,7 +87,16 @@ def _recording(plan: Plan, engine: Engine, outcome: Outcome) -> Recording:
     for index, name, unit in named:
         series.setdefault(name, Series(unit, rows[:, 1 + index]))
     series |= _audit(plan, series)
-    return Recording(rows[:, 0], series, outcome.counters, outcome.events, outcome.stopped_by, about, outcome.kept)
+    events = sorted((*outcome.events, *_limits(plan, rows[:, 0], series)), key=lambda event: event.time)
+    return Recording(rows[:, 0], series, outcome.counters, tuple(events), outcome.stopped_by, about, outcome.kept)
+
+
+def _limits(plan: Plan, times: Array, series: Mapping[str, Series]) -> tuple[Event, ...]:
+    """When joints of an arm pass the limits of their positions, to the recording's interval."""
+    arm = plan.scene.body
+    if not isinstance(arm, Arm):
+        return ()
+    return limit_events(arm, times, np.column_stack([series[f"{name}.position"].values for name in arm.joint_names]))
 
 
 def _sound(rows: Array, columns: list[int]) -> Array:

@@ -20,7 +20,7 @@ from drivetrain.simulation.equations_kernel import compute, guess_still, row_of,
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3721000209, "simulation/fields.py": 769696514,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1754557043, "simulation/fields.py": 2521556704,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 
@@ -197,7 +197,8 @@ def _advance(numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, row
         if to >= breaks[counts[NEXT_BREAK]] - slack:
             while breaks[counts[NEXT_BREAK]] <= to + slack:
                 counts[NEXT_BREAK] += 1
-            counts[SOFT] = 1
+            # Half a step ahead a stiff spring would ring for ever after a jump; a whole one calms it.
+            counts[SOFT] = words[f.STIFF]
 
 
 @lru_cache(maxsize=1)

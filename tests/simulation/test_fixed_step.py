@@ -162,7 +162,8 @@ def test_stiff_springs_stay_finite_at_a_millisecond(stiffness: float) -> None:
     run = simulate(joint_scene(Inertia(0.3, weight=2.0), effects, 1.0))
     # An undamped A-stable step rings but does not grow: the link goes as the rigid one does.
     rigid = simulate(joint_scene(Inertia(0.3, weight=2.0), [FullRotor(1e-6, 100.0), effects[2]], 1.0))
-    np.testing.assert_allclose(run["joint.position"], rigid["joint.position"], atol=60.0 / stiffness + 1e-6)
+    # The one step after a jump that calms the spring is of first order: 1/2 34 rad/s^2 (1 ms)^2.
+    np.testing.assert_allclose(run["joint.position"], rigid["joint.position"], atol=60.0 / stiffness + 2e-5)
 
 
 def test_spring_in_three_pieces_starts_in_balance() -> None:

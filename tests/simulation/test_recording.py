@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from drivetrain.errors import InputError
@@ -99,3 +100,13 @@ def test_wrong_input(tmp_path: Path) -> None:
         load_recording(tmp_path / "cut.npz")
     with pytest.raises(InputError, match="folder"):
         recording().save(tmp_path / "nowhere" / "run.npz")
+
+
+def test_a_table_for_pandas_where_the_name_asks_for_one(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    recording = Recording([0.0, 1.0], {"a.speed": Series("rad/s", [1.0, 2.0])})
+    table = pd.read_parquet(recording.save(tmp_path / "run.parquet"))
+    assert list(table.columns) == ["a.speed [rad/s]"]
+    assert table.index.name == "time [s]"
+    np.testing.assert_array_equal(table["a.speed [rad/s]"], [1.0, 2.0])
+    assert [path.name for path in tmp_path.iterdir()] == ["run.parquet"]
