@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Signal
@@ -55,8 +55,8 @@ class Cogging(Effect):
     orders: tuple[int, ...]
     phases: tuple[float, ...] = ()
 
-    compute: ClassVar[Compiled | None] = _compute
-    account: ClassVar[Compiled | None] = _account
+    compute = _compute
+    account = _account
 
     def __post_init__(self) -> None:
         faults = []

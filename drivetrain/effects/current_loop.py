@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
 from drivetrain.drive.motor import Motor, motor_lines
@@ -115,8 +115,8 @@ class CurrentLoop(Effect):
     peak_current: float = math.inf
     fed_forward: float = 1.0
 
-    compute: ClassVar[Compiled | None] = _compute
-    account: ClassVar[Compiled | None] = _account
+    compute = _compute
+    account = _account
 
     def __post_init__(self) -> None:
         faults = []

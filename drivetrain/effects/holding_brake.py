@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports
@@ -52,7 +52,7 @@ class HoldingBrake(Effect):
     opening: float = 0.0
     engaged: bool = False
 
-    compute: ClassVar[Compiled | None] = _compute
+    compute = _compute
 
     def __post_init__(self) -> None:
         faults = []

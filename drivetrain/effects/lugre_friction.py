@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.drive.exponentials import first, second
 from drivetrain.effects import signals as s
@@ -101,8 +101,8 @@ class LuGreFriction(Effect):
     viscous: float = 0.0
     side: str = "joint"
 
-    compute: ClassVar[Compiled | None] = _compute
-    account: ClassVar[Compiled | None] = _account
+    compute = _compute
+    account = _account
 
     def __post_init__(self) -> None:
         faults = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 from drivetrain.drive.electrical import current_reach
 from drivetrain.drive.motor import Motor, motor_lines
@@ -85,8 +85,8 @@ class Winding(Effect):
     motor: Motor
     current: float = 0.0
 
-    compute: ClassVar[Compiled | None] = _compute
-    account: ClassVar[Compiled | None] = _account
+    compute = _compute
+    account = _account
 
     def __post_init__(self) -> None:
         faults = []
