@@ -123,6 +123,15 @@ class CommandedMotion(Effect):
         jumps = [*np.unique(time[1:][np.diff(time) == 0.0]), float(time[-1])]
         return [float(t) + k * float(time[-1]) for k in range(self.repetitions) for t in jumps]
 
+    def knots(self) -> Sequence[float]:
+        """Where one polynomial follows another.
+
+        Returns:
+            The instants of all samples [s].
+        """
+        time = np.unique(self.motion.time - self.motion.time[0])
+        return [float(t) + k * float(time[-1]) for k in range(self.repetitions) for t in time]
+
     def begins_at(self, place: Place) -> tuple[list[int], Array, Array]:
         """Where the command begins.
 

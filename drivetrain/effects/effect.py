@@ -306,6 +306,14 @@ class Effect(ABC):
         """
         return ()
 
+    def knots(self) -> Sequence[float]:
+        """Where its law bends in time, without a jump; only engines that control their error stop there.
+
+        Returns:
+            Instants [s].
+        """
+        return ()
+
     @property
     def period(self) -> float | None:
         """Time between two samples [s]; None: it is continuous."""

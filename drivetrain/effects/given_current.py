@@ -76,3 +76,11 @@ class GivenCurrent(Effect):
         """
         jumps = self.time[1:][np.diff(self.time) == 0.0]
         return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]
+
+    def knots(self) -> Sequence[float]:
+        """Where the table bends.
+
+        Returns:
+            Its instants [s].
+        """
+        return [float(t) for t in np.unique(self.time)]

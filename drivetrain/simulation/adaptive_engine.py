@@ -89,7 +89,7 @@ class _Run:
         while True:
             done = integrate_compiled(
                 self.problem, self.solver, self.start, self.times,
-                breakpoints=self.breaks, pause_after=CHUNK, resume=resume,
+                breakpoints=self.breaks.tolist(), pause_after=CHUNK, resume=resume,
             )  # fmt: skip
             if not done.stopped.startswith("paused"):
                 break
@@ -144,14 +144,17 @@ def _instants(plan: Plan, wish: Wish, first: float) -> Array:
 
 
 def _breaks(plan: Plan, words: Any) -> Array:
-    """Breakpoints and samples [s]."""
-    end, breaks = plan.scene.duration, [np.asarray(plan.breakpoints)]
+    """Breakpoints, knots and samples [s]."""
+    end = plan.scene.duration
+    breaks: list[Array] = [np.asarray(plan.breakpoints)]
+    breaks += [np.asarray(one.effect.knots(), dtype=np.float64) for one in plan.instances]
     for k in range(words[f.SAMPLES]):
         period = float(plan.memory.numbers[words[words[f.AT_SAMPLES] + 4 * k + 2]])
-        breaks.append(period * np.arange(1, int(np.ceil(end / period))))
+        breaks.append(np.asarray(period * np.arange(1, int(np.ceil(end / period))), dtype=np.float64))
     every = np.unique(np.concatenate(breaks))
-    apart = np.append(True, np.diff(every) > 1e-9) if len(every) else np.zeros(0, dtype=bool)
-    return np.asarray(every[apart])
+    every = every[(every > 0.0) & (every < end)]
+    # Of instants that differ by rounding alone the later one counts: all have then happened.
+    return np.asarray(every[np.append(np.diff(every) > 1e-9, True)]) if len(every) else every
 
 
 def _stopped(done: CompiledSolution, plan: Plan) -> Event:

@@ -22,8 +22,8 @@ from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 0, "simulation/equations_kernel.py": 0, "simulation/fields.py": 0,
-    "dynamics/compiled_vectors.py": 0,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1754557043, "simulation/fields.py": 2521556704,
+    "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 LOGGED, ROOM, BEFORE = range(3)  # words behind those of the plan
 ENTRY = 4  # numbers an entry of the log
