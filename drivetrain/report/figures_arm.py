@@ -43,11 +43,14 @@ def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
     ends = padded(np.append(power, [0.0] if limit is None else [0.0, limit]))
     strip = panel(picture, (52.0, WIDTH - 4.0), (20.0, 182.0), (float(time[0]), float(time[-1])), ends)
     strip.grid()
-    kept = thinned(power, 600)
-    _area(strip, time[kept], np.maximum(power[kept], 0.0), BLUE, 0.25)
-    _area(strip, time[kept], np.minimum(power[kept], 0.0), GREEN, 0.35)
+    runs = [part.start + thinned(power[part], 600) for part in evaluation.study.cycle.parts]
+    for kept in runs:
+        _area(strip, time[kept], np.maximum(power[kept], 0.0), BLUE, 0.25)
+    for kept in runs:
+        _area(strip, time[kept], np.minimum(power[kept], 0.0), GREEN, 0.35)
     strip.level(0.0, Pen(MUTED, 0.6))
-    strip.curve(time[kept], power[kept], Pen(INK, 1.1))
+    for kept in runs:
+        strip.curve(time[kept], power[kept], Pen(INK, 1.1))
     plain = Pen("none")
     keys = [Key("drawn", "box", plain, BLUE, 0.25), Key("given back", "box", plain, GREEN, 0.35)]
     if limit is not None:

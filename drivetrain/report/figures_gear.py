@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from drivetrain.drive.gear import Gear
@@ -63,11 +65,12 @@ def _merged(lines: list[Line]) -> list[Line]:
     return list(found.values())
 
 
-def gear_plane(joint: JointResult, *, name: str = "gear") -> str:
+def gear_plane(joint: JointResult, *, parts: Sequence[slice] = (), name: str = "gear") -> str:
     """Output torque against input speed over the cycle, and the gear's limits.
 
     Args:
         joint: Its result; of a direct drive nothing can be drawn.
+        parts: Samples between which the way goes, one slice each; empty: all.
         name: Of the figure on the page.
 
     Returns:
@@ -91,7 +94,7 @@ def gear_plane(joint: JointResult, *, name: str = "gear") -> str:
         plane.level(value, Pen(colour, 1.1, DASHES[dash]))
     for _, value, colour, dash in shown_speeds:
         plane.upright(value, Pen(colour, 1.1, DASHES[dash]))
-    cloud(plane, speed, torque, series.time)
+    cloud(plane, speed, torque, series.time, parts=parts)
     outermost = max((value for _, value, _, _ in shown_speeds if value <= right), default=right)
     _name_torques(plane, shown_torques, printed_unit(unit), outermost if outermost > 0.7 * right else right)
     _name_speeds(plane, shown_speeds)

@@ -8,6 +8,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.motor_limits import continuous_current, continuous_region, operating_region
+from drivetrain.motion.duty_cycle import Cycle, sample_weights
 from drivetrain.report.colours import BLUE, GREEN, INK, MUTED, VERMILLION
 from drivetrain.report.panel import X_SPACING, Y_SPACING, Panel, cloud, panel, time_bar
 from drivetrain.report.picture import LABEL, TICK, Font, Key, Pen, Picture, legend_height, tenths
@@ -89,7 +90,7 @@ def motor_plane(joint: JointResult, task: JointTask, study: Study, *, name: str 
     half_width, half_height = view(joint, regions)
     unit = shown_unit(half_height, "N m")
     right, top = float(convert(half_width, "rad/s", "rpm")), float(convert(half_height, "N m", unit))
-    rms = _rms_point(joint, unit)
+    rms = _rms_point(joint, study.cycle, unit)
     keys = _keys(regions, rms)
     high = 6.0 + legend_height(keys, WIDTH, 2) + (4.0 if joint.drive.gear.kind == "ideal" else 36.0)
     plane = panel(picture, (LEFT, RIGHT), (high, LOW), (-right, right), (-top, top))
@@ -101,7 +102,7 @@ def motor_plane(joint: JointResult, task: JointTask, study: Study, *, name: str 
     plane.level(0.0, Pen(MUTED, 0.7))
     plane.upright(0.0, Pen(MUTED, 0.7))
     speed, torque = convert(series.motor_speed, "rad/s", "rpm"), convert(series.motor_torque, "N m", unit)
-    cloud(plane, speed, torque, series.time)
+    cloud(plane, speed, torque, series.time, parts=study.cycle.parts)
     plane.edges()
     plane.x_axis("motor speed [rpm]")
     plane.y_axis(f"motor torque [{printed_unit(unit)}]")
@@ -236,14 +237,15 @@ def _free_corner(x: float, y: float) -> tuple[int, int]:
     return (1 - across if covered else across), up
 
 
-def _rms_point(joint: JointResult, unit: str) -> tuple[float, float, str] | None:
+def _rms_point(joint: JointResult, cycle: Cycle, unit: str) -> tuple[float, float, str] | None:
     """Mean speed [rpm] and RMS torque over the cycle, both as magnitudes, and what to call them."""
     series = joint.series
-    duration = float(series.time[-1] - series.time[0])
+    weights = sample_weights(series.time) if len(cycle.parts) == 1 else cycle.weights
+    duration = float(weights.sum())
     if duration <= 0.0:
         return None
-    rms = float(np.sqrt(np.trapezoid(series.motor_torque**2, series.time) / duration))
-    mean = float(np.trapezoid(np.abs(series.motor_speed), series.time) / duration)
+    rms = float(np.sqrt(weights @ series.motor_torque**2 / duration))
+    mean = float(weights @ np.abs(series.motor_speed) / duration)
     x, y = float(convert(mean, "rad/s", "rpm")), float(convert(rms, "N m", unit))
     return x, y, f"RMS {number(y)} {printed_unit(unit)} at mean {number(x)} rpm"
 

@@ -13,7 +13,7 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, VERMILLION
 from drivetrain.report.panel import Panel, panel
 from drivetrain.report.picture import NOTE, Font, Key, Pen, Picture
-from drivetrain.report.quantities import convert, printed_unit, scaled, shown_unit, with_unit
+from drivetrain.report.quantities import convert, percent, printed_unit, scaled, shown_unit, with_unit
 from drivetrain.report.scales import padded, text_width
 from drivetrain.report.thinning import thinned
 from drivetrain.report.words import nearness, no_temperature
@@ -169,7 +169,7 @@ def _drawn(strips: Sequence[Strip], joint: JointResult, cycle: Cycle, name: str,
     picture = Picture(name, WIDTH, TOP + len(strips) * (ROW + GAP) - GAP + BELOW)
     for number, strip in enumerate(strips):
         row = _strip(picture, strip, joint, cycle, TOP + number * (ROW + GAP))
-        row.x_axis("time in the cycle [s]" if number == len(strips) - 1 else "", texts=number == len(strips) - 1)
+        row.x_axis(_clock(cycle) if number == len(strips) - 1 else "", texts=number == len(strips) - 1)
         if number == 0:
             _headings(row, joint, cycle)
     return picture.svg(f"{joint.name}: {shown}")
@@ -195,8 +195,9 @@ def _strip(picture: Picture, strip: Strip, joint: JointResult, cycle: Cycle, top
         row.level(0.0, Pen(MUTED, 0.5))
     for curve in strip.curves:
         converted = convert(curve.values, strip.unit, shown)
-        kept = thinned(converted)
-        row.curve(time[kept], converted[kept], Pen(curve.colour, curve.width))
+        for part in _runs(cycle, len(time)):  # no line from one part of a mix to the next
+            kept = part.start + thinned(converted[part])
+            row.curve(time[kept], converted[kept], Pen(curve.colour, curve.width))
     _limits(row, strip, levels, far)
     row.edges()
     _titles(row, strip, shown)
@@ -265,8 +266,23 @@ def _headings(row: Panel, joint: JointResult, cycle: Cycle) -> None:
         row.picture.words(place, TOP - 14.0, text, replace(NOTE, colour=INK, anchor="middle"))
 
 
+def _runs(cycle: Cycle, samples: int) -> tuple[slice, ...]:
+    """Samples that are joined by a line."""
+    return (slice(0, samples),) if len(cycle.parts) == 1 else cycle.parts
+
+
+def _clock(cycle: Cycle) -> str:
+    """What the time axis counts."""
+    return "time in the cycle [s]" if len(cycle.parts) == 1 else "time, one period of each part after another [s]"
+
+
 def _segments(cycle: Cycle) -> list[tuple[float, float, str]]:
-    """Begin, end [s] and name of every segment; none when there is only one."""
+    """Begin, end [s] and name of every segment, of a mix of every part; none when there is only one."""
+    if len(cycle.parts) > 1:
+        return [
+            (float(cycle.time[part.start]), float(cycle.time[part.stop - 1]), f"{name}, {percent(share)} of the time")
+            for part, name, share in zip(cycle.parts, cycle.part_names, cycle.shares, strict=True)
+        ]
     starts = [0, *(np.flatnonzero(np.diff(cycle.segment)) + 1).tolist(), len(cycle.time)]
     if len(starts) < 3:
         return []

@@ -19,7 +19,7 @@ from drivetrain.report.figures_margins import margin_bars
 from drivetrain.report.figures_motor import motor_plane
 from drivetrain.report.figures_selection import candidates
 from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
-from drivetrain.report.quantities import number, with_unit
+from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.spread_section import spread_frame
 from drivetrain.report.views import (
     CSS,
@@ -101,10 +101,21 @@ def _facts(study: Study) -> list[str]:
     arm = f"{len(study.joints)} joint{'s' if len(study.joints) > 1 else ''}"
     return [
         arm if study.arm is None else f"{study.arm.name}, {arm}",
-        f"cycle of {number(study.cycle.duration)} s",
+        _task(study),
         f"supply {with_unit(study.supply.voltage, 'V')}",
         f"ambient {study.ambient:g} °C",
     ]
+
+
+def _task(study: Study) -> str:
+    """How long what is repeated, of a mix which shares."""
+    cycle = study.cycle
+    if len(cycle.parts) == 1:
+        return f"cycle of {number(cycle.duration)} s"
+    shares = ", ".join(
+        f"{percent(share)} {name}" for share, name in zip(cycle.shares, cycle.part_names, strict=True)
+    )
+    return f"mix of {shares}"
 
 
 def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFrame | None) -> dict[str, Any]:
@@ -152,7 +163,7 @@ def _joint(joint: JointResult, task: JointTask, evaluation: Evaluation) -> dict[
     return {
         "card": joint_card(joint),
         "motor_figure": Markup(motor_plane(joint, task, study, name=f"{name}-motor")),
-        "gear_figure": Markup(gear_plane(joint, name=f"{name}-gear")),
+        "gear_figure": Markup(gear_plane(joint, parts=study.cycle.parts, name=f"{name}-gear")),
         "motion_figure": Markup(motion),
         "electrical_figure": Markup(electrical),
         "rows": [check_row(joint.name, check) for check in joint.checks],

@@ -239,17 +239,20 @@ def panel(
     )
 
 
-def cloud(on: Panel, xs: Array, ys: Array, time: Array) -> None:
+def cloud(on: Panel, xs: Array, ys: Array, time: Array, *, parts: Sequence[slice] = ()) -> None:
     """The motion's samples on a plane, coloured by time.
 
     Args:
         on: Where to draw.
         xs, ys: Values, (N,).
         time: [s], (N,).
+        parts: Samples between which the way goes, one slice each; empty: all.
     """
     x, y = on.x.at(xs), on.y.at(ys)
     if len(time) <= MOST_JOINED:
-        on.picture.path(line_data(x, y), Pen(MUTED, 0.5, opacity=0.6), extra=on._cut)  # between sparse samples
+        for part in parts or (slice(None),):
+            line = line_data(x[part], y[part])
+            on.picture.path(line, Pen(MUTED, 0.5, opacity=0.6), extra=on._cut)  # between sparse samples
     span = float(time[-1] - time[0]) or 1.0
     colour = np.minimum((len(INSTANTS) * (time - time[0]) / span).astype(np.intp), len(INSTANTS) - 1)
     kept = told_apart(x, y, colour, 0.5)
