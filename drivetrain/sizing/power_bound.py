@@ -6,21 +6,39 @@ left at a joint the copper loss of the best of them is counted too.
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.bound_kernels import torque_range
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.packed_rows import INNER, MAGNET, MAX_WINDING, RATIO
 from drivetrain.sizing.packed_task import ACCELERATION, AMBIENT, CARRIER, CURVED, FRICTION, SPEED, PackedTask
 from drivetrain.sizing.propagation import Choices, Memory, Setting, interval
 from drivetrain.sizing.torque_kernels import constant_at, resistance
 
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {
+    "compiling.py": 131238782,
+    "packed_rows.py": 959813297,
+    "packed_task.py": 1550225454,
+    "vector_max.py": 2907682659,
+    "load_loops.py": 2895481428,
+    "load_kernels.py": 1678274499,
+    "torque_kernels.py": 3638261967,
+    "check_numbers.py": 3525281127,
+    "check_kernels.py": 1555795092,
+    "bound_kernels.py": 4226330043,
+    "judge_kernels.py": 2721899837,
+    "warm_bound.py": 2558181749,
+    "bearing_bound.py": 721467342,
+    "propagation.py": 3841157696,
+}
+
 FEW = 24  # candidates of a joint whose copper loss is counted one by one
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_part
 def _copper_factor(m: Array, ambient: float) -> float:
     """Copper loss over torque squared, at the least [W/(N m)^2]."""
     heated, limit, coolest = not np.isnan(m[INNER]), m[MAX_WINDING], ambient
@@ -32,7 +50,7 @@ def _copper_factor(m: Array, ambient: float) -> float:
     return resistance(m, coolest) / (constant * constant)
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_leaf
 def _one_by_one(task: PackedTask, choices: Choices, joint: int, torque: Array, scratch: Array, least: Array) -> None:
     """The least power of a joint over its candidates, each with its losses [W], (N,)."""
     row, limits = task.series[joint], task.tasks[joint]
@@ -49,7 +67,7 @@ def _one_by_one(task: PackedTask, choices: Choices, joint: int, torque: Array, s
             least[t] = min(least[t], best * (turning + factor * best))
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_leaf
 def _all_at_once(task: PackedTask, choices: Choices, joint: int, torque: Array, least: Array) -> None:
     """The least power that a joint's link and any of its rotors take, without losses [W], (N,)."""
     row, first = task.series[joint], choices.first[joint]
@@ -66,7 +84,7 @@ def _all_at_once(task: PackedTask, choices: Choices, joint: int, torque: Array, 
         least[t] += min(single[0] * carried, single[1] * carried)
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_entry
 def least_power(task: PackedTask, setting: Setting, choices: Choices, memory: Memory, total: Array) -> None:
     """A lower bound of the power of all joints together.
 

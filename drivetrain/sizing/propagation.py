@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
+from drivetrain.sizing.bearing_bound import WIDER, bearing_may_hold, least_bearing
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
 from drivetrain.sizing.judge_kernels import (
     ASK,
     FALLS,
@@ -37,9 +38,25 @@ from drivetrain.sizing.warm_bound import stays_cool
 
 Indices = NDArray[np.int64]
 
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {
+    "compiling.py": 131238782,
+    "packed_rows.py": 959813297,
+    "packed_task.py": 1550225454,
+    "vector_max.py": 2907682659,
+    "load_loops.py": 2895481428,
+    "load_kernels.py": 1678274499,
+    "torque_kernels.py": 3638261967,
+    "check_numbers.py": 3525281127,
+    "check_kernels.py": 1555795092,
+    "bound_kernels.py": 4226330043,
+    "judge_kernels.py": 2721899837,
+    "warm_bound.py": 2558181749,
+    "bearing_bound.py": 721467342,
+}
+
 OPEN, EMPTY, TOO_DEAR, ASKED = range(4)
 UNKNOWN = -1
-WIDER = 1e-12  # of an interval's width and middle: rounding of the sums that make it
 TESTED, JUDGED, PASSES, COUNTS = range(4)
 
 
@@ -84,6 +101,7 @@ class Memory(NamedTuple):
         torque: Ends of the interval on one joint [N m], (2, N).
         bounds: Of one joint.
         load: Of one joint.
+        bearing: What the output bearing of one joint carries at least, (3,).
         power: Of one drive [W], (N,).
         verdicts: What was judged of the pairs of joints that no other drive loads: HOLDS, FALLS or UNKNOWN, (P,).
         suspects: Pairs that once fell although the bounds let them pass, (P,).
@@ -95,6 +113,7 @@ class Memory(NamedTuple):
     torque: Array
     bounds: JointBounds
     load: JointLoad
+    bearing: Array
     power: Array
     verdicts: Indices
     suspects: NDArray[np.bool_]
@@ -116,10 +135,11 @@ def new_memory(task: PackedTask) -> Memory:
     load, power = new_load(task), np.zeros(samples)
     verdicts = np.full(len(task.pairs), UNKNOWN, dtype=np.int64)
     torque, suspects = np.zeros((2, samples)), np.zeros(len(task.pairs), dtype=np.bool_)
-    return Memory(empty, empty.copy(), torque, new_bounds(task), load, power, verdicts, suspects, counts)
+    bounds, bearing = new_bounds(task), np.zeros(3)
+    return Memory(empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, suspects, counts)
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_leaf
 def range_of_numbers(task: PackedTask, choices: Choices, joint: int, low: Array, high: Array) -> bool:
     """The smallest and largest numbers of the candidates left at a joint.
 
@@ -145,7 +165,7 @@ def range_of_numbers(task: PackedTask, choices: Choices, joint: int, low: Array,
     return changed
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_leaf
 def interval(task: PackedTask, setting: Setting, joint: int, low: Array, high: Array, torque: Array) -> bool:
     """The interval of torque that open choices leave on a joint, without what its own drive adds.
 
@@ -186,7 +206,7 @@ def interval(task: PackedTask, setting: Setting, joint: int, low: Array, high: A
 
 
 # long kernel: one joint's candidates in one pass, with what was ruled out closed up in place
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_leaf
 def sieve(
     task: PackedTask, setting: Setting, choices: Choices, joint: int, limit: float, full: bool, memory: Memory
 ) -> bool:
@@ -214,6 +234,8 @@ def sieve(
             break
         if kept == begin or not lazy:
             memory.counts[TESTED] += 1
+            if not bearing_may_hold(task, joint, pair, memory.bearing):
+                continue
             if not (may_hold(task, joint, pair, memory.bounds) and stays_cool(task, joint, pair, memory.bounds)):
                 continue
             if setting.energy != 0.0:
@@ -226,7 +248,7 @@ def sieve(
     return kept > begin
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_leaf
 def _close_up(choices: Choices, joint: int) -> None:
     """Take out the candidates of a joint that cost infinitely much."""
     begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
@@ -238,7 +260,7 @@ def _close_up(choices: Choices, joint: int) -> None:
     choices.size[joint] = kept - begin
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_leaf
 def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alone: bool, memory: Memory) -> int:
     """Judge the cheapest candidates of a joint whose load is decided, until one holds.
 
@@ -287,13 +309,13 @@ def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alo
     return EMPTY if choices.size[joint] == 0 else found
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_part
 def _least(choices: Choices, joint: int) -> float:
     begin = choices.first[joint]
     return float(choices.cost[begin : begin + choices.size[joint]].min())
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_part
 def _all_decided(setting: Setting, memory: Memory) -> bool:
     """Whether no drive that loads another joint is open."""
     for k in range(memory.low.shape[0]):
@@ -304,7 +326,7 @@ def _all_decided(setting: Setting, memory: Memory) -> bool:
     return True
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_entry
 def propagate(
     task: PackedTask, setting: Setting, choices: Choices, limit: float, full: int, passes: int, memory: Memory
 ) -> tuple[int, int]:
@@ -331,6 +353,7 @@ def propagate(
         for joint in range(n - 1, -1, -1):
             decided = interval(task, setting, joint, memory.low, memory.high, memory.torque)
             bound_joint(task, joint, memory.torque[0], memory.torque[1], memory.bounds)
+            least_bearing(task, setting.loads, joint, memory.low, memory.high, memory.bearing)
             room = limit - (choices.least.sum() - choices.least[joint])
             if not sieve(task, setting, choices, joint, room, choices.size[joint] <= full, memory):
                 return EMPTY, joint
@@ -353,7 +376,7 @@ def propagate(
     return OPEN, 0
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@njit_entry
 def set_power(task: PackedTask, pairs: Indices, memory: Memory, total: Array) -> None:
     """Electrical power of all drives of a set that holds.
 

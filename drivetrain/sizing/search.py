@@ -72,8 +72,9 @@ def select(
     tell = _teller(progress)
     if resume is not None and resume.state is None:
         return resume
-    begin = time.perf_counter()
     tree = _new_tree(study, wanted, work) if resume is None else _old_tree(study, wanted, resume)
+    tree.begin()
+    begin = time.perf_counter()  # what a first run compiles is no search
     limit = tree.problem.wanted.time_limit if wanted is None else wanted.time_limit
     tree.run(begin + limit, tell)
     sets, wrong = _evaluated(tree)

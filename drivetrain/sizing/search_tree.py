@@ -132,11 +132,10 @@ class Tree:
         """Search until it is finished or the time is up.
 
         Args:
-            deadline: On the clock of ``time.perf_counter`` [s]; at least one step is made.
+            deadline: On the clock of ``time.perf_counter`` [s]; one step is made whatever it says.
             tell: Told how far the search is.
         """
-        if not self.started:
-            self._start()
+        self.begin()
         while not self.finished:
             node = self._next()
             if self.counters["nodes"] % TELL_EVERY == 0:
@@ -159,8 +158,10 @@ class Tree:
         self.counters["descents"] += 1
         return heapq.heappop(self.open)[2]
 
-    def _start(self) -> None:
-        """The first node, and the first sets to hold others against."""
+    def begin(self) -> None:
+        """Make the first node, and the first sets to hold others against."""
+        if self.started:
+            return
         self.started = True
         if any(len(pairs) == 0 for pairs in self.problem.known):
             return

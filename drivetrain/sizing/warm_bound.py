@@ -13,7 +13,8 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.bound_kernels import HIGH, LOW, OVER
-from drivetrain.sizing.load_kernels import JointBounds, compiled, fast, part
+from drivetrain.sizing.compiling import njit_leaf, njit_loop, njit_part
+from drivetrain.sizing.load_kernels import JointBounds
 from drivetrain.sizing.packed_rows import (
     CONTINUOUS,
     COULOMB,
@@ -55,7 +56,7 @@ from drivetrain.sizing.vector_max import larger, smaller
 STEPS = 8  # of the ladder; each adds a few percent of the one before
 
 
-@fast
+@njit_loop
 def _least_figures(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
     """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
     weight, share = row[WEIGHT], row[STEP_SHARE]
@@ -74,7 +75,7 @@ def _least_figures(row: Array, least: Array, most: Array) -> tuple[float, float,
     return peak, square, between
 
 
-@part
+@njit_part
 def _least_sum(speed: float, drop: float, weak: float, strong: float) -> float:
     """The least of speed k + drop / k for k from weak to strong: at an end, or between where one falls, one rises."""
     ends = smaller(speed * weak + drop / weak, speed * strong + drop / strong)
@@ -82,7 +83,7 @@ def _least_sum(speed: float, drop: float, weak: float, strong: float) -> float:
     return 2.0 * math.sqrt(larger(speed * drop, 0.0)) if between else ends
 
 
-@fast
+@njit_loop
 def _least_warm_voltage(
     row: Array, m: Array, ratio: float, ohms: tuple[float, float], constants: tuple[float, float], least: Array,
     most: Array,
@@ -104,7 +105,7 @@ def _least_warm_voltage(
     return peak
 
 
-@compiled
+@njit_leaf
 def resting_share(m: Array, parts: int, duration: float) -> float:
     """The share of its mean rise below which the housing never falls while the winding's heat comes unevenly.
 
@@ -131,7 +132,7 @@ def resting_share(m: Array, parts: int, duration: float) -> float:
     return min(max(duration * slow * quick / (quick - slow) * left, 0.0), 1.0)
 
 
-@part
+@njit_part
 def stays_cool(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
     """Whether a pair may hold the limits of heat and current with some torque history within bounds.
 
