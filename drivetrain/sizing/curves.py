@@ -178,10 +178,10 @@ def _between(row: _Row, marks: _Marks, end: CurvePoint, tolerance: float) -> Non
 
 def _goes_on(row: _Row, first: dict[str, Pair], last: dict[str, Pair], value: float) -> bool:
     """Whether the first of two sets is still the better one."""
-    own, other = row.worth(first, value), row.worth(last, value)
     if not first:
-        return math.isinf(other)
-    return math.isfinite(own) and own <= other * (1.0 + EQUAL)
+        return math.isinf(row.worth(last, value))
+    own = row.worth(first, value)
+    return math.isfinite(own) and own <= row.worth(last, value) * (1.0 + EQUAL)
 
 
 def _pieces(row: _Row, marks: _Marks) -> tuple[CurvePiece, ...]:

@@ -18,6 +18,7 @@ from drivetrain.sizing.packed_rows import (
     CONTINUOUS,
     COULOMB,
     DIRECT_DRIVE,
+    INDUCTANCE,
     INNER,
     MAGNET,
     MAX_INPUT,
@@ -41,12 +42,18 @@ from drivetrain.sizing.packed_task import (
     FASTEST,
     MEAN_SPEED,
     PEAK_FACTOR,
+    RATE_AFTER,
+    RATE_AT,
+    RATE_BEFORE,
     RMS_FACTOR,
     SPEED,
     SPEED_FACTOR,
     STEP_SHARE,
     STEP_SPEED,
     STEP_SQUARE,
+    TEMPERATURE_MARGIN,
+    VOLTAGE_FACTOR,
+    VOLTS,
     WEIGHT,
     Indices,
     PackedTask,
@@ -152,15 +159,33 @@ def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Arra
     return total
 
 
+@loop
+def _least_volts(row: Array, m: Array, ratio: float, ohms: float, constant: float, least: Array, most: Array) -> float:
+    """The voltage of a cold motor that cannot be undercut; the first and the last sample are left out."""
+    speed, behind, at, ahead = row[SPEED], row[RATE_BEFORE], row[RATE_AT], row[RATE_AFTER]
+    inductance, turning, peak = m[INDUCTANCE] / constant, constant * ratio, 0.0
+    l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
+    s, r0, r1, r2 = speed[1:-1], behind[1:-1], at[1:-1], ahead[1:-1]
+    for t in range(len(s)):
+        own, before, after = ohms / constant + inductance * r1[t], inductance * r0[t], inductance * r2[t]
+        low = smaller(own * l1[t], own * h1[t]) + smaller(before * l0[t], before * h0[t])
+        high = larger(own * l1[t], own * h1[t]) + larger(before * l0[t], before * h0[t])
+        low += smaller(after * l2[t], after * h2[t])
+        high += larger(after * l2[t], after * h2[t])
+        emf = turning * s[t]
+        peak = larger(peak, larger(emf + low, -(emf + high)))
+    return peak
+
+
 @inner
-def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -> tuple[float, float]:
-    """Winding and magnet temperature that cannot be undercut at any instant and on average: see ``warm_bound``."""
+def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -> tuple[float, float, float]:
+    """What cannot be undercut: winding at any instant, magnets on average, hottest winding [C]; see ``warm_bound``."""
     limits = task.tasks[joint]
     ambient = limits[AMBIENT]
     if np.isnan(m[INNER]):
-        return (ambient if np.isnan(m[MAX_WINDING]) else m[MAX_WINDING]), ambient
+        return (ambient if np.isnan(m[MAX_WINDING]) else m[MAX_WINDING]), ambient, ambient
     if m[MAGNET] > 0.0:
-        return ambient, ambient
+        return ambient, ambient, ambient
     share, loss = resting_share(m, len(task.shares), limits[DURATION]), 0.0
     if limits[CURVED] == 0.0:
         turning = abs(g[RATIO])
@@ -172,7 +197,8 @@ def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -
             break
         copper = resistance(m, ambient + share * m[OUTER] * copper) * between / (constant * constant)
         magnets = ambient + m[OUTER] * (copper + loss)
-    return ambient + share * m[OUTER] * copper, magnets
+    hottest = ambient + (m[INNER] + m[OUTER]) * copper + m[OUTER] * loss
+    return ambient + share * m[OUTER] * copper, magnets, hottest
 
 
 @inner
@@ -192,7 +218,7 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
     row, limits, bounds = task.series[joint], task.tasks[joint], memory.bounds
     least, most = bounds.scratch[LOW], bounds.scratch[HIGH]
     peak, square, between = _least_torques(row, least, most)
-    winding, magnets = _coolest(task, joint, m, g, between)
+    winding, magnets, hottest = _coolest(task, joint, m, g, between)
     weak = constant_at(m, magnets)
     # Magnets that may be stronger without bound, or gone: no loss is certain.
     sure = weak > 0.0 and not (m[MAGNET] > 0.0 and not np.isnan(m[INNER]))
@@ -206,6 +232,11 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
         rms = limits[RMS_FACTOR] * math.sqrt(square / limits[DURATION]) / weak
         used = max(used, _share(current, m[PEAK_CURRENT]), _share(current, limits[AMPLIFIER_PEAK]))
         used = max(used, _share(rms, m[CONTINUOUS]), _share(rms, limits[AMPLIFIER_CONTINUOUS]))
+    room = m[MAX_WINDING] - limits[TEMPERATURE_MARGIN] - limits[AMBIENT]
+    used = max(used, _share(hottest - limits[AMBIENT], room))
+    cold = constant_at(m, limits[AMBIENT])
+    volts = _least_volts(row, m, g[RATIO], resistance(m, limits[AMBIENT]), cold, least, most)
+    used = max(used, _share(limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
     if g[DIRECT_DRIVE] == 0.0:
         low, high, at = memory.torque[0], memory.torque[1], task.offsets[joint, joint]
         low[:], high[:] = bounds.low, bounds.high
