@@ -1,7 +1,7 @@
 """E2: steps as long as a tolerance allows, friction's modes changed at located events: the engine for accuracy.
 
-The same effects, mechanics and friction as the fixed implicit step, whose limit for short steps it is. No step crosses a
-breakpoint or a sample; on each side the laws are asked only for instants of that side.
+The same effects, mechanics and friction as the fixed implicit step, whose limit for short steps it is. No step crosses
+a breakpoint or a sample; on each side the laws are asked only for instants of that side.
 """
 
 from __future__ import annotations

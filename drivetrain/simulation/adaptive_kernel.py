@@ -1,7 +1,7 @@
 """What the adaptive engine does beside the equations of motion, compiled: modes of friction, samples, accounts, rows.
 
-Friction has a mode a coordinate: stuck, or sliding one way. Within a step the mode is given, so the rates are smooth; it
-changes at an event, located by the solver: a sliding coordinate comes to rest, or what a stuck one holds reaches its
+Friction has a mode a coordinate: stuck, or sliding one way. Within a step the mode is given, so the rates are smooth;
+it changes at an event, located by the solver: a sliding coordinate comes to rest, or what a stuck one holds reaches its
 bound. Then the change that belongs to the event is forced, and only what it does to the others is left to
 complementarity: who asks "which mode?" anew at rest gets the old answer back, for ever.
 

@@ -1,0 +1,317 @@
+"""The adaptive engine: closed forms of dry friction, the limit of the fixed step, samples, heat, resumption, refusals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+import drivetrain as dt
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.effects import signals as s
+from drivetrain.effects.cascade_loop import CascadeLoop
+from drivetrain.effects.commanded_motion import CommandedMotion
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.encoder import Encoder
+from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.moving_belt import MovingBelt
+from drivetrain.effects.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.sampled_cascade import SampledCascade
+from drivetrain.effects.tip_contact import TipContact
+from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.wall_spring import WallSpring
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.errors import InputError
+from drivetrain.motion.motion import Motion
+from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Inertia, Scene, joint_scene
+from drivetrain.solvers.adaptive import Lsoda
+from drivetrain.solvers.rosenbrock import Rodas4
+
+MOTOR = Motor(key="m", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
+STICKY = Friction(coulomb=1.0, static=1.5)
+
+
+def instants(run: Recording, name: str) -> list[float]:
+    return [event.time for event in run.events if event.name == name]
+
+
+@pytest.mark.parametrize(("rtol", "within"), [(1e-4, 1e-5), (1e-6, 1e-7), (1e-9, 1e-10)])
+def test_coulomb_oscillator_stops_where_and_when_it_must(rtol: float, within: float) -> None:
+    # Five half cycles of amplitude falling by 2 Fc / k each: 0.103 - 5 * 0.02, on the other side; pi / w each.
+    effects = [DryFriction(Friction(coulomb=1.0)), WallSpring(100.0)]
+    run = simulate(joint_scene(1.0, effects, 3600.0, position=0.103), solver=Rodas4(rtol), interval=10.0)
+    assert run["joint.position"][-1] == pytest.approx(-0.003, abs=within)
+    turns = [event.time for event in run.events]
+    np.testing.assert_allclose(turns, np.arange(1, 6) * math.pi / 10.0, atol=20.0 * within)
+    assert [event.name for event in run.events] == ["reversal"] * 4 + ["stick"]
+    assert (run["joint.speed"][1:] == 0.0).all()
+    assert len(np.unique(run["joint.position"][1:])) == 1  # no creep in an hour
+    assert run.counters["steps"] < 2000
+
+
+@pytest.mark.parametrize("share", [0.5, 0.96, -0.96])
+def test_hold_drifts_by_nothing_at_all(share: float) -> None:
+    effects = [DryFriction(Friction(coulomb=15.0, static=25.0)), GivenTorque([0.0], [25.0 * share])]
+    run = simulate(joint_scene(0.5, effects, 60.0, position=0.7), solver=Rodas4(), interval=1.0)
+    assert (run["joint.position"] == 0.7).all() and (run["joint.speed"] == 0.0).all()
+    assert run["joint.joint_friction"][-1] == pytest.approx(25.0 * share, rel=1e-12)
+
+
+def test_ramp_breaks_loose_when_it_must() -> None:
+    effects = [DryFriction(STICKY), GivenTorque([0.0, 4.0], [0.0, 4.0])]
+    run = simulate(joint_scene(1.0, effects, 2.0), solver=Rodas4())
+    (when,) = instants(run, "breakaway")
+    assert when == pytest.approx(1.5, abs=1e-12)
+    assert run["joint.speed"][-1] == pytest.approx(0.5 * 0.5 + 0.5**2 / 2.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("belt", [False, True])
+def test_stick_slip_has_its_period(belt: bool) -> None:
+    """Pulled at v: slip about the kinetic level from a stretch of (Fs - Fk)/k, through rest again, then stick."""
+    stiffness, pull, speed = 100.0, 0.5, 0.01
+    w, stretch = math.sqrt(stiffness), pull / stiffness
+    # In the frame of the pull the block swings: x = stretch cos wt + v/w sin wt; it sticks when it moves as at its start.
+    slip = (2.0 * math.pi - 2.0 * math.atan2(stretch * w, speed)) / w
+    period = slip + 2.0 * stretch / speed
+    spring = [WallSpring(stiffness), MovingBelt(speed)] if belt else [WallSpring(stiffness, speed=speed)]
+    scene = joint_scene(1.0, [DryFriction(STICKY), *spring], 14.0, speed=speed if belt else 0.0)
+    for rtol, within in ((1e-6, 1e-5), (1e-9, 1e-8)):
+        run = simulate(scene, solver=Rodas4(rtol), interval=0.5)
+        times = instants(run, "breakaway")
+        assert len(times) == 10 and len(run.events) == 19
+        assert np.diff(times).mean() == pytest.approx(period, rel=within)
+
+
+def two_links() -> dt.Arm:
+    m1, m2, l1, l2 = 4.0, 3.0, 0.4, 0.35
+    home = np.tile(np.eye(4), (2, 1, 1))
+    home[0, 0, 3], home[1, 0, 3] = l1, l1 + l2
+    screws = np.array([[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, -l1, 0]], dtype=float)
+    return dt.Arm.from_screws(home, screws, [m1, m2], np.zeros((2, 3, 3)), gravity=(0.0, -9.81, 0.0))
+
+
+@pytest.mark.parametrize(("rtol", "within"), [(1e-4, 1e-5), (1e-6, 1e-7), (1e-8, 2e-9)])
+def test_two_links_with_friction_come_to_rest_where_they_must(rtol: float, within: float) -> None:
+    # From an event-driven reference of tolerance 1e-11 with exact selection of modes: three events. Who asks at the
+    # first of them which mode to take, without forcing the one that has come, never gets beyond it.
+    effects = {
+        name: (DryFriction(Friction(coulomb=dry)), ViscousFriction(Friction(viscous=wet)), ReflectedRotor(inertia, 1.0))
+        for name, dry, wet, inertia in (("joint_1", 18.0, 0.5, 0.33), ("joint_2", 6.0, 0.3, 0.21))
+    }
+    run = simulate(Scene(two_links(), effects, 6.0, np.array([0.3, 0.2])), solver=Rodas4(rtol))
+    final = [run[f"joint_{i}.position"][-1] for i in (1, 2)]
+    np.testing.assert_allclose(final, [-2.006752185, -0.123288467], atol=within)
+    assert run["joint_1.speed"][-1] == 0.0 and run["joint_2.speed"][-1] == 0.0
+    assert len(run.events) == 3
+    assert run.counters["mode_changes"] == 3
+
+
+def worm(efficiency: float, torque: float) -> Scene:
+    gear = Gear("worm", 50.0, kind="spur", efficiency=efficiency)
+    effects = [MeshLoss(gear), FullRotor(1e-3, 50.0), GivenTorque([0.0], [torque], "motor")]
+    return joint_scene(Inertia(1.0, weight=10.0), effects, 1.0)
+
+
+def test_locking_worm_holds_its_load_and_lets_it_go() -> None:
+    held = simulate(worm(0.45, 0.0), solver=Rodas4())
+    assert (held["joint.position"] == 0.0).all() and (held["joint.speed"] == 0.0).all()
+    needed = (1 / 0.45 - 2.0) * 10.0 / 50.0
+    assert (simulate(worm(0.45, -0.99 * needed), solver=Rodas4())["joint.speed"] == 0.0).all()
+    freed = simulate(worm(0.45, -1.01 * needed), solver=Rodas4(1e-8))
+    fixed = simulate(worm(0.45, -1.01 * needed), solver=FixedStep(1e-5))
+    assert freed["joint.position"][-1] == pytest.approx(fixed["joint.position"][-1], rel=1e-5)
+    assert freed["joint.position"][-1] < 0.0
+
+
+def wave() -> CommandedMotion:
+    time = np.linspace(0.0, 0.5, 51)
+    columns = (
+        0.5 * (1.0 - np.cos(2.0 * np.pi * time)),
+        np.pi * np.sin(2.0 * np.pi * time),
+        2.0 * np.pi**2 * np.cos(2.0 * np.pi * time),
+    )
+    return CommandedMotion(Motion("wave", ("joint",), time, *(column[:, np.newaxis] for column in columns)))
+
+
+def lossy() -> Scene:
+    gear, law = (
+        Gear("g", -50.0, kind="spur", efficiency=0.7),
+        Friction(coulomb=0.02, coulomb_negative=0.05, static=0.06),
+    )
+    push = GivenTorque([0.0, 0.2, 0.2, 0.6, 1.0], [0.0, 1.0, -0.4, 0.3, 0.0], "motor")
+    return joint_scene(0.5, [MeshLoss(gear), FullRotor(3e-5, -50.0), DryFriction(law, "motor"), push], 1.0)
+
+
+def springy() -> Scene:
+    gear = Gear("hd", 100.0, kind="spur", efficiency=0.8, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4)
+    parts = [FlexibleJoint(gear, 2.0), FullRotor(3e-5, 100.0), MeshLoss(gear)]
+    parts += [DryFriction(Friction(coulomb=1.0, static=2.0)), DryFriction(Friction(coulomb=0.01, static=0.02), "motor")]
+    push = GivenTorque([0.0, 0.1, 0.1, 0.4, 0.6], [0.3, 0.6, -0.2, 0.4, 0.0], "motor")
+    return joint_scene(Inertia(1.0, weight=15.0), [*parts, push], 0.6)
+
+
+def servo(*loop: Effect) -> Scene:
+    drive = (ReflectedRotor(3.3e-5, 10.0), MotorCurrent(MOTOR), *loop)
+    return Scene(Inertia(0.01), {"joint": drive, "scene": (wave(),)}, 0.4)
+
+
+def slider(damping: float) -> Scene:
+    home, screws = np.eye(4)[np.newaxis], np.array([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
+    arm = dt.Arm.from_screws(
+        home, screws, [2.0], np.eye(3)[np.newaxis] * 1e-3, tip=np.eye(4), gravity=(0.0, 0.0, 0.0), joint_names=["joint"]
+    )
+    wall = TipContact((0.1, 0.0, 0.0), (-1.0, 0.0, 0.0), 5e4, damping)
+    drag = ViscousFriction(Friction(viscous=40.0))
+    return Scene(arm, {"joint": (GivenTorque([0.0], [50.0]), drag), "scene": (wall,)}, 0.5, speed=[1.0])
+
+
+@pytest.mark.parametrize(
+    ("scene", "step", "within"),
+    [
+        (lossy(), 2e-6, 2e-6),
+        (springy(), 2e-6, 2e-6),
+        (servo(CascadeLoop(20.0, 0.05, 0.02)), 1e-5, 1e-8),
+        (servo(Encoder(), SampledCascade(20.0, 0.05, 0.02, every=1e-3, delay=1)), 1e-3, 1e-12),
+        (slider(0.0), 1e-5, 1e-6),
+        (slider(200.0), 1e-5, 1e-6),
+    ],
+    ids=["mesh and dry friction", "springs", "loops", "samples", "wall", "damped wall"],
+)
+def test_limit_of_the_fixed_step(scene: Scene, step: float, within: float) -> None:
+    """Both engines solve the same equations by other means: they meet where steps are short and tolerances tight."""
+    fixed = simulate(scene, solver=FixedStep(step))
+    errors = []
+    for rtol in (1e-5, 1e-8):
+        run = simulate(scene, solver=Rodas4(rtol))
+        assert run.stopped_by is None
+        np.testing.assert_allclose(run.time, fixed.time, atol=1e-12)
+        errors.append(np.abs(run["joint.position"] - fixed["joint.position"]).max())
+    assert errors[1] < within
+    assert errors[1] <= 1.5 * errors[0] + 1e-12  # where the fixed step is the one that errs, both are its error
+
+
+@pytest.mark.parametrize("scene", [lossy(), springy()], ids=["mesh", "springs"])
+def test_ten_times_tighter_is_better_and_energy_is_kept(scene: Scene) -> None:
+    best = simulate(scene, solver=Rodas4(1e-10))
+    errors, audits = [], []
+    for rtol in (1e-4, 1e-6, 1e-8):
+        run = simulate(scene, solver=Rodas4(rtol))
+        errors.append(np.abs(run["joint.position"] - best["joint.position"]).max())
+        audits.append(np.abs(run["energy_error"]).max())
+    assert all(later < 0.3 * before for before, later in pairwise(errors))
+    assert audits[2] < 1e-6 * np.abs(best["joint.motor_speed"] * 1.0).max()
+
+
+def test_heat_follows_the_losses_and_not_the_steps() -> None:
+    network = ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0)
+    scene = servo(CascadeLoop(20.0, 0.05, 0.02), WindingHeat(network, every=1e-3))
+    fixed, ours = (simulate(scene, solver=solver) for solver in (FixedStep(1e-4), Rodas4(1e-7)))
+    name = next(name for name in ours.series if name.endswith("winding_temperature"))
+    assert np.ptp(ours[name]) > 1e-3
+    np.testing.assert_allclose(ours[name], fixed[name], atol=5e-3 * np.ptp(ours[name]))
+
+
+def test_stopped_run_goes_on_to_the_last_bit() -> None:
+    scene = servo(Encoder(), SampledCascade(20.0, 0.05, 0.02, every=1e-4, delay=1), DryFriction(Friction(coulomb=0.05)))
+    whole = simulate(scene, solver=Rodas4(1e-6))
+    half = simulate(scene, solver=Rodas4(1e-6), duration=0.2)
+    rest = simulate(scene, solver=Rodas4(1e-6), resume=half)
+    assert half.stopped_by is None and rest.stopped_by is None
+    joined = np.concatenate([half["joint.position"], rest["joint.position"]])
+    np.testing.assert_array_equal(np.concatenate([half.time, rest.time]), whole.time)
+    np.testing.assert_array_equal(joined, whole["joint.position"])
+    with pytest.raises(InputError, match="another scene"):
+        simulate(lossy(), solver=Rodas4(), resume=half)
+    with pytest.raises(InputError, match="another scene"):
+        simulate(scene, solver=Rodas4(), resume=simulate(scene, solver=FixedStep(1e-3), duration=0.2))
+
+
+@Compiled
+def _sign(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        speed = signals[words[row + 1]]
+        signals[words[row + 2]] -= numbers[words[row]] * ((speed > 0.0) - (speed < 0.0))
+
+
+@Compiled
+def _escape(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
+    for k in range(words[0]):
+        row = 2 + k * words[1]
+        signals[words[row + 2]] += numbers[words[row]] * signals[words[row + 1]] ** 2
+
+
+@dataclass(frozen=True)
+class Naive(Effect):
+    """Friction as a sign of the speed, which no adaptive solver can take."""
+
+    level: float
+    compute = _sign
+
+    def ports(self, place: Place) -> Ports:
+        return Ports(needs=(s.SPEED,), adds=(s.JOINT_TORQUE,))
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        return [self.level]
+
+
+@dataclass(frozen=True)
+class Escape(Naive):
+    """A torque that grows with the square of the speed: no solution beyond a finite time."""
+
+    compute = _escape
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_friction_as_a_sign_is_refused_and_named(rtol: float) -> None:
+    scene = joint_scene(1.0, [Naive(1.0), WallSpring(100.0)], 10.0, position=0.103)
+    run = simulate(scene, solver=Rodas4(rtol))
+    assert run.stopped_by is not None and run.stopped_by.name == "jump"
+    assert "joint.speed" in run.stopped_by.detail
+    assert run.stopped_by.time < math.pi / 2.0 + 0.02  # reversals are passed, rest is not
+    assert run.counters["rates"] < 20_000
+
+
+def test_divergence_is_told_with_signal_and_instant() -> None:
+    run = simulate(joint_scene(1.0, [Escape(1.0)], 3.0, speed=1.0), solver=Rodas4(1e-6))
+    assert run.stopped_by is not None and run.stopped_by.name == "diverged"
+    assert run.stopped_by.time == pytest.approx(1.0, abs=1e-3)
+    assert "joint.speed" in run.stopped_by.detail
+    assert np.isfinite(run["joint.position"]).all() and run.time[-1] <= run.stopped_by.time
+
+
+def test_solvers_that_do_not_run_compiled_are_refused() -> None:
+    with pytest.raises(InputError, match="runs compiled"):
+        simulate(lossy(), solver=AdaptiveStep(Lsoda()))
+
+
+def test_progress_can_stop_it() -> None:
+    scene = servo(Encoder(), SampledCascade(20.0, 0.05, 0.02, every=1e-5, delay=1))
+    told: list[float] = []
+
+    def stop(share: float) -> bool:
+        told.append(share)
+        return False
+
+    part = simulate(scene, solver=Rodas4(1e-6), progress=stop)
+    assert part.stopped_by is not None and part.stopped_by.name == "stopped" and len(told) == 1
+    rest = simulate(scene, solver=Rodas4(1e-6), resume=part)
+    whole = simulate(scene, solver=Rodas4(1e-6))
+    joined = np.concatenate([part["joint.position"], rest["joint.position"]])
+    np.testing.assert_array_equal(joined, whole["joint.position"])
