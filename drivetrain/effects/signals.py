@@ -84,6 +84,10 @@ AFTER = (
     JOINT_FRICTION_POWER, MOTOR_FRICTION_POWER, MESH_POWER,
 )  # fmt: skip
 
+# Of the whole mechanics, told at instants only.
+KINETIC_ENERGY = Signal("scene.kinetic_energy", "J")
+POTENTIAL_ENERGY = Signal("scene.potential_energy", "J")
+
 # Of the tip, along the axes of the base: known before; and what the surroundings do to it.
 TIP_GIVEN = (
     *(Signal(f"scene.tip_{axis}", "m") for axis in "xyz"),

@@ -21,8 +21,8 @@ AT_MASS, ADDED_FROM, ADDED_TO, POWERS, AT_POWERS, TIP, AT_TIP, AT_TIP_TAKEN, HEL
 NUMBERS, WORDS, RATES_CALLS, AT_TIP_SIGNALS = range(45, 49)
 # Addresses of the compiled equations, what they came to (as ``solve_friction`` tells), where theta stands;
 # and whether springs or dampers made the last step's inertia a good deal larger.
-MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE, STIFF = range(49, 55)
-HEADER = 55
+MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE, STIFF, AT_ENERGY_SIGNALS = range(49, 56)
+HEADER = 56
 
 # Fields of signals, in the order of ``effects.signals``: known before, told after, taken by the mechanics.
 POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE = range(7)

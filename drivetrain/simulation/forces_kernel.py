@@ -2,11 +2,42 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from drivetrain.dynamics.compiled_vectors import part
+from drivetrain.dynamics.compiled_vectors import dot, get, part
+from drivetrain.dynamics.mass_and_bias import ACCEL, BODY, COLUMNS
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.equations_kernel import row_of, tell_motion
+
+
+@part
+def tell_energies(n: Any, w: Any) -> None:
+    """Kinetic and potential energy at an instant.
+
+    Args:
+        n, w: The run, its mechanics just filled.
+    """
+    c, s, links = w[f.COORDINATES], w[f.AT_SIGNALS], w[f.JOINTS]
+    mass, speeds = s + w[f.AT_MASS], w[f.AT_STATE] + c
+    kinetic, potential = 0.0, 0.0
+    for i in range(c):
+        for k in range(c):
+            kinetic += 0.5 * n[speeds + i] * n[mass + i * c + k] * n[speeds + k]
+    if w[f.KIND] == f.ARM:
+        # All that the first link carries has been gathered in its row; what the base carries stands in rows of its own.
+        base = w[f.AT_WORK] + (w[f.AT_WORK_ROWS] - 1) * COLUMNS
+        potential = dot(get(n, base + ACCEL + 3), get(n, w[f.AT_WORK] + BODY + 1))
+        for r in range(w[f.SPINS]):
+            if w[w[f.AT_SPINS] + 3 * r + 1] < 0 and w[w[f.AT_SPINS] + 3 * r + 2] == 0:
+                potential += dot(get(n, base + ACCEL + 3), get(n, w[f.AT_WORK] + (links + r) * COLUMNS + BODY + 1))
+    else:
+        constant, places = w[f.AT_CONSTANT], row_of(w, f.PLACES)
+        for i in range(c):
+            weight = n[constant + f.WEIGHT * c + i]
+            potential += weight * math.sin(n[places + i] + n[constant + f.PHASE * c + i])
+    n[s + w[f.AT_ENERGY_SIGNALS]] = kinetic
+    n[s + w[f.AT_ENERGY_SIGNALS] + 1] = potential
 
 
 # long kernel: every force that is known only now, once

@@ -15,12 +15,12 @@ import numba as nb
 from drivetrain.effects.effect import SIGNATURE
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.equations_kernel import solve_instant, solve_step
-from drivetrain.simulation.forces_kernel import tell_forces
+from drivetrain.simulation.forces_kernel import tell_energies, tell_forces
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1754557043, "simulation/fields.py": 2521556704,
-    "simulation/forces_kernel.py": 3466238865, "simulation/friction_kernel.py": 4042368809,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1754557043, "simulation/fields.py": 78086543,
+    "simulation/forces_kernel.py": 3268345854, "simulation/friction_kernel.py": 4042368809,
     "simulation/tip_kernel.py": 3886163878,
     "dynamics/compiled_vectors.py": 1257686601, "dynamics/mass_and_bias.py": 3714271039,
 }  # fmt: skip
@@ -39,6 +39,7 @@ def _forces(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, word
         tell_forces(numbers, words, h, theta, theta * h)
     else:
         tell_forces(numbers, words, 1.0, 0.0, 0.0)
+        tell_energies(numbers, words)
 
 
 @lru_cache(maxsize=1)

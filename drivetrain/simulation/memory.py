@@ -81,7 +81,9 @@ def signal_places(known: Directory, joints: Sequence[str], c: int) -> tuple[dict
     places["scene.mass_matrix"] = borders["mass"]
     for k, signal in enumerate(named.TIP_GIVEN):
         places[signal.name] = borders["tip"] + k
-    at = borders["tip"] + len(named.TIP_GIVEN)
+    at = borders["energy"] = borders["tip"] + len(named.TIP_GIVEN)
+    places[named.KINETIC_ENERGY.name], places[named.POTENTIAL_ENERGY.name] = at, at + 1
+    at += 2
     for name in sorted({*known.givers, *known.defaults} - set(places)):
         places[name] = at
         at += 1
@@ -166,7 +168,7 @@ def lay_out(
     head[f.AT_MODES] = words.put(np.concatenate([np.zeros(c), np.ones(c), np.zeros(c)]).astype(np.int64))
     head[f.AT_MASS], head[f.ADDED_FROM], head[f.ADDED_TO] = borders["mass"], borders["added"], borders["end"]
     head[f.AT_TIP_SIGNALS], head[f.AT_TIP_TAKEN] = borders["tip"], borders["tip_taken"]
-    head[f.TIP] = _uses_tip(instances)
+    head[f.TIP], head[f.AT_ENERGY_SIGNALS] = _uses_tip(instances), borders["energy"]
     shown = [(states[name], places[name]) for one in instances for name in one.states]
     head[f.AT_SHOWN], head[f.SHOWN] = words.put(np.array(shown, dtype=np.int64)), len(shown)
     head[f.POWERS] = len(powers)

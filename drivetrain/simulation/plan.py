@@ -10,13 +10,15 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.effects.effect import Place, TimeScale
 from drivetrain.errors import Fault, InputError
+from drivetrain.simulation import fields as f
+from drivetrain.simulation import rates_kernel
 from drivetrain.simulation.memory import Memory, lay_out
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.shaping import Mechanics, mechanics, ratios_of
 from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, unit_at
+from drivetrain.solvers.compiled_function import evaluate
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +85,7 @@ def plan(scene: Scene) -> Plan:
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, told=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
-    check_meshes(instances, body, scene)
+    check_meshes(instances, body, memory, scene)
     return Plan(
         scene, body, tuple(groups), known, memory,
         _state_units(instances, memory, scene), _breakpoints(instances, scene),
@@ -91,12 +93,13 @@ def plan(scene: Scene) -> Plan:
     )  # fmt: skip
 
 
-def check_meshes(instances: Sequence[Instance], body: Mechanics, scene: Scene) -> None:
+def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory, scene: Scene) -> None:
     """That friction in the meshes has one solution.
 
     Args:
         instances: All effects.
         body: The mechanics.
+        memory: Laid out.
         scene: Where motions start, for the inertia of an arm's joints.
 
     Raises:
@@ -109,7 +112,7 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, scene: Scene) -
     losses = {joint: float(loss) for joint, loss in told if loss is not None}
     if not losses:
         return
-    inertia = _inertia(body, scene)
+    inertia = _inertia(memory, body.n, scene)
     faults = []
     for joint, loss in losses.items():
         if joint in body.springs or inertia[joint] <= 0.0:
@@ -123,13 +126,16 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, scene: Scene) -
         raise InputError(faults)
 
 
-def _inertia(body: Mechanics, scene: Scene) -> Array:
+def _inertia(memory: Memory, n: int, scene: Scene) -> Array:
     """What each joint moves without its rotor, at the start [kg m^2 or kg], (n,)."""
-    if body.arm is None:
-        return np.array([body.constant[0, 0] - body.constant[3, 0]])
-    q = np.zeros(body.n) if scene.position is None else np.asarray(scene.position)
-    sprung = [i in body.springs for i in range(body.n)]
-    return np.asarray(np.diag(mass_matrix(body.arm, q)) - np.where(sprung, 0.0, body.rotors))
+    numbers, words, c = memory.numbers.copy(), memory.words.copy(), int(memory.words[f.COORDINATES])
+    states, signals = np.zeros(words[f.STATES]), np.zeros(words[f.SIGNALS])
+    if scene.position is not None:
+        states[:n] = scene.position
+    evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
+    whole = signals[words[f.AT_MASS] : words[f.AT_MASS] + c * c : c + 1]
+    rotors = numbers[words[f.AT_TURNED] : words[f.AT_TURNED] + c * c : c + 1]
+    return np.asarray((whole - rotors)[:n])
 
 
 def _rest(whole: Place) -> tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...], int]:

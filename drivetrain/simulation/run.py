@@ -11,9 +11,9 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.effects.effect import Role
+from drivetrain.effects.signals import KINETIC_ENERGY, POTENTIAL_ENERGY
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.adaptive_engine import AdaptiveStep
-from drivetrain.simulation.energy import mechanical_energy
 from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish, column_names
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.passive import limit_events
@@ -127,7 +127,7 @@ def _audit(plan: Plan, series: dict[str, Series]) -> dict[str, Series]:
 
 def _stored(plan: Plan, series: dict[str, Series]) -> Array:
     """Kinetic, potential and whatever effects store [J]."""
-    total = mechanical_energy(plan, {name: one.values for name, one in series.items()})
+    total = series[KINETIC_ENERGY.name].values + series[POTENTIAL_ENERGY.name].values
     for name in plan.signals.stores:
         total = total + series[name].values
     return total

@@ -167,7 +167,7 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
         for power in (named.JOINT_FRICTION_POWER, named.MOTOR_FRICTION_POWER, named.MESH_POWER):
             known.powers[f"{joint}.{power.name}"] = Role.LOSS
     known.units["scene.mass_matrix"], known.givers["scene.mass_matrix"] = "kg m^2", MECHANICS
-    for signal in named.TIP_GIVEN:
+    for signal in (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY, *named.TIP_GIVEN):
         known.units[signal.name], known.givers[signal.name] = signal.unit, MECHANICS
     for signal in named.TIP_TAKEN:
         known.units[signal.name], known.adders[signal.name] = signal.unit, []
