@@ -60,6 +60,11 @@ cycle:
   - {{motion: back}}
   - {{dwell: 0.5 s}}
 
+# Several such rounds, each for a share of the time of use, instead of `cycle`:
+# mix:
+#   - {{name: busy, share: 60 %, cycle: [{{motion: there, payload: part}}, {{motion: back}}]}}
+#   - {{name: waiting, share: 40 %, cycle: [{{motion: there}}, {{motion: back}}, {{dwell: 5 s}}]}}
+
 supply:
   voltage: 48 V
   regenerated_power: 100 W # what the brake resistor burns
@@ -79,6 +84,10 @@ objective: mass # or price, energy, or a mix by the kg, the unit of price, the J
 #   time_limit: 30 s # then the best found is told with the gap that is left
 #   most_motor_types: 3 # fewer spare parts: different motors over all joints, at most; most_gear_types likewise
 #   same_family: [[{pair}]] # groups of joints whose motors, and whose gears, are of one maker's series
+
+# By how much what is built may differ: plus and minus, or a standard deviation. The report then tells with what
+# probability each check holds; `selection: {{holds: 99 %}}` chooses a set that holds so often.
+# tolerances: {{torque_constant: 5 %, friction: 30 %, payload: {{normal: 0.1 kg}}, ambient: 5 K}}
 
 # What may drive each joint; a joint's own entry goes over the default one, name by name.
 joints:
