@@ -18,6 +18,7 @@ from drivetrain.study.resolve_wanted import resolve_wanted
 from drivetrain.study.rows import catalog_folders, resolve_catalog
 from drivetrain.study.schema import StudyForm
 from drivetrain.study.schema_tolerances import TolerancesForm
+from drivetrain.study.simulation import Simulation
 from drivetrain.study.study import DriveMass, Safety, Study
 from drivetrain.study.tolerances import Tolerances
 from drivetrain.study.validate import read_form
@@ -82,6 +83,7 @@ def study_from(document: Document) -> Study:
         catalog=catalog,
         wanted=wanted,
         tolerances=_tolerances(form),
+        simulation=Simulation(**form.simulation.model_dump()),
         notes=tuple(ledger.notes),
     )
 

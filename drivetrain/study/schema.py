@@ -13,6 +13,7 @@ from drivetrain.study.schema_coupling import CouplingForm
 from drivetrain.study.schema_parts import AmplifierForm, AssumptionsForm, JointForm, SafetyForm, SupplyForm
 from drivetrain.study.schema_rows import GearRow, MotorRow
 from drivetrain.study.schema_selection import Objective, SelectionForm
+from drivetrain.study.schema_simulation import SimulationForm
 from drivetrain.study.schema_tolerances import TolerancesForm
 
 SCHEMA_VERSION = 1
@@ -138,6 +139,7 @@ class StudyForm(Form):
     joints: dict[str, JointForm]
     assumptions: AssumptionsForm = AssumptionsForm()
     tolerances: TolerancesForm = TolerancesForm()
+    simulation: SimulationForm = SimulationForm()
 
 
 def json_schema() -> dict[str, Any]:

@@ -14,6 +14,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.study.simulation import Simulation
 from drivetrain.study.tolerances import EXACT, Tolerances
 
 if TYPE_CHECKING:
@@ -248,6 +249,7 @@ class Study:
         catalog: The rows that may be used.
         wanted: What selection minimises and must respect.
         tolerances: How far what is built may lie from these numbers.
+        simulation: What a simulation of it holds, and how it is run.
         notes: Doubts raised while reading (arm, motion, catalogue), for the report.
     """
 
@@ -268,6 +270,7 @@ class Study:
     catalog: Catalog
     wanted: Wanted = Wanted()
     tolerances: Tolerances = EXACT
+    simulation: Simulation = Simulation()
     notes: tuple[str, ...] = ()
 
     @property
