@@ -24,8 +24,15 @@ if TYPE_CHECKING:
     from drivetrain.arm.with_rotors import at_level as at_level
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
     from drivetrain.catalog.read import read_catalog as read_catalog
+    from drivetrain.drive.friction import Friction as Friction
     from drivetrain.drive.friction import book_curves as book_curves
+    from drivetrain.drive.gear import Gear as Gear
+    from drivetrain.drive.loop_design import ServoAxis as ServoAxis
+    from drivetrain.drive.loop_design import ServoTiming as ServoTiming
+    from drivetrain.drive.loop_design import design_loops as design_loops
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
+    from drivetrain.drive.motor import Motor as Motor
+    from drivetrain.drive.thermal_network import thermal_network as thermal_network
     from drivetrain.dynamics.articulated_body import articulated_body as articulated_body
     from drivetrain.dynamics.bias import bias_torque as bias_torque
     from drivetrain.dynamics.bias import tip_torque as tip_torque
@@ -70,26 +77,74 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.ratio_sweep import sweep_ratio as sweep_ratio
     from drivetrain.dynamics.symbolic import symbolic_dynamics as symbolic_dynamics
     from drivetrain.dynamics.task_space import task_space_dynamics as task_space_dynamics
+    from drivetrain.effects.backlash import Backlash as Backlash
+    from drivetrain.effects.cascade_loop import CascadeLoop as CascadeLoop
+    from drivetrain.effects.cogging import Cogging as Cogging
+    from drivetrain.effects.commanded_motion import CommandedMotion as CommandedMotion
+    from drivetrain.effects.computed_torque import ComputedTorque as ComputedTorque
+    from drivetrain.effects.current_loop import CurrentLoop as CurrentLoop
+    from drivetrain.effects.dry_friction import DryFriction as DryFriction
+    from drivetrain.effects.effect import Effect as Effect
+    from drivetrain.effects.encoder import Encoder as Encoder
+    from drivetrain.effects.flexible_joint import FlexibleJoint as FlexibleJoint
+    from drivetrain.effects.given_current import GivenCurrent as GivenCurrent
+    from drivetrain.effects.given_torque import GivenTorque as GivenTorque
+    from drivetrain.effects.given_voltage import GivenVoltage as GivenVoltage
+    from drivetrain.effects.holding_brake import HoldingBrake as HoldingBrake
+    from drivetrain.effects.lugre_friction import LuGreFriction as LuGreFriction
+    from drivetrain.effects.mesh_loss import MeshLoss as MeshLoss
+    from drivetrain.effects.motor_current import MotorCurrent as MotorCurrent
+    from drivetrain.effects.moving_belt import MovingBelt as MovingBelt
+    from drivetrain.effects.position_loop import PositionLoop as PositionLoop
+    from drivetrain.effects.rotor import FullRotor as FullRotor
+    from drivetrain.effects.rotor import ReflectedRotor as ReflectedRotor
+    from drivetrain.effects.sampled_cascade import SampledCascade as SampledCascade
+    from drivetrain.effects.sampled_current_loop import SampledCurrentLoop as SampledCurrentLoop
+    from drivetrain.effects.supply_bus import StiffSupply as StiffSupply
+    from drivetrain.effects.supply_bus import SupplyBus as SupplyBus
+    from drivetrain.effects.tip_contact import TipContact as TipContact
+    from drivetrain.effects.viscous_friction import ViscousFriction as ViscousFriction
+    from drivetrain.effects.wall_spring import WallSpring as WallSpring
+    from drivetrain.effects.winding import Winding as Winding
+    from drivetrain.effects.winding_heat import WindingHeat as WindingHeat
     from drivetrain.errors import DrivetrainError as DrivetrainError
     from drivetrain.errors import InputError as InputError
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
     from drivetrain.export.urdf import write_urdf as write_urdf
+    from drivetrain.motion.motion import Motion as Motion
     from drivetrain.report.outputs import write_outputs as write_outputs
     from drivetrain.report.page import html_report as html_report
+    from drivetrain.simulation.adaptive_engine import AdaptiveStep as AdaptiveStep
     from drivetrain.simulation.constrained import simulate_constrained as simulate_constrained
+    from drivetrain.simulation.fixed_step import FixedStep as FixedStep
+    from drivetrain.simulation.inverse import Inverse as Inverse
     from drivetrain.simulation.passive import simulate_passive as simulate_passive
+    from drivetrain.simulation.plan import Plan as Plan
+    from drivetrain.simulation.plan import plan as plan
     from drivetrain.simulation.recording import Recording as Recording
     from drivetrain.simulation.recording import load_recording as load_recording
+    from drivetrain.simulation.run import simulate as simulate
+    from drivetrain.simulation.scene import Inertia as Inertia
+    from drivetrain.simulation.scene import Scene as Scene
+    from drivetrain.simulation.scene import joint_scene as joint_scene
     from drivetrain.simulation.stabilisation import Baumgarte as Baumgarte
     from drivetrain.simulation.stabilisation import Projection as Projection
+    from drivetrain.simulation.study_scene import scene_of as scene_of
     from drivetrain.sizing.currents import current_commands as current_commands
+    from drivetrain.sizing.curves import optimum_curve as optimum_curve
     from drivetrain.sizing.deflection import tip_deflection as tip_deflection
     from drivetrain.sizing.deflection import vibration as vibration
     from drivetrain.sizing.evaluate import evaluate as evaluate
+    from drivetrain.sizing.free_ratio import free_ratios as free_ratios
+    from drivetrain.sizing.front import pareto_front as pareto_front
     from drivetrain.sizing.ratio import ratio_studies as ratio_studies
     from drivetrain.sizing.ratio import ratio_study as ratio_study
+    from drivetrain.sizing.results import DriveSet as DriveSet
     from drivetrain.sizing.results import Verdict as Verdict
+    from drivetrain.sizing.robust_selection import robust_select as robust_select
     from drivetrain.sizing.search import select as select
+    from drivetrain.sizing.uncertainty import robustness as robustness
+    from drivetrain.sizing.why_not import why_not as why_not
     from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
     from drivetrain.solvers.explicit import Euler as Euler
     from drivetrain.solvers.explicit import RungeKutta4 as RungeKutta4
@@ -103,6 +158,10 @@ if TYPE_CHECKING:
     from drivetrain.spatial.rigid_body import body_wrench as body_wrench
     from drivetrain.study.load import load_study as load_study
     from drivetrain.study.schema import json_schema as json_schema
+    from drivetrain.study.study import Wanted as Wanted
+    from drivetrain.sweep.points import read_sweep as read_sweep
+    from drivetrain.sweep.run import run_sweep as run_sweep
+    from drivetrain.sweep.shards import read_results as read_results
 
 _HOME = {
     "Arm": "arm.arm",
@@ -122,7 +181,14 @@ _HOME = {
     "with_rotors": "arm.with_rotors",
     "read_catalog": "catalog.read",
     "book_curves": "drive.friction",
+    "Friction": "drive.friction",
+    "Gear": "drive.gear",
+    "design_loops": "drive.loop_design",
+    "ServoAxis": "drive.loop_design",
+    "ServoTiming": "drive.loop_design",
     "inertia_matching_ratio": "drive.matching",
+    "Motor": "drive.motor",
+    "thermal_network": "drive.thermal_network",
     "articulated_body": "dynamics.articulated_body",
     "bias_torque": "dynamics.bias",
     "tip_torque": "dynamics.bias",
@@ -159,34 +225,82 @@ _HOME = {
     "potential_energy": "dynamics.lagrange",
     "power_balance": "dynamics.lagrange",
     "mass_matrix": "dynamics.mass_matrix",
-    "DriveTorques": "dynamics.newton_euler",
     "drive_torques": "dynamics.newton_euler",
+    "DriveTorques": "dynamics.newton_euler",
     "gravity_torque": "dynamics.newton_euler",
     "inverse_dynamics": "dynamics.newton_euler",
     "joint_loads": "dynamics.newton_euler",
     "sweep_ratio": "dynamics.ratio_sweep",
     "symbolic_dynamics": "dynamics.symbolic",
     "task_space_dynamics": "dynamics.task_space",
+    "Backlash": "effects.backlash",
+    "CascadeLoop": "effects.cascade_loop",
+    "Cogging": "effects.cogging",
+    "CommandedMotion": "effects.commanded_motion",
+    "ComputedTorque": "effects.computed_torque",
+    "CurrentLoop": "effects.current_loop",
+    "DryFriction": "effects.dry_friction",
+    "Effect": "effects.effect",
+    "Encoder": "effects.encoder",
+    "FlexibleJoint": "effects.flexible_joint",
+    "GivenCurrent": "effects.given_current",
+    "GivenTorque": "effects.given_torque",
+    "GivenVoltage": "effects.given_voltage",
+    "HoldingBrake": "effects.holding_brake",
+    "LuGreFriction": "effects.lugre_friction",
+    "MeshLoss": "effects.mesh_loss",
+    "MotorCurrent": "effects.motor_current",
+    "MovingBelt": "effects.moving_belt",
+    "PositionLoop": "effects.position_loop",
+    "FullRotor": "effects.rotor",
+    "ReflectedRotor": "effects.rotor",
+    "SampledCascade": "effects.sampled_cascade",
+    "SampledCurrentLoop": "effects.sampled_current_loop",
+    "StiffSupply": "effects.supply_bus",
+    "SupplyBus": "effects.supply_bus",
+    "TipContact": "effects.tip_contact",
+    "ViscousFriction": "effects.viscous_friction",
+    "WallSpring": "effects.wall_spring",
+    "Winding": "effects.winding",
+    "WindingHeat": "effects.winding_heat",
     "DrivetrainError": "errors",
     "InputError": "errors",
     "PhysicsWarning": "errors",
     "write_urdf": "export.urdf",
+    "Motion": "motion.motion",
     "write_outputs": "report.outputs",
     "html_report": "report.page",
+    "AdaptiveStep": "simulation.adaptive_engine",
     "simulate_constrained": "simulation.constrained",
+    "FixedStep": "simulation.fixed_step",
+    "Inverse": "simulation.inverse",
     "simulate_passive": "simulation.passive",
-    "Recording": "simulation.recording",
+    "Plan": "simulation.plan",
+    "plan": "simulation.plan",
     "load_recording": "simulation.recording",
+    "Recording": "simulation.recording",
+    "simulate": "simulation.run",
+    "Inertia": "simulation.scene",
+    "joint_scene": "simulation.scene",
+    "Scene": "simulation.scene",
     "Baumgarte": "simulation.stabilisation",
     "Projection": "simulation.stabilisation",
+    "scene_of": "simulation.study_scene",
     "current_commands": "sizing.currents",
+    "optimum_curve": "sizing.curves",
     "tip_deflection": "sizing.deflection",
     "vibration": "sizing.deflection",
     "evaluate": "sizing.evaluate",
+    "free_ratios": "sizing.free_ratio",
+    "pareto_front": "sizing.front",
     "ratio_studies": "sizing.ratio",
     "ratio_study": "sizing.ratio",
+    "DriveSet": "sizing.results",
     "Verdict": "sizing.results",
+    "robust_select": "sizing.robust_selection",
     "select": "sizing.search",
+    "robustness": "sizing.uncertainty",
+    "why_not": "sizing.why_not",
     "DormandPrince853": "solvers.adaptive",
     "Euler": "solvers.explicit",
     "RungeKutta4": "solvers.explicit",
@@ -194,12 +308,16 @@ _HOME = {
     "free_motion": "spatial.free_motion",
     "RigidBody": "spatial.inertia",
     "read_mesh": "spatial.mesh_file",
-    "TriangleMesh": "spatial.mesh_inertia",
     "mesh_body": "spatial.mesh_inertia",
+    "TriangleMesh": "spatial.mesh_inertia",
     "body_acceleration": "spatial.rigid_body",
     "body_wrench": "spatial.rigid_body",
     "load_study": "study.load",
     "json_schema": "study.schema",
+    "Wanted": "study.study",
+    "read_sweep": "sweep.points",
+    "run_sweep": "sweep.run",
+    "read_results": "sweep.shards",
 }
 
 __all__ = sorted([*_HOME, "__version__"])
