@@ -13,7 +13,7 @@ from typing import Any
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.friction_kernel import friction_numbers, sliding_torque
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"drive/friction_kernel.py": 4258720363}
@@ -76,3 +76,20 @@ class DryFriction(Effect):
             As ``friction_numbers`` tells.
         """
         return friction_numbers(self.friction)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """The largest bound over the torque of the task.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            Shares of peak and RMS torque; valid for motions only: in holds and reversals friction decides what happens.
+        """
+        law = self.friction
+        bound = max(law.coulomb, law.coulomb_negative or 0.0, law.static or 0.0)
+        bound *= abs(place.ratio) if self.side == "motor" else 1.0
+        peak, mean = bound / max(conditions.peak_torque, 1e-300), bound / max(conditions.rms_torque, 1e-300)
+        why = "breakaway torque at the joint over peak and RMS torque; squared on the copper loss"
+        return Estimate(peak, mean, 2.0 * mean + mean**2, 0.0, conditions.free, why)

@@ -8,7 +8,7 @@ from typing import Any
 
 from drivetrain.drive.friction import Friction
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal, TimeScale
+from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Role, Signal
 
 
 @Compiled
@@ -75,13 +75,19 @@ class ViscousFriction(Effect):
         law = self.friction
         return law.viscous, law.viscous if law.viscous_negative is None else law.viscous_negative
 
-    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """None of its own: it acts at once.
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """Its torque at the task's peak speed, over the torque of the task.
 
         Args:
             place: Where it stands.
+            conditions: The joint's task.
 
         Returns:
-            Nothing.
+            Shares of peak and RMS torque: bounds, as no motion is at its peak speed all the time.
         """
-        return ()
+        damping = max(self.friction.viscous, self.friction.viscous_negative or 0.0)
+        damping *= place.ratio**2 if self.side == "motor" else 1.0
+        torque = damping * conditions.peak_speed
+        peak, mean = torque / max(conditions.peak_torque, 1e-300), torque / max(conditions.rms_torque, 1e-300)
+        why = "torque at peak speed over peak and RMS torque; squared on the copper loss"
+        return Estimate(peak, mean, 2.0 * mean + mean**2, 0.0, conditions.free, why)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from drivetrain.arm.arm import Arm
@@ -133,3 +133,20 @@ def joint_scene(
     return Scene(
         body, named, duration, checked_array([position], (1,), "position"), checked_array([speed], (1,), "speed")
     )
+
+
+def without(scene: Scene, kind: type[Effect]) -> Scene:
+    """The scene with one kind of effect dropped, or replaced by what stands in for it.
+
+    Args:
+        scene: The scene.
+        kind: Class of the effects to drop, everywhere.
+
+    Returns:
+        The scene; the same effects elsewhere, to the bit.
+    """
+    kept: dict[str, tuple[Effect, ...]] = {}
+    for name, effects in scene.effects.items():
+        stand_ins = [effect.quasi_static() if type(effect) is kind else effect for effect in effects]
+        kept[name] = tuple(effect for effect in stand_ins if effect is not None)
+    return replace(scene, effects=kept)

@@ -1,4 +1,4 @@
-"""Energy in equals energy stored and lost, whatever effects a scene has: every subset of seven, beside motor and rotor."""
+"""Energy in equals energy stored and lost, whatever effects a scene has: every subset of seven beside the motor."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,6 @@
 """The fixed implicit step with set-valued friction, against closed forms and references of tight tolerance."""
 
+import itertools
 import math
 
 import numpy as np
@@ -127,7 +128,7 @@ def test_order_two_without_friction_against_a_solver_of_order_eight() -> None:
         run = simulate(scene, solver=FixedStep(step))
         errors.append(max(abs(run[f"{n}.position"][-1] - x) for n, x in zip(arm.joint_names, exact, strict=True)))
     assert errors[1] < 1e-5
-    for coarse, fine in zip(errors, errors[1:], strict=False):
+    for coarse, fine in itertools.pairwise(errors):
         assert coarse / fine == pytest.approx(4.0, rel=0.05)
 
 
@@ -247,3 +248,37 @@ def test_mirrored_motion_has_mirrored_losses() -> None:
         ]
         ends.append(simulate(joint_scene(0.5, effects, 1.0))["joint.position"])
     np.testing.assert_array_equal(ends[0], -ends[1])
+
+
+def test_an_arm_without_power_holds_itself_for_ever() -> None:
+    arm = dt.load_arm("ur5")
+    pose = np.array([0.3, -0.9, 1.1, 0.2, 0.5, 0.1])
+    gravity = np.abs(dt.gravity_torque(arm, pose))
+    # Friction a little above what gravity asks, in every joint at once; loss of the mesh helps the first.
+    effects = {
+        name: (DryFriction(Friction(coulomb=0.5 * g + 0.01, static=1.02 * g + 0.02)), FullRotor(6e-5, 100.0))
+        for name, g in zip(arm.joint_names, gravity, strict=True)
+    }
+    run = simulate(Scene(arm, effects, 100.0, pose), interval=10.0)
+    assert run.counters["steps"] == 100_000
+    for i, name in enumerate(arm.joint_names):
+        assert (run[f"{name}.position"] == pose[i]).all()
+        assert (run[f"{name}.speed"] == 0.0).all()
+
+
+def test_an_arm_with_a_sliding_joint_falls_as_it_must() -> None:
+    home = np.tile(np.eye(4), (2, 1, 1))
+    home[1, 0, 3] = 0.3
+    screws = np.array([[0, 0, 1, 0, 0, 0], [0, 0, 0, 1, 0, 0]], dtype=float)
+    arm = dt.Arm.from_screws(home, screws, [2.0, 1.0], np.tile(0.01 * np.eye(3), (2, 1, 1)), gravity=(0.0, -9.81, 0.0))
+    effects = {"joint_2": (WallSpring(200.0, 3.0), FullRotor(1e-5, 300.0))}
+    run = simulate(Scene(arm, effects, 0.5), solver=FixedStep(2e-4))
+    assert run.unit("joint_2.position") == "m" and run.unit("joint_2.joint_torque") == "N"
+    geared = dt.with_rotors(arm, [None, dt.Rotor(300.0, 1e-5)])
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        return np.concatenate([y[2:], dt.forward_dynamics(geared, y[:2], y[2:], [0.0, -200.0 * y[1] - 3.0 * y[3]])])
+
+    exact = solve_ivp(rates, (0.0, 0.5), np.zeros(4), "DOP853", rtol=1e-10, atol=1e-10).y[:, -1]
+    found = [run[f"joint_{i}.{what}"][-1] for what in ("position", "speed") for i in (1, 2)]
+    np.testing.assert_allclose(found, exact, atol=2e-5 * np.abs(exact).max())

@@ -132,18 +132,18 @@ def test_an_absent_effect_has_no_state_and_no_call() -> None:
 
 
 def test_what_is_needed_must_be_given() -> None:
-    with pytest.raises(InputError, match="needs joint.current_command"):
+    with pytest.raises(InputError, match=r"needs joint.current_command"):
         plan(joint_scene(1.0, [MotorCurrent(MOTOR)], 1.0))
-    with pytest.raises(InputError, match="joint.deflection"):
+    with pytest.raises(InputError, match=r"joint.deflection"):
         plan(joint_scene(1.0, [Copy("deflection", "seen")], 1.0))
 
 
 def test_nobody_sets_a_signal_twice() -> None:
-    with pytest.raises(InputError, match="sets joint.out, which Copy of joint sets already"):
+    with pytest.raises(InputError, match=r"sets joint.out, which Copy of joint sets already"):
         plan(joint_scene(1.0, [Copy("speed", "out"), Copy("position", "out")], 1.0))
-    with pytest.raises(InputError, match="sets joint.joint_torque"):
+    with pytest.raises(InputError, match=r"sets joint.joint_torque"):
         plan(joint_scene(1.0, [Copy("speed", "joint_torque")], 1.0))
-    with pytest.raises(InputError, match="sets joint.speed"):
+    with pytest.raises(InputError, match=r"sets joint.speed"):
         plan(joint_scene(1.0, [Copy("position", "speed")], 1.0))
 
 
