@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.bound_kernels import HIGH, LOW
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_loop, njit_part
 from drivetrain.sizing.judge_kernels import ASK, FALLS, judge_exact, load_joint, may_hold, pair_power
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.load_kernels import bound_joint, least_average, least_peak
@@ -63,10 +63,23 @@ from drivetrain.sizing.torque_kernels import constant_at, resistance
 from drivetrain.sizing.vector_max import larger, smaller
 from drivetrain.sizing.warm_bound import resting_share, stays_cool
 
-entry = nb.njit(cache=True, error_model="numpy", nogil=True)  # called from Python
-inner = nb.njit(error_model="numpy", nogil=True)
-# A loop over samples.
-loop = nb.njit(error_model="numpy", nogil=True, fastmath={"contract", "reassoc", "nsz"})
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {
+    "compiling.py": 131238782,
+    "packed_rows.py": 959813297,
+    "packed_task.py": 1550225454,
+    "vector_max.py": 2907682659,
+    "load_loops.py": 2895481428,
+    "load_kernels.py": 1678274499,
+    "torque_kernels.py": 3638261967,
+    "check_numbers.py": 3525281127,
+    "check_kernels.py": 1555795092,
+    "bound_kernels.py": 4226330043,
+    "judge_kernels.py": 2721899837,
+    "warm_bound.py": 2558181749,
+    "bearing_bound.py": 721467342,
+    "propagation.py": 3841157696,
+}
 
 MASS, PRICE, ENERGY, USED = range(4)
 OUT, BOUND, EXACT, UNSURE = range(4)
@@ -75,7 +88,7 @@ BELOW = 1.0 - 1e-9  # a bound stays a bound though it is rounded
 
 
 # long kernel: one joint's candidates in one pass, bounds or exact figures
-@entry
+@njit_entry
 def cost_joint(
     task: PackedTask, setting: Setting, joint: int, pool: Indices, fixed: Array, memory: Memory, costs: Array,
     states: Indices,
@@ -121,13 +134,13 @@ def cost_joint(
     return decided
 
 
-@inner
+@njit_leaf
 def _share(required: float, available: float) -> float:
     """Required over available; 0 where nothing limits it."""
     return required / available if available > 0.0 and required > 0.0 else 0.0
 
 
-@loop
+@njit_loop
 def _least_torques(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
     """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
     weight, share = row[WEIGHT], row[STEP_SHARE]
@@ -146,7 +159,7 @@ def _least_torques(row: Array, least: Array, most: Array) -> tuple[float, float,
     return peak, square, between
 
 
-@loop
+@njit_loop
 def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
     """The least integral of torque times speed plus loss times torque squared."""
     speed, weight = row[SPEED], row[WEIGHT]
@@ -159,7 +172,7 @@ def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Arra
     return total
 
 
-@loop
+@njit_loop
 def _least_volts(row: Array, m: Array, ratio: float, ohms: float, constant: float, least: Array, most: Array) -> float:
     """The voltage of a cold motor that cannot be undercut; the first and the last sample are left out."""
     speed, behind, at, ahead = row[SPEED], row[RATE_BEFORE], row[RATE_AT], row[RATE_AFTER]
@@ -177,7 +190,7 @@ def _least_volts(row: Array, m: Array, ratio: float, ohms: float, constant: floa
     return peak
 
 
-@inner
+@njit_part
 def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -> tuple[float, float, float]:
     """What cannot be undercut: winding at any instant, magnets on average, hottest winding [C]; see ``warm_bound``."""
     limits = task.tasks[joint]
@@ -201,7 +214,7 @@ def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -
     return ambient + share * m[OUTER] * copper, magnets, hottest
 
 
-@inner
+@njit_part
 def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> tuple[float, float]:
     """What a candidate draws and how near it comes to its limits at least, whatever torque within the bounds it gives.
 
@@ -254,7 +267,7 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
     return energy, used
 
 
-@entry
+@njit_entry
 def survivors(
     values: Array, rest: Array, used: Array, zones: Array, zone_used: Array, kept: NDArray[np.bool_]
 ) -> int:

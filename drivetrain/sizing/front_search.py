@@ -90,14 +90,16 @@ class FrontSearch:
         """Search until nothing is left or the time is up.
 
         Args:
-            time_limit: From the first sets on, which are always looked for (compiling does not count) [s].
+            time_limit: Once all candidates were looked at a first time, which may compile [s]; at most half of it
+                goes into first sets.
             tell: Told how far the search is.
         """
         root = self._root()
         if root is None:
             return
-        self._dive(root)
-        deadline = time.perf_counter() + time_limit
+        start = time.perf_counter()
+        deadline = start + time_limit
+        self._dive(root, start + 0.5 * time_limit)
         following = self._narrowed(root)
         while (following is not None or self.open) and time.perf_counter() < deadline:
             # A descent ends in sets, and sets rule out boxes: so the better part of a box is gone on with at once.
@@ -330,7 +332,7 @@ class FrontSearch:
         pools[joint], costs[joint] = pools[joint][mask], costs[joint][mask]
         return replace(box, pools=tuple(pools), costs=tuple(costs))
 
-    def _dive(self, root: Box) -> None:
+    def _dive(self, root: Box, deadline: float) -> None:
         """First sets to hold others against, from the tip to the base.
 
         For each weighting, and for each height under which all utilisations are to stay, the cheapest that holds.
@@ -338,6 +340,8 @@ class FrontSearch:
         known: dict[tuple[int, bytes], tuple[Indices, Array]] = {}
         for height in HEIGHTS if self._judged else (math.inf,):
             for weights in self._weights if len(self._weights) else np.ones((1, 4)):
+                if self.counters["sets judged"] and time.perf_counter() > deadline:
+                    return
                 pools = list(root.pools)
                 rows: list[Array] = [np.zeros(4)] * self.problem.n
                 for joint in range(self.problem.n - 1, -1, -1):

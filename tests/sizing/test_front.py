@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import zlib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
+from drivetrain.sizing import front_kernels
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.front import pareto_front
 from drivetrain.sizing.zones import Zones
@@ -165,6 +168,12 @@ def test_zones_hold_exactly_what_is_not_dominated(dimensions):
             assert free == bool((probe < zones.corners).all(axis=1).any())
     front = [p for p in known if not any((q <= p).all() and (q < p).any() for q in known)]
     assert len(front) == len(zones.points)
+
+
+def test_caches_know_what_is_compiled_into_them():
+    folder = Path(front_kernels.__file__).parent
+    told = front_kernels.SOURCES
+    assert told == {name: zlib.crc32((folder / name).read_bytes()) for name in told}
 
 
 def test_bad_input_is_told(make):
