@@ -23,6 +23,7 @@ memory may change. ``sample`` is called at the instants of the effect's period, 
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,6 +33,8 @@ from typing import Any, ClassVar
 
 import numba as nb
 from numba import types
+
+from drivetrain.arrays import Array
 
 DOUBLES, WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
 SIGNATURE = types.void(types.float64, types.float64, DOUBLES, DOUBLES, DOUBLES, DOUBLES, WORDS)
@@ -179,6 +182,26 @@ class Estimate:
     why: str = ""
 
 
+@dataclass(frozen=True, eq=False)
+class TaskSeries:
+    """What the inverse engine finds for one joint along its command, (N,) each.
+
+    Attributes:
+        time: Never decreasing [s].
+        speed, acceleration: Of the joint [rad/s, rad/s^2], or of its slide.
+        torque: Through the mesh, at the output [N m or N].
+        current: At the motor's terminals [A].
+        resting: Where the joint is commanded to stand still.
+    """
+
+    time: Array
+    speed: Array
+    acceleration: Array
+    torque: Array
+    current: Array
+    resting: Array
+
+
 @dataclass(frozen=True)
 class Conditions:
     """What is known of a joint's task before the forward run, for estimates.
@@ -191,6 +214,16 @@ class Conditions:
         inertia: That the gear's output moves, rotor left out [kg m^2].
         rotor_inertia: Reflected to the joint [kg m^2].
         free: Whether nothing touches the arm and the command can be followed.
+        series: The task itself; None: an estimate has only the numbers above.
+        torque_constant: Of the motor [N m/A].
+        mesh_share: Torque at the motor over that at the output behind a lossless gear, driving; 1 without loss [-].
+        heat_gain: Share of the winding's heat that its warmth adds, alpha R Rth I^2; 1 or more runs away [-].
+        cold_share: Of the winding's rise that a resistance of the reference temperature leaves out [-].
+        magnet_share: Of the current that warm magnets ask more [-].
+        rise: Of the winding in the periodic state [K].
+        housing_resistance: From housing to air [K/W].
+        loop_peak: Largest answer of the position loop to a torque, over that torque [-].
+        loop_stiffness: Of the position loop, at the joint [N m/rad].
     """
 
     peak_current: float
@@ -202,6 +235,16 @@ class Conditions:
     inertia: float
     rotor_inertia: float
     free: bool = True
+    series: TaskSeries | None = None
+    torque_constant: float = math.nan
+    mesh_share: float = 1.0
+    heat_gain: float = 0.0
+    cold_share: float = math.nan
+    magnet_share: float = math.nan
+    rise: float = math.inf
+    housing_resistance: float = 0.0
+    loop_peak: float = 1.2
+    loop_stiffness: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -313,6 +356,14 @@ class Effect(ABC):
             Instants [s].
         """
         return ()
+
+    def refined(self) -> Effect:
+        """The same effect for engines that control their error: without steps of its own between which it waits.
+
+        Returns:
+            The effect.
+        """
+        return self
 
     @property
     def period(self) -> float | None:

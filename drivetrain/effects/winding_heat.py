@@ -47,6 +47,9 @@ def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         x[copper] = x[iron] = x[clock] = 0.0
 
 
+AT_ONCE = 1e-9  # [s]
+
+
 @dataclass(frozen=True)
 class WindingHeat(Effect):
     """Two thermal nodes, heated by the copper loss and by friction at the motor's shaft.
@@ -70,6 +73,14 @@ class WindingHeat(Effect):
             raise InputError(Fault("WindingHeat.network", "has no winding time constant", None, hint))
         if self.every is not None and not 0.0 < self.every < math.inf:
             raise InputError(Fault("WindingHeat.every", "must be positive [s]", self.every))
+
+    def refined(self) -> WindingHeat:
+        """The same network, its temperatures moved on with every step.
+
+        Returns:
+            The effect.
+        """
+        return replace(self, every=AT_ONCE)
 
     def ports(self, place: Place) -> Ports:
         """Remembers temperatures and what has been lost since the last step; reads losses.

@@ -19,6 +19,7 @@ from drivetrain.simulation import rates_kernel
 from drivetrain.simulation.beginning import started
 from drivetrain.simulation.engine import Engine, Outcome, Wish, column_names
 from drivetrain.simulation.plan import Plan
+from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers import layout as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
@@ -55,6 +56,7 @@ class AdaptiveStep(Engine):
         Raises:
             InputError: What is to be resumed belongs to another scene; a solver that does not run compiled.
         """
+        plan = _refined(plan)
         numbers, words = plan.memory.numbers.copy(), plan.memory.words.copy()
         if wish.resume is None:
             numbers = started(plan, numbers, words)
@@ -65,9 +67,8 @@ class AdaptiveStep(Engine):
         words[f.HELD_MODES] = 1
         c, place = int(words[f.COORDINATES]), int(words[f.AT_STATE])
         start = numbers[place : place + len(plan.memory.states)].copy()
-        problem = _problem(
-            plan, np.append(numbers, np.zeros(kernel.ENTRY * ROOM)), np.append(words, [0, ROOM, *[0] * c])
-        )
+        numbers = np.append(numbers, np.zeros(kernel.ENTRY * ROOM))
+        problem = _problem(plan, numbers, np.append(words, [0, ROOM, int(plan.memory.memory.any()), *[0] * c]))
         times, breaks = _instants(plan, wish, first), _breaks(plan, words)
         run = _Run(problem, _tuned(self.solver, plan), start, times, breaks)
         return run.looped(plan, wish, None if kept is None else _checkpoint(kept, plan, run))
@@ -100,6 +101,13 @@ class _Run:
         if stopped is None and done.stopped:
             stopped = _stopped(done, plan)
         return _outcome(done, plan, stopped, 0 if self.times[0] == 0.0 else 1)
+
+
+def _refined(plan: Plan) -> Plan:
+    """The plan of the same scene without effects that wait between steps of their own."""
+    effects = {name: tuple(effect.refined() for effect in own) for name, own in plan.scene.effects.items()}
+    same = all(a is b for name, own in plan.scene.effects.items() for a, b in zip(own, effects[name], strict=True))
+    return plan if same else planned(replace(plan.scene, effects=effects))
 
 
 def _problem(plan: Plan, numbers: Array, words: Any) -> CompiledProblem:

@@ -5,8 +5,8 @@ it changes at an event, located by the solver: a sliding coordinate comes to res
 bound. Then the change that belongs to the event is forced, and only what it does to the others is left to
 complementarity: who asks "which mode?" anew at rest gets the old answer back, for ever.
 
-At the end of the words of a plan lie: how many events were logged, how many there is room for, the modes before; at the
-end of the numbers the log itself (instant, coordinate, mode before, mode after).
+At the end of the words of a plan lie: how many events were logged, how many there is room for, whether any effect has a
+memory, the modes before; at the end of the numbers the log itself (instant, coordinate, mode before, mode after).
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1754557043, "simulation/fields.py": 2521556704,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1754557043, "simulation/fields.py": 78086543,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
-LOGGED, ROOM, BEFORE = range(3)  # words behind those of the plan
+LOGGED, ROOM, REMEMBERS, BEFORE = range(4)  # words behind those of the plan
 ENTRY = 4  # numbers an entry of the log
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
 PUSH = 1e-300  # [rad/s]: the speed that tells which way a coordinate was pushed off
@@ -94,12 +94,15 @@ def _account(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     h, spare = result[0], shifted(numbers, words[f.AT_SPARE])
     _at(t, x, numbers, words)
     call_one(words[f.FORCES], t, 0.0, spare, numbers, words, 0)
-    call_all(words[f.ACCOUNTS], words[f.AT_ACCOUNTS], t, h, spare, numbers, words)
+    # Powers are those of the instant; with h > 0 effects tell means over a fixed step that begins here.
+    call_all(words[f.ACCOUNTS], words[f.AT_ACCOUNTS], t, 0.0, spare, numbers, words)
     for k in range(words[f.POWERS]):
         power = numbers[words[f.AT_SIGNALS] + words[words[f.AT_POWERS] + k]]
         numbers[words[f.AT_ENERGIES] + k] += h * power
-    for k in range(2 * words[f.COORDINATES], words[f.STATES]):
-        x[k] = numbers[words[f.AT_STATE] + k]
+    if words[words[f.WORDS] + REMEMBERS]:
+        call_all(words[f.ACCOUNTS], words[f.AT_ACCOUNTS], t, h, spare, numbers, words)
+        for k in range(2 * words[f.COORDINATES], words[f.STATES]):
+            x[k] = numbers[words[f.AT_STATE] + k]
 
 
 def _tell(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:

@@ -1,4 +1,4 @@
-"""The adaptive engine: closed forms of dry friction, the limit of the fixed step, samples, heat, resumption, refusals."""
+"""The adaptive engine: closed forms of dry friction, the limit of the fixed step, heat, resumption, refusals."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_stick_slip_has_its_period(belt: bool) -> None:
     """Pulled at v: slip about the kinetic level from a stretch of (Fs - Fk)/k, through rest again, then stick."""
     stiffness, pull, speed = 100.0, 0.5, 0.01
     w, stretch = math.sqrt(stiffness), pull / stiffness
-    # In the frame of the pull the block swings: x = stretch cos wt + v/w sin wt; it sticks when it moves as at its start.
+    # In the frame of the pull it swings: x = stretch cos wt + v/w sin wt; it sticks when it moves as at its start.
     slip = (2.0 * math.pi - 2.0 * math.atan2(stretch * w, speed)) / w
     period = slip + 2.0 * stretch / speed
     spring = [WallSpring(stiffness), MovingBelt(speed)] if belt else [WallSpring(stiffness, speed=speed)]
