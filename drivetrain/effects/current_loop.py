@@ -173,11 +173,11 @@ class CurrentLoop(Effect):
         return *motor_lines(self.motor), inductance, kp, ki, self.peak_current, forward
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """The current that is commanded, and the integrator that holds it.
+        """The current that is commanded, as far as amplifier and voltage hold it, and the integrator that does.
 
         Args:
             place: Where it stands.
-            signals: Command, speed and temperature at the start.
+            signals: Command, speed, temperature and voltage at the start.
 
         Returns:
             Current [A], integrator [V].
@@ -189,6 +189,8 @@ class CurrentLoop(Effect):
         cold, rise, weak, weaker = motor_lines(self.motor)
         resistance = cold + rise * signals.get(f"{place.name}.{s.WINDING_TEMPERATURE.name}", rest)
         constant = weak + weaker * signals.get(f"{place.name}.{s.HOUSING_TEMPERATURE.name}", rest)
+        volts = signals.get(f"{place.name}.{s.VOLTAGE_LIMIT.name}", 0.0) or math.inf  # 0: not known yet
+        current = min(max(current, (-volts - constant * speed) / resistance), (volts - constant * speed) / resistance)
         return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:

@@ -81,14 +81,12 @@ def _recording(plan: Plan, engine: Engine, outcome: Outcome) -> Recording:
         return Recording(outcome.times, outcome.series, outcome.counters, outcome.events, outcome.stopped_by, about)
     series: dict[str, Series] = {}
     named = [(index, name, unit) for index, (name, unit) in enumerate(column_names(plan)) if _wanted(plan, name)]
-    rows = outcome.rows
-    if outcome.stopped_by is not None:
-        rows = _sound(rows, [1 + index for index, _, _ in named])
+    rows, stopped = _sound(outcome, named, list(plan.memory.states))
     for index, name, unit in named:
         series.setdefault(name, Series(unit, rows[:, 1 + index]))
     series |= _audit(plan, series)
     events = sorted((*outcome.events, *_limits(plan, rows[:, 0], series)), key=lambda event: event.time)
-    return Recording(rows[:, 0], series, outcome.counters, tuple(events), outcome.stopped_by, about, outcome.kept)
+    return Recording(rows[:, 0], series, outcome.counters, tuple(events), stopped, about, outcome.kept)
 
 
 def _limits(plan: Plan, times: Array, series: Mapping[str, Series]) -> tuple[Event, ...]:
@@ -99,10 +97,21 @@ def _limits(plan: Plan, times: Array, series: Mapping[str, Series]) -> tuple[Eve
     return limit_events(arm, times, np.column_stack([series[f"{name}.position"].values for name in arm.joint_names]))
 
 
-def _sound(rows: Array, columns: list[int]) -> Array:
-    """The rows before the first that holds no number, or one too large to calculate with."""
-    bad = np.flatnonzero(~(np.abs(rows[:, columns]) < BEYOND).all(axis=1))
-    return rows[: max(1, int(bad[0]))] if len(bad) else rows
+def _sound(outcome: Outcome, named: list[tuple[int, str, str]], states: list[str]) -> tuple[Array, Event | None]:
+    """The rows before the first that holds no number, or one too large to calculate with; and what ended the run."""
+    rows, stopped = outcome.rows, outcome.stopped_by
+    fine = np.abs(rows[:, [1 + index for index, _, _ in named]]) < BEYOND
+    bad = np.flatnonzero(~fine.all(axis=1))
+    if not len(bad):
+        return rows, stopped
+    first = max(1, int(bad[0]))
+    if stopped is None or stopped.name == "diverged":
+        # Not what grows with its square, such as a loss, but the state that is furthest away.
+        size = np.nan_to_num(np.abs(rows[bad[0], 1 : 1 + len(states)]), nan=np.inf)
+        name = states[int(np.argmax(size))]
+        what = f"{name} grows beyond all bounds"
+        stopped = Event(float(rows[bad[0], 0]), "diverged", f"{what}: a loop that is not stable, or too long a step")
+    return rows[:first], stopped
 
 
 def _wanted(plan: Plan, name: str) -> bool:
