@@ -61,7 +61,7 @@ from drivetrain.sizing.packed_task import (
 from drivetrain.sizing.propagation import Memory, Setting, interval
 from drivetrain.sizing.torque_kernels import constant_at, resistance
 from drivetrain.sizing.vector_max import larger, smaller
-from drivetrain.sizing.warm_bound import resting_share, stays_cool
+from drivetrain.sizing.warm_bound import resting_share
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
@@ -84,7 +84,7 @@ SOURCES = {
 MASS, PRICE, ENERGY, USED = range(4)
 OUT, BOUND, EXACT, UNSURE = range(4)
 LADDER = 8  # steps towards the temperatures; each adds a few percent of the one before
-BELOW = 1.0 - 1e-9  # a bound stays a bound though it is rounded
+BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
 
 
 # long kernel: one joint's candidates in one pass, bounds or exact figures
@@ -125,10 +125,12 @@ def cost_joint(
                 costs[i, ENERGY] = pair_power(task, joint, pair, memory.load, memory.power)
             continue
         states[i] = OUT
-        if not (may_hold(task, joint, pair, memory.bounds) and stays_cool(task, joint, pair, memory.bounds)):
+        if not may_hold(task, joint, pair, memory.bounds):
+            continue
+        figures = bound_candidate(task, joint, pair, memory)
+        if figures[1] * BELOW > 1.0:
             continue
         states[i] = BOUND
-        figures = bound_candidate(task, joint, pair, memory)
         costs[i, ENERGY] = figures[0] * BELOW if figures[0] > 0.0 else figures[0] / BELOW
         costs[i, USED] = figures[1] * BELOW
     return decided
