@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Signal
+from drivetrain.effects.bounds import OVERSHOOT, bounded
+from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Signal, TaskSeries
 from drivetrain.errors import Fault, InputError
 
 
@@ -113,6 +116,8 @@ class Cogging(Effect):
         Returns:
             Their sum at the joint over the peak torque; their squares halved beside the RMS torque's.
         """
+        if conditions.series is not None:
+            return self._along(place, conditions, conditions.series)
         size = abs(place.ratio) * sum(abs(a) for a in self.amplitudes)
         square = 0.5 * sum((place.ratio * a) ** 2 for a in self.amplitudes)
         peak = size / max(conditions.peak_torque, 1e-300)
@@ -121,3 +126,14 @@ class Cogging(Effect):
         return Estimate(
             peak, rms, 2.0 * rms, 0.0, conditions.free, "sum of all harmonics on the peak, squares on the RMS"
         )
+
+    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
+        """All amplitudes at once, all the time, as a joint may rest on a tooth.
+
+        Where that is no small share of the current the loop may swing with the teeth: not valid.
+        """
+        size = sum(abs(a) for a in self.amplitudes)
+        current = OVERSHOOT * size / conditions.torque_constant
+        away = size * abs(place.ratio) / conditions.loop_stiffness
+        error, small = np.full(len(series.time), current), current < 0.2 * conditions.rms_current
+        return bounded(conditions, error, "sum of all harmonics", deviation=away, valid=small)

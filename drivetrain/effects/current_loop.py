@@ -7,9 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
+from drivetrain.effects.bounds import bounded, lagging
 from drivetrain.effects.effect import (
     Compiled,
     Conditions,
@@ -19,6 +22,7 @@ from drivetrain.effects.effect import (
     Ports,
     Role,
     State,
+    TaskSeries,
     TimeScale,
 )
 from drivetrain.effects.motor_current import MotorCurrent
@@ -226,7 +230,23 @@ class CurrentLoop(Effect):
         Reference:
             Fits over twelve scenes of one joint; the current lags by dI/dt over w, and never differs by more.
         """
+        if conditions.series is not None:
+            return self._along(place, conditions, conditions.series)
         slow = 1.0 / (self.bandwidth * max(conditions.move_time, 1e-300))
         rms = 7.6 * slow**1.11
         why = "lag of the current loop: 5.7 p^0.94 of the peak, p = 1/(bandwidth x time of a move)"
         return Estimate(5.7 * slow**0.94, rms, 2.0 * rms, 0.0, conditions.free and slow < 0.02, why)
+
+    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
+        """Current less lagging current; of the position what such a momentum does to a loop damped critically.
+
+        With e' = I' - w e the momentum gathered is (I - e) / w; the largest answer of x'' + 2 a x' + a^2 x to a
+        momentum p is p / (2.718 m a). Not valid where a move lasts less than 50 lags.
+        """
+        error = lagging(series, self.bandwidth)
+        momentum = (
+            conditions.torque_constant * abs(place.ratio) * float(np.ptp(series.current - error)) / self.bandwidth
+        )
+        away = 2.0 * torque / self.bandwidth / (math.e * 0.5 * conditions.loop_damping)
+        valid = self.bandwidth * conditions.move_time > 50.0
+        return bounded(conditions, error, "lag of the loop behind the task's current", deviation=away, valid=valid)

@@ -222,8 +222,7 @@ class Conditions:
         magnet_share: Of the current that warm magnets ask more [-].
         rise: Of the winding in the periodic state [K].
         housing_resistance: From housing to air [K/W].
-        loop_peak: Largest answer of the position loop to a torque, over that torque [-].
-        loop_stiffness: Of the position loop, at the joint [N m/rad].
+        loop_stiffness, loop_damping: Of the position loop, at the joint [N m/rad, N m s/rad].
     """
 
     peak_current: float
@@ -243,8 +242,8 @@ class Conditions:
     magnet_share: float = math.nan
     rise: float = math.inf
     housing_resistance: float = 0.0
-    loop_peak: float = 1.2
     loop_stiffness: float = math.inf
+    loop_damping: float = math.inf
 
 
 @dataclass(frozen=True)

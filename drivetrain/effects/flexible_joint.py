@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.spring_kernel import spring, spring_numbers
 from drivetrain.effects import signals as s
+from drivetrain.effects.bounds import bounded, swinging
 from drivetrain.effects.effect import (
     Compiled,
     Conditions,
@@ -25,6 +27,7 @@ from drivetrain.effects.effect import (
     Role,
     Shape,
     Signal,
+    TaskSeries,
     TimeScale,
 )
 from drivetrain.errors import Fault, InputError
@@ -143,6 +146,8 @@ class FlexibleJoint(Effect):
         Returns:
             The estimate; valid while w T is above 25, where the law was measured.
         """
+        if conditions.series is not None:
+            return self._along(place, conditions, conditions.series)
         stiffness = self.gear.stiffness_1 or math.inf
         frequency = math.sqrt(stiffness / max(conditions.inertia, 1e-300))
         slow = 1.0 / (frequency * max(conditions.move_time, 1e-300))
@@ -150,6 +155,37 @@ class FlexibleJoint(Effect):
         why = "twist of the peak torque; current 376 (1 / (w T))^2 at most, w of the link on a still rotor"
         valid = conditions.free and slow < 0.04
         return Estimate(share, share, 2.0 * share, self._twist(conditions.peak_torque), valid, why)
+
+    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
+        """The swing of the load on the spring as a torque at the motor, and the twist under both.
+
+        The motor's answer to a swing faster than its loop is smaller than the swing. Valid while the load swings 25
+        times faster than a move lasts, where the spring is softest.
+        """
+        envelope = self.swing(conditions)
+        most = float((np.abs(series.torque) + envelope).max())
+        error = envelope * conditions.mesh_share / (abs(place.ratio) * conditions.torque_constant)
+        valid = self._frequency(conditions) * conditions.move_time > 25.0
+        return bounded(conditions, error, "swing of the load on the spring", deviation=self._twist(most), valid=valid)
+
+    def swing(self, conditions: Conditions) -> Array:
+        """How far the spring's torque swings beside that of the task.
+
+        Args:
+            conditions: The joint's task.
+
+        Returns:
+            Envelope [N m], (N,); a single zero where the task is not known.
+        """
+        if conditions.series is None:
+            return np.zeros(1)
+        frequency = self._frequency(conditions)
+        stiffness = self.gear.stiffness_1 or math.inf
+        return swinging(conditions.series, frequency, 0.5 * self.damping * frequency / stiffness)
+
+    def _frequency(self, conditions: Conditions) -> float:
+        """Of the load on the softest spring, its other end held [rad/s]."""
+        return math.sqrt((self.gear.stiffness_1 or math.inf) / max(conditions.inertia, 1e-300))
 
     def _twist(self, torque: float) -> float:
         """Twist under a torque [rad]."""

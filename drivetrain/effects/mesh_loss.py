@@ -6,9 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from drivetrain.drive.gear import Gear, mesh_factors
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Shape
+from drivetrain.effects.bounds import OVERSHOOT, bounded
+from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Shape, TaskSeries
 
 
 @Compiled
@@ -82,5 +85,17 @@ class MeshLoss(Effect):
         Returns:
             mu = 1/eta - 1 on torque and current, twice that on the copper loss.
         """
+        if conditions.series is not None:
+            return self._along(place, conditions, conditions.series)
         share = mesh_factors(self.gear).driving - 1.0
         return Estimate(share, share, 2.0 * share, 0.0, conditions.free, "mu of the mesh, on the torque it carries")
+
+    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
+        """The share of the torque that crosses it, by the direction of power; at rest the larger one."""
+        driving, driven = self.numbers(place)
+        forward = series.torque * series.speed > 0.0
+        share = np.where(series.resting, max(driving, driven), np.where(forward, driving, driven))
+        torque = share * np.abs(series.torque) / abs(place.ratio)
+        away = float(torque.max()) * abs(place.ratio) / conditions.loop_stiffness
+        error = OVERSHOOT * torque / conditions.torque_constant
+        return bounded(conditions, error, "its share of the torque that crosses it", deviation=away)

@@ -156,13 +156,20 @@ class WindingHeat(Effect):
         return (TimeScale("winding warms", self.network.winding_time_constant or math.inf),)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """Not here: what resistance does at the temperatures reached needs the cycle's own losses.
+        """What warm magnets ask more, and what a warm winding adds to its own heat, in the periodic state.
 
         Args:
             place: Where it stands.
-            conditions: The joint's task.
+            conditions: The joint's task, with its temperatures.
 
         Returns:
-            One that is not valid.
+            Shares from the periodic state of the task itself; of the position what the loop gives way under the
+            torque that a cold constant promises and does not make. Not valid near running away.
         """
-        return Estimate(valid=False, why="resistance and torque constant follow the temperature: keep it")
+        share, cold = conditions.magnet_share, conditions.cold_share
+        if math.isnan(share) or math.isnan(cold):
+            return Estimate(valid=False, why="the temperatures are not known: keep it")
+        torque = conditions.peak_current * conditions.torque_constant * abs(place.ratio)
+        valid = conditions.free and conditions.heat_gain < 0.8
+        why = "resistance and torque constant at the temperatures of the task's own periodic state"
+        return Estimate(share, share, cold, share * torque / conditions.loop_stiffness, valid, why)

@@ -1,0 +1,270 @@
+"""What a recording decides: currents, torque, heat and deviation of every joint, and the study's checks on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import resting
+from drivetrain.drive.heat import PeriodicTemperature, temperature_of_current
+from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
+from drivetrain.drive.periodic_rise import CycleLosses, mean_rise, periodic_rise
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.dynamics.kinematics import tip_pose
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.motion.duty_cycle import sample_weights
+from drivetrain.simulation.cost_results import Change, Decision, JointDecision
+from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.scene import Scene
+from drivetrain.sizing.checks_motor import ELECTRIC_CHECKS, motor_peak_torque, motor_speed
+from drivetrain.sizing.demand import JointDemand
+from drivetrain.sizing.operation import Operation
+from drivetrain.sizing.results import Check, Evaluation, JointResult
+
+CHECKS = (motor_speed, motor_peak_torque, *ELECTRIC_CHECKS)
+"""Checks of a study that simulated currents, voltages and temperatures can be held against."""
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """What a recording is judged by, beside itself.
+
+    Attributes:
+        motors: Sheets by joint name.
+        networks: Thermal networks by joint name; a joint that is not named has no temperature.
+        evaluation: Of the study; None: no checks.
+        period: Of the repeated cycle [s], the last of which is looked at; None: the whole recording.
+    """
+
+    motors: Mapping[str, Motor]
+    networks: Mapping[str, ThermalNetwork]
+    evaluation: Evaluation | None = None
+    period: float | None = None
+
+
+def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
+    """What recordings of a scene are judged by.
+
+    Args:
+        scene: The full scene: its motors, its heat.
+        evaluation: Of the study behind it.
+
+    Returns:
+        The basis.
+    """
+    motors, networks = {}, {}
+    for name, effects in scene.effects.items():
+        for effect in effects:
+            sheet = getattr(effect, "motor", None)
+            if isinstance(sheet, Motor):
+                motors[name] = sheet
+            if isinstance(effect, WindingHeat):
+                networks[name] = effect.network
+    return Basis(motors, networks, evaluation, None if evaluation is None else evaluation.study.cycle.duration)
+
+
+def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
+    """What a recording decides.
+
+    Args:
+        recording: Of the scene, with positions, currents and mesh torques.
+        scene: What ran; a joint without ``WindingHeat`` in it is judged with the resistance and the torque constant
+            of its reference temperature, as a reader of such a run would.
+        basis: Motors, heat and study.
+
+    Returns:
+        The decision.
+    """
+    first = 0.0 if basis.period is None else max(0.0, float(recording.time[-1]) - basis.period)
+    last = np.flatnonzero(recording.time >= first - 1e-9)
+    series = {name: one.values[last] for name, one in recording.series.items()}
+    time, joints, checks = recording.time[last], {}, {}
+    warm = {name for name, own in scene.effects.items() if any(isinstance(effect, WindingHeat) for effect in own)}
+    for name in scene.joints:
+        heat = _heat(name, time, series, basis, name in warm)
+        joints[name] = _joint(name, time, series, basis, heat)
+        if basis.evaluation is not None and f"{name}.current" in series:
+            checks[name] = _checks(basis.evaluation, basis.evaluation.joints[name], time, series, heat)
+    return Decision(joints, _tip(scene, series), checks)
+
+
+def change(one: Decision, full: Decision) -> dict[str, Change]:
+    """How far a decision lies from that of the full scene.
+
+    Args:
+        one: Of a scene with less in it.
+        full: Of the full scene.
+
+    Returns:
+        Signed shares by joint; the tip's difference [m] stands at each.
+    """
+    tip = one.tip_deviation - full.tip_deviation
+    return {
+        name: Change(
+            _share(one.joints[name].peak_current, told.peak_current),
+            _share(one.joints[name].rms_current, told.rms_current),
+            _share(one.joints[name].rms_torque, told.rms_torque),
+            _share(one.joints[name].rise, told.rise),
+            tip,
+        )
+        for name, told in full.joints.items()
+    }
+
+
+def _share(value: float, whole: float) -> float:
+    if value == whole:
+        return 0.0
+    return (value - whole) / abs(whole) if whole else math.nan
+
+
+def _joint(
+    name: str, time: Array, series: Mapping[str, Array], basis: Basis, heat: PeriodicTemperature | None
+) -> JointDecision:
+    current = series.get(f"{name}.current", np.full(len(time), np.nan))
+    torque = series.get(f"{name}.mesh_torque", np.full(len(time), np.nan))
+    network = basis.networks.get(name)
+    return JointDecision(
+        float(np.abs(current).max()),
+        _rms(current, time),
+        _rms(torque, time),
+        math.nan if heat is None else heat.peak_winding,
+        math.nan if network is None else network.ambient,
+        float(np.abs(_away(name, series)).max()),
+    )
+
+
+def _rms(values: Array, time: Array) -> float:
+    weights = sample_weights(time)
+    return float(math.sqrt(weights @ values**2 / weights.sum()))
+
+
+def _away(name: str, series: Mapping[str, Array]) -> Array:
+    position = series[f"{name}.position"]
+    return position - series.get(f"{name}.command_position", position)
+
+
+def _tip(scene: Scene, series: Mapping[str, Array]) -> float:
+    """Largest distance of the tip from where it is commanded."""
+    if not isinstance(scene.body, Arm):
+        return float(max(np.abs(_away(name, series)).max() for name in scene.joints))
+    q = np.column_stack([series[f"{name}.position"] for name in scene.joints])
+    wanted = q - np.column_stack([_away(name, series) for name in scene.joints])
+    apart = tip_pose(scene.body, q)[:, :3, 3] - tip_pose(scene.body, wanted)[:, :3, 3]
+    return float(np.linalg.norm(apart, axis=1).max())
+
+
+def tip_travel(scene: Scene, recording: Recording) -> float:
+    """How far the tip is commanded to go: the largest distance from where it starts.
+
+    Args:
+        scene: What ran.
+        recording: With the command in it.
+
+    Returns:
+        [m], of one joint [rad or m]; 0 where nothing is commanded.
+    """
+    names = [f"{name}.command_position" for name in scene.joints]
+    if any(name not in recording.series for name in names):
+        return 0.0
+    wanted = np.column_stack([recording[name] for name in names])
+    if not isinstance(scene.body, Arm):
+        return float(np.ptp(wanted, axis=0).max())
+    place = tip_pose(scene.body, wanted)[:, :3, 3]
+    return float(np.linalg.norm(place - place[0], axis=1).max())
+
+
+def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, warm: bool) -> PeriodicTemperature | None:
+    """Temperatures when the simulated cycle repeats for ever."""
+    network, motor = basis.networks.get(name), basis.motors.get(name)
+    current = series.get(f"{name}.current")
+    if network is None or motor is None or current is None:
+        return None
+    loss = np.zeros(len(time))
+    for what in ("motor_friction_power", "motor_viscous_power"):
+        loss = loss + series.get(f"{name}.{what}", 0.0)
+    found = temperature_of_current(network, motor, time, current, housing_loss=loss)
+    if warm:
+        return found
+    square = (current[:-1] ** 2 + current[:-1] * current[1:] + current[1:] ** 2) / 3.0
+    copper = float(winding_resistance(motor, motor.reference_temperature)) * square
+    losses = CycleLosses(np.diff(time), copper, np.zeros_like(copper), 0.5 * (loss[:-1] + loss[1:]))
+    rise = (mean_rise if network.winding_capacity is None else periodic_rise)(network, losses)
+    mean = network.ambient + rise.mean
+    # The ripple of the constant resistance is left out: it is small beside what the resistance does.
+    constant = np.full(len(time), mean[0])
+    return replace(
+        found, winding=constant, housing=np.full(len(time), mean[1]), mean_winding=float(mean[0]),
+        mean_housing=float(mean[1]), peak_winding=float(mean[0]), magnet_temperature=motor.reference_temperature,
+        runaway=False,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Simulated(Operation):
+    """A drive at work as it was simulated, in the place of what sizing computes."""
+
+    series_of: Mapping[str, Array]
+    heat_of: PeriodicTemperature | None
+
+    @cached_property
+    def missing(self) -> str:
+        return ""
+
+    @cached_property
+    def peak_torque(self) -> Array:
+        constant = torque_constant(self.drive.motor, self.magnet_temperature)
+        return np.asarray(self.series_of["current"] * constant)
+
+    @cached_property
+    def heat(self) -> PeriodicTemperature | None:
+        return self.heat_of
+
+    @cached_property
+    def current(self) -> Array:
+        return self.series_of["current"]
+
+    @cached_property
+    def peak_current(self) -> Array:
+        return self.series_of["current"]
+
+    @cached_property
+    def largest_voltage(self) -> Array:
+        return np.abs(self.series_of["voltage"])
+
+
+def _checks(
+    evaluation: Evaluation, joint: JointResult, time: Array, series: Mapping[str, Array],
+    heat: PeriodicTemperature | None,
+) -> tuple[Check, ...]:  # fmt: skip
+    """The checks of a study on what was simulated."""
+    study, name = evaluation.study, joint.name
+    task = next(one for one in study.joints if one.name == name)
+    zero = np.zeros(len(time))
+    speed = series[f"{name}.motor_speed"] / joint.drive.gear.ratio
+    cycle = replace(study.cycle) if len(study.cycle.parts) == 1 else study.cycle
+    demand = JointDemand(
+        time, sample_weights(time), series[f"{name}.position"], speed, zero, zero, series[f"{name}.mesh_torque"],
+        task.friction, np.zeros(len(time), dtype=np.int64), None, None, cycle,
+    )  # fmt: skip
+    own = {what: series.get(f"{name}.{what}", zero) for what in ("current", "voltage")}
+    op = _Simulated(demand, joint.drive, task, study.supply, study.ambient, study.safety, own, heat)
+    return tuple(check(op) for check in CHECKS)
+
+
+def moving(recording: Recording, joint: str) -> Array:
+    """Where a joint is commanded to move.
+
+    Args:
+        recording: With the command in it.
+        joint: Its name.
+
+    Returns:
+        Truth values, (N,).
+    """
+    return ~np.asarray(resting(recording[f"{joint}.command_speed"]), dtype=bool)

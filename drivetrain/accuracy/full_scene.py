@@ -1,0 +1,146 @@
+"""Everything that a study's sheets know as one scene, warm as the repeated cycle makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from drivetrain.accuracy.variants import choices, without
+from drivetrain.drive.amplifier import available_voltage
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.effects.current_loop import CurrentLoop
+from drivetrain.effects.effect import Effect
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.supply_bus import StiffSupply
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.simulation.cost_results import Choice
+from drivetrain.simulation.scene import WHOLE, Scene
+from drivetrain.simulation.study_scene import Wishes, scene_of
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
+from drivetrain.study.study import JointTask, Study
+
+AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``drive/heat.py``
+
+
+def drives_of(evaluation: Evaluation) -> dict[str, Drive]:
+    """The drives of an evaluation, unknowns filled in.
+
+    Args:
+        evaluation: Of given or selected drives.
+
+    Returns:
+        By joint name.
+    """
+    return {name: joint.drive for name, joint in evaluation.joints.items()}
+
+
+def full_scene(evaluation: Evaluation, wishes: Simulation | None = None) -> Scene:
+    """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet.
+
+    Args:
+        evaluation: Study, drives, and how warm the cycle makes them.
+        wishes: Loops and repetitions; None: the study's own.
+
+    Returns:
+        Friction, mesh losses, springs, inductance behind a current loop, heat that starts in its periodic state.
+
+    Raises:
+        InputError: As ``scene_of``.
+    """
+    study = evaluation.study
+    told = study.simulation if wishes is None else wishes
+    built = scene_of(
+        study, drives_of(evaluation),
+        wishes=Wishes(
+            bandwidth=told.bandwidth, feed_forward=False, heat=False, springs=True, damping=told.damping,
+            repetitions=told.repetitions,
+        ),
+    )  # fmt: skip
+    effects = dict(built.effects)
+    for task in study.joints:
+        joint = evaluation.joints[task.name]
+        own = [_with_inductance(effect, joint.drive, told) for effect in effects[task.name]]
+        effects[task.name] = (*own, *_heat(study, task, joint))
+    volts = {available_voltage(task.amplifier, study.supply.voltage) for task in study.joints}
+    if len(volts) == 1:
+        effects[WHOLE] = (*effects[WHOLE], StiffSupply(volts.pop()))
+    else:
+        effects |= {task.name: tuple(_quick(e) for e in effects[task.name]) for task in study.joints}
+    return replace(built, effects=effects)
+
+
+def wanted_scene(full: Scene, names: Iterable[str]) -> Scene:
+    """A full scene with only those effects that are named, ready to run.
+
+    Args:
+        full: From ``full_scene``.
+        names: From ``KNOWN_EFFECTS``.
+
+    Returns:
+        The scene, with what its controllers feed forward.
+    """
+    kept = {KNOWN_EFFECTS[name] for name in names}
+    return without(full, [one for one in choices(full) if one.kind not in kept])
+
+
+def _with_inductance(effect: Effect, drive: Drive, told: Simulation) -> Effect:
+    """A current loop around the winding where the sheet prints an inductance."""
+    if isinstance(effect, MotorCurrent) and drive.motor.inductance:
+        return CurrentLoop(drive.motor, told.current_bandwidth, effect.peak_current)
+    return effect
+
+
+def _quick(effect: Effect) -> Effect:
+    """Without a current loop: limits of voltage that differ from joint to joint are MotorCurrent's own."""
+    return effect.quasi_static() or effect if isinstance(effect, CurrentLoop) else effect
+
+
+def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ...]:
+    """Heat that starts where the repeated cycle starts."""
+    winding, housing = joint.series.winding_temperature, joint.series.housing_temperature
+    network = thermal_network(joint.drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
+    if network is None or winding is None or housing is None or not np.isfinite(winding).all():
+        return ()
+    return (WindingHeat(_lasting(network, study.cycle.duration), float(winding[0]), float(housing[0])),)
+
+
+def _lasting(network: ThermalNetwork, period: float) -> ThermalNetwork:
+    """The network with capacities for nodes whose own are unknown, so large that nothing moves in a cycle."""
+    longest = AT_REST_IN * period
+    inner = network.resistance_winding_housing or network.resistance_housing_ambient
+    return replace(
+        network,
+        winding_capacity=network.winding_capacity or longest / inner,
+        housing_capacity=network.housing_capacity or longest / network.resistance_housing_ambient,
+    )
+
+
+def heated(scene: Scene) -> Mapping[str, WindingHeat]:
+    """Joints whose scene has heat.
+
+    Args:
+        scene: Any.
+
+    Returns:
+        Their heat by joint name.
+    """
+    found = {name: [e for e in effects if isinstance(e, WindingHeat)] for name, effects in scene.effects.items()}
+    return {name: effects[0] for name, effects in found.items() if effects}
+
+
+def choices_of(names: Iterable[str], scene: Scene) -> tuple[Choice, ...]:
+    """Choices of a scene that names of a study file stand for.
+
+    Args:
+        names: From ``KNOWN_EFFECTS``.
+        scene: Whose choices they are.
+
+    Returns:
+        The choices.
+    """
+    kinds = {KNOWN_EFFECTS[name] for name in names}
+    return tuple(one for one in choices(scene) if one.kind in kinds)

@@ -1,0 +1,124 @@
+"""A scene with some of its effects left out, and what its controllers feed forward found anew."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import RotorLevel
+from drivetrain.arm.with_rotors import at_level
+from drivetrain.effects.effect import Effect, Place
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.rotor import ReflectedRotor
+from drivetrain.errors import InputError
+from drivetrain.simulation.cost_results import Choice
+from drivetrain.simulation.scene import WHOLE, Scene
+from drivetrain.simulation.shaping import ratios_of
+from drivetrain.simulation.study_scene import with_feed_forward
+
+LABELS = {
+    "ViscousFriction": "viscous friction",
+    "DryFriction": "dry friction",
+    "LuGreFriction": "bristle friction",
+    "MeshLoss": "mesh loss",
+    "Cogging": "cogging",
+    "Backlash": "backlash",
+    "FlexibleJoint": "joint spring",
+    "CurrentLoop": "inductance and current loop",
+    "WindingHeat": "heat: R(T) and kt(T)",
+    "FullRotor": "rotor as a body",
+}
+"""Effects that may be left out; commands, loops, motors, supplies and contacts may not."""
+SPRINGS = ("FlexibleJoint", "Backlash")
+
+
+def choices(scene: Scene) -> tuple[Choice, ...]:
+    """The effects of a scene that may be left out.
+
+    Args:
+        scene: Any.
+
+    Returns:
+        One a kind and joint; rotors of an arm, which load each other, one for all.
+    """
+    found = [
+        Choice(type(effect).__name__, joint)
+        for joint, effects in scene.effects.items()
+        for effect in effects
+        if type(effect).__name__ in LABELS
+    ]
+    body = scene.body
+    if isinstance(body, Arm) and body.level is RotorLevel.FULL and any(rotor is not None for rotor in body.rotors):
+        found.append(Choice("FullRotor", WHOLE))
+    return tuple(dict.fromkeys(found))
+
+
+def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
+    """A scene without some of its effects, ready to run.
+
+    Args:
+        scene: Before any current is fed forward.
+        dropped: From its ``choices``.
+
+    Returns:
+        The scene; where an effect has a quasi-static form that stands in its place, and where the whole can be
+        inverted, its controllers feed forward the currents that the command takes without them.
+    """
+    gone = set(dropped)
+    body = scene.body
+    if isinstance(body, Arm) and Choice("FullRotor", WHOLE) in gone:
+        body = at_level(body, RotorLevel.REFLECTED)
+    effects = {joint: _left(joint, own, gone) for joint, own in scene.effects.items()}
+    ratios = dict(zip(scene.joints, ratios_of(scene), strict=True))
+    less = replace(scene, body=body, effects=effects)
+    for joint, now in zip(scene.joints, _ratios(less), strict=True):
+        if now != ratios[joint]:  # the effect that told the ratio is gone, the gear is not
+            effects[joint] = (*effects[joint], ReflectedRotor(0.0, ratios[joint]))
+    return fed_forward(replace(less, effects=effects))
+
+
+def fed_forward(scene: Scene) -> Scene:
+    """A scene with the currents that its command takes commanded along, where that can be known.
+
+    Args:
+        scene: Any.
+
+    Returns:
+        The scene; as it was where nothing is commanded, or something touches the arm, or it feeds forward already.
+    """
+    if any(isinstance(effect, GivenCurrent) for effects in scene.effects.values() for effect in effects):
+        return scene
+    try:
+        return with_feed_forward(scene)
+    except InputError:
+        return scene
+
+
+def _left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
+    """What is left of a joint's effects."""
+    left: list[Effect] = []
+    for effect in effects:
+        stays: Effect | None = effect
+        if Choice(type(effect).__name__, joint) in gone:
+            stays = effect.quasi_static()
+        if stays is not None:
+            left.append(stays)
+    return tuple(left)
+
+
+def _ratios(scene: Scene) -> tuple[float, ...]:
+    return tuple(ratios_of(scene))
+
+
+def place_of(scene: Scene, joint: str) -> Place:
+    """Where effects of a joint stand.
+
+    Args:
+        scene: Any.
+        joint: Its name.
+
+    Returns:
+        The place.
+    """
+    return Place(scene.joints.index(joint), joint, scene.joints, tuple(ratios_of(scene)), scene.turning, 0)
