@@ -17,6 +17,7 @@ import numpy as np
 
 from drivetrain.dynamics.compiled_vectors import part
 from drivetrain.dynamics.mass_and_bias import Places, mass_and_bias
+from drivetrain.dynamics.passes import MASS, WIDTH
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all
 from drivetrain.simulation.friction_kernel import Rubbing, solve_friction
@@ -79,7 +80,19 @@ def tell_motion(n: Any, w: Any, shift: float) -> None:
 
 
 @part
-def _mechanics(n: Any, w: Any) -> None:
+def _carry(n: Any, w: Any, t: float) -> None:
+    """Put what the tip carries at an instant into the constants of the last link."""
+    entry = w[f.AT_PAYLOADS]
+    for k in range(1, w[f.PAYLOADS]):
+        if n[w[f.AT_PAYLOADS] + 11 * k] <= t:
+            entry = w[f.AT_PAYLOADS] + 11 * k
+    link = w[f.AT_ROWS] + (w[f.JOINTS] - 1) * WIDTH + MASS
+    for j in range(10):
+        n[link + j] = n[entry + 1 + j]
+
+
+@part
+def _mechanics(n: Any, w: Any, t: float) -> None:
     """Mass matrix and bias at the places and guessed speeds."""
     joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]
     mass, bias, places = s + w[f.AT_MASS], row_of(w, f.BIAS), row_of(w, f.PLACES)
@@ -88,6 +101,8 @@ def _mechanics(n: Any, w: Any) -> None:
             joints, c, w[f.SPINS], w[f.AT_ROWS], w[f.AT_SPINS], places, row_of(w, f.GUESS), w[f.AT_WORK],
             mass, w[f.AT_TURNED], bias, row_of(w, f.TURNED_BIAS),
         )  # fmt: skip
+        if w[f.PAYLOADS]:
+            _carry(n, w, t)
         mass_and_bias(at, n, w)
         if w[f.TIP]:
             tell_tip(n, w)
@@ -257,13 +272,13 @@ def solve_step(n: Any, w: Any, t: float, h: float, theta: float, rates: Any) -> 
     Returns:
         As ``solve_friction``.
     """
-    tell_motion(n, w, theta * h)
-    _mechanics(n, w)
-    show_states(n, w, theta * h)
     middle = t + theta * h
     if theta == 1.0:
         # What jumps at the end of the step is not seen yet, however the sum was rounded.
         middle = np.nextafter(np.nextafter(middle, t), t)
+    tell_motion(n, w, theta * h)
+    _mechanics(n, w, middle)
+    show_states(n, w, theta * h)
     compute(n, w, middle, h, rates)
     rubbing = _assemble(n, w, h, theta)
     c, modes, relative = w[f.COORDINATES], w[f.AT_MODES], row_of(w, f.RELATIVE)
@@ -292,7 +307,7 @@ def solve_instant(n: Any, w: Any, t: float, rates: Any) -> int:
     joints, c, x = w[f.JOINTS], w[f.COORDINATES], w[f.AT_STATE]
     guess_still(n, w)
     tell_motion(n, w, 0.0)
-    _mechanics(n, w)
+    _mechanics(n, w, t)
     show_states(n, w, 0.0)
     compute(n, w, t, 0.0, rates)
     _assemble(n, w, 1.0, 0.0)

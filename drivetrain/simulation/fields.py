@@ -22,7 +22,9 @@ NUMBERS, WORDS, RATES_CALLS, AT_TIP_SIGNALS = range(45, 49)
 # Addresses of the compiled equations, what they came to (as ``solve_friction`` tells), where theta stands;
 # and whether springs or dampers made the last step's inertia a good deal larger.
 MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE, STIFF, AT_ENERGY_SIGNALS = range(49, 56)
-HEADER = 56
+# Payloads: how many entries of instant and ten numbers of the last link, and where they begin.
+PAYLOADS, AT_PAYLOADS = range(56, 58)
+HEADER = 58
 
 # Fields of signals, in the order of ``effects.signals``: known before, told after, taken by the mechanics.
 POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE = range(7)

@@ -163,6 +163,7 @@ def lay_out(
         head[place] = numbers.put(values)
     head[f.MOTION], head[f.FORCES], head[f.AT_THETA] = motion().address, forces().address, numbers.put([0.5])
     head[f.AT_SPARE] = numbers.put(np.zeros(len(states)))
+    head[f.PAYLOADS], head[f.AT_PAYLOADS] = len(body.payloads), numbers.put(body.payloads)
     head[f.AT_WORK_ROWS], head[f.AT_ROW_COUNT] = len(body.work), len(body.rows)
     head[f.AT_SPINS], head[f.AT_MOTORS] = words.put(body.spins), words.put(body.motors)
     head[f.AT_MODES] = words.put(np.concatenate([np.zeros(c), np.ones(c), np.zeros(c)]).astype(np.int64))

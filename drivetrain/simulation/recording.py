@@ -134,8 +134,8 @@ class Recording:
         """Write the recording to a file, all of it or nothing: a reader never meets half a file.
 
         Args:
-            path: Where to; a table for pandas where it ends in ``.parquet``, which needs pyarrow; else numpy's npz, with
-                all that a recording holds.
+            path: Where to; a table for pandas where it ends in ``.parquet``, which needs pyarrow; else numpy's npz,
+                with all that a recording holds.
 
         Returns:
             The path.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,8 +15,9 @@ from drivetrain.dynamics import passes
 from drivetrain.dynamics.mass_and_bias import COLUMNS, working_rows
 from drivetrain.dynamics.packed import link_frames, packed
 from drivetrain.effects.effect import Effect, Place, Shape
+from drivetrain.effects.payload_change import PayloadChange
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation.scene import Inertia, Scene
+from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,7 @@ class Mechanics:
         springs: Shapes of the flexible joints, by joint.
         rotors: Inertia about each motor's axis, at the joint [kg m^2 or kg], (n,).
         uncoupled: Flexible joints whose rotor does not feel its carrier turn.
+        payloads: Instant [s], and ten numbers of the last link from there on, as in ``rows``, (K, 11).
     """
 
     n: int
@@ -51,6 +53,7 @@ class Mechanics:
     springs: dict[int, Shape]
     rotors: Array
     uncoupled: tuple[int, ...] = ()
+    payloads: Array = field(default_factory=lambda: np.zeros((0, 11)))
 
 
 def ratios_of(scene: Scene) -> tuple[float, ...]:
@@ -109,8 +112,12 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
         faults.append(Fault("arm", "has coupled motors, which forward simulation does not know yet"))
     if faults:
         raise InputError(faults)
+    loads = [effect.carried() for effect in scene.effects.get(WHOLE, ()) if isinstance(effect, PayloadChange)]
+    if len(loads) > 1 or (loads and not isinstance(scene.body, Arm)):
+        raise InputError(Fault("effects['scene']", "must hold one PayloadChange at most, and that of an arm"))
     if isinstance(scene.body, Arm):
-        return _with_arm(scene.body, shapes, np.array(ratios))
+        built = _with_arm(scene.body, shapes, np.array(ratios))
+        return replace(built, payloads=_payloads(built, *loads[0])) if loads else built
     return _without_arm(scene.body, shapes[0], np.array(ratios))
 
 
@@ -176,6 +183,18 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         arm.n, c, 1, ratios, motors, rows, np.ascontiguousarray(spins), work, np.zeros((4, c)), tip, arm,
         {i: shapes[i] for i in free}, reflected, uncoupled,
     )  # fmt: skip
+
+
+def _payloads(built: Mechanics, time: Array, moments: Array) -> Array:
+    """The last link's numbers, empty first, then with each body; two rows of numbers may differ in the body only."""
+    in_link = built.tip @ moments @ built.tip.T
+    added = np.zeros((1 + len(time), 10))
+    added[1:, 0] = in_link[:, 3, 3]
+    added[1:, 1:4] = in_link[:, :3, 3]
+    added[1:, 4:7] = np.diagonal(in_link, axis1=1, axis2=2)[:, :3]
+    added[1:, 7], added[1:, 8], added[1:, 9] = in_link[:, 0, 1], in_link[:, 0, 2], in_link[:, 1, 2]
+    own = built.rows[built.n - 1, passes.MASS : passes.SYZ + 1]
+    return np.column_stack([np.append(-1e300, time), own + added])
 
 
 def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:

@@ -23,6 +23,7 @@ from drivetrain.effects.flexible_joint import FlexibleJoint
 from drivetrain.effects.given_current import GivenCurrent
 from drivetrain.effects.mesh_loss import MeshLoss
 from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.payload_change import EMPTY, Body, PayloadChange
 from drivetrain.effects.position_loop import PositionLoop
 from drivetrain.effects.viscous_friction import ViscousFriction
 from drivetrain.effects.winding_heat import WindingHeat
@@ -78,20 +79,31 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
         faults.append(Fault("arm", "is needed to simulate it", hint="joint_scene takes one joint without an arm"))
     if faults:
         raise InputError(faults)
-    carried = np.unique(study.cycle.payload)
-    payload = int(study.cycle.payload[0])
-    arm = loaded_arm(study, drives, payload)
+    arm = loaded_arm(study, drives, -1)
     start = study.cycle.position[0]
     inertia = np.diag(mass_matrix(arm, start))
     effects: dict[str, tuple[Effect, ...]] = {
         task.name: _joint(study, task, drives[task.name], float(inertia[i]), wishes)
         for i, task in enumerate(study.joints)
     }
-    effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions),)
-    notes = () if len(carried) == 1 else ("changes of payload: that of the beginning is carried all along",)
+    effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions), *_carried(study, wishes.repetitions))
     duration = study.cycle.duration * wishes.repetitions
-    scene = Scene(arm, effects, duration, start, study.cycle.velocity[0], study.name, notes)
+    scene = Scene(arm, effects, duration, start, study.cycle.velocity[0], study.name)
     return with_feed_forward(scene) if wishes.feed_forward else scene
+
+
+def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:
+    """What the tip carries over the cycle; nothing where it never carries anything."""
+    payload, time = study.cycle.payload, study.cycle.time
+    if (payload < 0).all():
+        return ()
+    changes = [0, *(np.flatnonzero(np.diff(payload)) + 1)]
+    bodies = {-1: EMPTY} | {k: Body(one.mass, one.com, one.inertia) for k, one in enumerate(study.payloads)}
+    carried: dict[float, Body] = {}
+    for k in range(repetitions):
+        for at in changes:
+            carried[float(time[at]) + k * study.cycle.duration] = bodies[int(payload[at])]
+    return (PayloadChange(np.array(list(carried)), tuple(carried.values())),)
 
 
 def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: Wishes) -> tuple[Effect, ...]:

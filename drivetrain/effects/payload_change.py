@@ -1,0 +1,104 @@
+"""What the tip carries, and when it picks up or puts down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.effects.effect import NOTHING, Effect, Place, Ports
+from drivetrain.errors import Fault, InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A body fixed to the tip.
+
+    Attributes:
+        mass: [kg]; 0 for an empty tip.
+        com: Centre of mass in the tip frame [m], (3,).
+        inertia: About it, in the tip frame [kg m^2], (3, 3).
+    """
+
+    mass: float
+    com: Array
+    inertia: Array
+
+
+EMPTY = Body(0.0, np.zeros(3), np.zeros((3, 3)))
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadChange(Effect):
+    """Bodies that come and go: part of the mechanics from their instant on.
+
+    Speeds go on as they are: what is picked up is taken to move as the tip does, and brings its own energy along, so
+    ``energy_error`` steps by that energy.
+
+    Attributes:
+        time: Instants from which on a body is carried, rising [s], (K,); before the first the tip is empty.
+        bodies: What is carried from there, K of them.
+    """
+
+    time: Array
+    bodies: tuple[Body, ...]
+
+    scope = "scene"
+
+    def __post_init__(self) -> None:
+        time = checked_array(self.time, (None,), "time")
+        faults = []
+        if len(time) != len(self.bodies) or (np.diff(time) <= 0.0).any():
+            faults.append(Fault("time", "must be instants that rise, one a body [s]", time[:5].tolist()))
+        for k, body in enumerate(self.bodies):
+            if not 0.0 <= body.mass < np.inf:
+                faults.append(Fault(f"bodies[{k}].mass", "must not be negative [kg]", body.mass))
+        if faults:
+            raise InputError(faults)
+        object.__setattr__(self, "time", time)
+
+    def ports(self, place: Place) -> Ports:
+        """None: it is part of the mechanics.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing.
+        """
+        return NOTHING
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """None.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Nothing.
+        """
+        return ()
+
+    def breakpoints(self) -> Sequence[float]:
+        """When something is picked up or put down.
+
+        Returns:
+            Instants [s].
+        """
+        return [float(t) for t in self.time]
+
+    def carried(self) -> tuple[Array, Array]:
+        """The bodies as moments of mass, for the mechanics.
+
+        Returns:
+            Instants [s], (K,); second and first moments and mass about the tip, as [[S, h], [h, m]], (K, 4, 4).
+        """
+        moments = np.zeros((len(self.bodies), 4, 4))
+        for moment, body in zip(moments, self.bodies, strict=True):
+            com, inertia = np.asarray(body.com), np.asarray(body.inertia)
+            moment[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia + body.mass * np.outer(com, com)
+            moment[:3, 3] = moment[3, :3] = body.mass * com
+            moment[3, 3] = body.mass
+        return np.asarray(self.time), moments
