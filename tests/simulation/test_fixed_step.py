@@ -282,3 +282,16 @@ def test_an_arm_with_a_sliding_joint_falls_as_it_must() -> None:
     exact = solve_ivp(rates, (0.0, 0.5), np.zeros(4), "DOP853", rtol=1e-10, atol=1e-10).y[:, -1]
     found = [run[f"joint_{i}.{what}"][-1] for what in ("position", "speed") for i in (1, 2)]
     np.testing.assert_allclose(found, exact, atol=2e-5 * np.abs(exact).max())
+
+
+def test_a_spring_far_from_home_has_no_noise() -> None:
+    # As a difference of two angles of 1e6 rad the twist would be good to 1e-10 rad, which is 1e-4 N m here.
+    twists = []
+    for position in (0.0, 1e6):
+        effects = [
+            FlexibleJoint(Gear("s", 100.0, stiffness_1=1e6), 10.0),
+            FullRotor(1e-5, 100.0),
+            GivenTorque([0.0, 0.1, 0.2], [0.0, 1.0, -1.0], "motor"),
+        ]
+        twists.append(simulate(joint_scene(0.5, effects, 0.2, position=position))["joint.deflection"])
+    np.testing.assert_allclose(twists[1], twists[0], rtol=0.0, atol=1e-9 * np.abs(twists[0]).max())

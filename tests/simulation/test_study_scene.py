@@ -9,6 +9,7 @@ import drivetrain as dt
 from drivetrain.drive.motor import torque_constant
 from drivetrain.effects.given_torque import GivenTorque
 from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.tip_contact import TipContact
 from drivetrain.errors import InputError
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.inverse import Inverse, demanded
@@ -96,3 +97,10 @@ def test_a_joint_without_a_drive_is_told(evaluation: Evaluation) -> None:
     study = dt.load_study(STUDY)
     with pytest.raises(InputError, match="has no drive"):
         scene_of(study, {})
+
+
+def test_in_contact_the_inverse_engine_refuses(scene: Scene) -> None:
+    wall = TipContact((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1e5)
+    touching = Scene(scene.body, scene.effects | {"scene": (*scene.effects["scene"], wall)}, 0.1, scene.position)
+    with pytest.raises(InputError, match=r"TipContact of scene.*does not know"):
+        simulate(touching, solver=Inverse())
