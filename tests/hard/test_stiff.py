@@ -233,11 +233,12 @@ def test_spring_on_nothing() -> list[Figure]:
     effects = [ReflectedRotor(light), FlexibleJoint(Gear("g", 1.0, stiffness_1=stiff), damping)]
     scene = joint_scene(1.0, [*effects, GivenTorque([0.0, 0.5, 1.0], [0.0, 4.0, 0.0])], 1.5)
     figures = []
-    for name, solver in (("E1", FixedStep(1e-3)), ("E2", Rodas4(1e-8))):
+    for name, solver, limit in (("E1", FixedStep(1e-3), 1e-5), ("E2", Rodas4(1e-8), 1e-6)):
         run = simulate(scene, solver=solver, interval=0.1)
+        # E1 takes one step wholly implicit after the bend of the torque: h^2 a / 2 = 2e-6 rad.
         # Both as one body, but for a twist of light / (1 + light) * 4 / stiff.
         off = abs(run["joint.position"][-1] * (1.0 + light) - 2.0)
-        figures.append(Figure(f"where the link ends off, {name}", float(off), at_most=1e-6, unit="rad"))
+        figures.append(Figure(f"where the link ends off, {name}", float(off), at_most=limit, unit="rad"))
         assert run.counters["steps"] < 10_000
 
     y, h = np.array([0.0, 0.0]), 1e-5
