@@ -189,18 +189,55 @@ def _pieces(row: _Row, marks: _Marks) -> tuple[CurvePiece, ...]:
     last = max(point.value for point in row.made)
     first = min(point.value for point in row.made)
     ends = [first, *marks.breaks, last]
-    runs: list[tuple[float, float, dict[str, Pair]]] = []
+    runs: list[_Run] = []
     for one, low, high in zip(marks.sets, ends, ends[1:], strict=False):
         if runs and runs[-1][2] == one.drives:
             runs[-1] = (runs[-1][0], high, one.drives)
         else:
             runs.append((low, high, one.drives))
+    runs = _merged(row, runs, 2.0 * TOLERANCE * (last - first))
     pieces = []
     for index, (low, high, drives) in enumerate(runs):
         lower = "" if index == 0 else _ended_by(row, drives, low, -1)
         upper = "" if index == len(runs) - 1 else _ended_by(row, drives, high, 1)
         pieces.append(CurvePiece(low, high, drives, _drawn(row, drives, low, high), lower, upper))
     return tuple(pieces)
+
+
+_Run = tuple[float, float, dict[str, Pair]]
+
+
+def _merged(row: _Row, runs: list[_Run], narrow: float) -> list[_Run]:
+    """Runs without those that only rounding or sets of equal worth tell apart."""
+    wide = [runs[0]]
+    for low, high, drives in runs[1:]:
+        if high - low <= narrow or wide[-1][1] - wide[-1][0] <= narrow:
+            kept = wide[-1][2] if high - low <= narrow else drives
+            wide[-1] = (wide[-1][0], high, kept)
+        else:
+            wide.append((low, high, drives))
+    found = [wide[0]]
+    for low, high, drives in wide[1:]:
+        before = found[-1]
+        if before[2] == drives or _as_good(row, before[2], drives, low, high):
+            found[-1] = (before[0], high, before[2])
+        elif _as_good(row, drives, before[2], before[0], before[1]):
+            found[-1] = (before[0], high, drives)
+        else:
+            found.append((low, high, drives))
+    return found
+
+
+def _as_good(row: _Row, one: dict[str, Pair], other: dict[str, Pair], low: float, high: float) -> bool:
+    """Whether a set holds over the whole range of another and is worth no less there, looked at where it is drawn."""
+    if not one or not other:
+        return False
+    inner = np.linspace(low, high, DRAWN + 2)[1:-1]
+    ends = (low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+    return all(
+        row.worth(one, float(value)) <= row.worth(other, float(value)) * (1.0 + EQUAL) < math.inf
+        for value in (inner[DRAWN // 2], *ends, *inner)
+    )
 
 
 def _ended_by(row: _Row, drives: dict[str, Pair], value: float, way: int) -> str:
