@@ -10,6 +10,7 @@ from drivetrain.arrays import Array
 from drivetrain.effects.effect import Conditions, Estimate, TaskSeries
 
 OVERSHOOT = 1.2  # of a position loop damped critically, behind a step of torque: 1 + exp(-2), and a little
+JUMP = 1e-9  # s: two samples so close are the two sides of a jump
 
 
 def bounded(
@@ -87,7 +88,7 @@ def lagging(series: TaskSeries, bandwidth: float) -> Array:
     error = np.zeros(len(series.time))
     for k in range(len(error) - 1):
         step, jump = series.time[k + 1] - series.time[k], series.current[k + 1] - series.current[k]
-        if step <= 0.0:
+        if step <= JUMP:
             error[k + 1] = error[k] + jump
             continue
         # e' = slope - w e, from e = I - lagging I.
@@ -118,7 +119,7 @@ def swinging(series: TaskSeries, frequency: float, damping: float) -> Array:
     envelope, error, rate, slope = np.zeros(len(time)), 0.0, 0.0, 0.0
     for k in range(len(time) - 1):
         step, jump = time[k + 1] - time[k], torque[k + 1] - torque[k]
-        if step <= 0.0:
+        if step <= JUMP:
             error -= jump
         else:
             # S' is continuous: at a bend the rate of e takes the change of slope.
@@ -130,5 +131,5 @@ def swinging(series: TaskSeries, frequency: float, damping: float) -> Array:
             error = settled + fade * (a * c + b * s)
             rate = fade * ((b * turned - z * frequency * a) * c - (a * turned + z * frequency * b) * s)
             envelope[k] = max(envelope[k], abs(settled) + math.hypot(a, b))
-        envelope[k + 1] = abs(error) if step <= 0.0 else abs(settled) + fade * math.hypot(a, b)
+        envelope[k + 1] = abs(error) if step <= JUMP else abs(settled) + fade * math.hypot(a, b)
     return envelope

@@ -244,9 +244,7 @@ class CurrentLoop(Effect):
         momentum p is p / (2.718 m a). Not valid where a move lasts less than 50 lags.
         """
         error = lagging(series, self.bandwidth)
-        momentum = (
-            conditions.torque_constant * abs(place.ratio) * float(np.ptp(series.current - error)) / self.bandwidth
-        )
+        torque = conditions.torque_constant * abs(place.ratio) * float(np.ptp(series.current - error))
         away = 2.0 * torque / self.bandwidth / (math.e * 0.5 * conditions.loop_damping)
         valid = self.bandwidth * conditions.move_time > 50.0
         return bounded(conditions, error, "lag of the loop behind the task's current", deviation=away, valid=valid)

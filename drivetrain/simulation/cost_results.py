@@ -183,7 +183,8 @@ class Proof:
         steps: That were used [s].
         audit: Energy that is there and should not be, over what was put in and taken out [-].
         seconds_chosen, seconds_full: Wall time of one run [s].
-        proven: Whether the measured change is within the tolerance, and the numbers good enough to say so.
+        beyond: Whether the measured change is beyond the tolerance.
+        proven: Whether it is within, and the numbers good enough to say so.
         why: In words.
     """
 
@@ -196,6 +197,7 @@ class Proof:
     audit: float
     seconds_chosen: float
     seconds_full: float
+    beyond: bool
     proven: bool
     why: str
 

@@ -1,0 +1,177 @@
+"""``effects: auto``: the cheapest set of effects whose estimated error stays within a tolerance, and the proof."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from drivetrain.accuracy.conditions import task_of
+from drivetrain.accuracy.decision import Basis, tip_travel
+from drivetrain.accuracy.estimates import COSTS, Told, added, estimates
+from drivetrain.accuracy.proof import proved
+from drivetrain.accuracy.runs import ran
+from drivetrain.accuracy.variants import LABELS, without
+from drivetrain.simulation.cost_results import AutoChoice, Change, Choice, Judged, Proof
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.plan import plan
+from drivetrain.simulation.scene import Scene
+from drivetrain.solvers.solver import check_positive
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How far the decision quantities may be off.
+
+    Attributes:
+        share: Of currents, torques and rises [-].
+        tip: [m], of one joint [rad or m].
+    """
+
+    share: float
+    tip: float
+
+
+def choose_effects(
+    scene: Scene,
+    basis: Basis,
+    *,
+    tolerance: float = 0.01,
+    tip_tolerance: float | None = None,
+    step: float = 5e-4,
+    costs: Mapping[str, float] = COSTS,
+    progress: Progress | None = None,
+) -> AutoChoice:
+    """The cheapest scene within a tolerance of the full one, proven by running both.
+
+    Args:
+        scene: The full scene, before any current is fed forward.
+        basis: Motors, heat and study.
+        tolerance: Of peak and RMS current, RMS torque and the winding's rise at every joint [-].
+        tip_tolerance: Of the tip's deviation [m], of one joint's [rad or m]; None: the tolerance's share of how far
+            the command moves the tip.
+        step: Of the fixed engine with which it is proven [s].
+        costs: What keeping an effect costs, by class, relative to others.
+        progress: Told (done, of how many, what).
+
+    Returns:
+        The scene, every effect's estimate, and the proof; effects that the proof asked for are back in. Where the
+        numbers are not good enough to tell, the proof says so.
+
+    Raises:
+        InputError: A tolerance that is not positive, a scene that contradicts itself or does not reach its end.
+    """
+    check_positive("tolerance", tolerance, "1")
+    tell = progress if progress is not None else _silent
+    tell(0, 3, "estimating")
+    task = task_of(scene, basis)
+    told = estimates(scene, task)
+    if tip_tolerance is None:
+        tip_tolerance = tolerance * tip_travel(scene, ran(plan(without(scene, ())), FixedStep(step)))
+    limits = Limits(tolerance, tip_tolerance)
+    dropped = set(cheapest(told, limits, scene.joints, costs))
+    restored: list[Choice] = []
+    while True:
+        tell(1, 3, f"proving that {len(dropped)} effects may go")
+        kept = without(scene, dropped)
+        proof = None
+        if dropped:
+            bound = added([one.changes for one in told if one.choice in dropped], scene.joints)
+            proof = proved(scene, kept, basis, bound, limits.share, limits.tip, step)
+        if proof is None or proof.proven or not proof.beyond:
+            break
+        back = _largest(told, dropped, limits, proof)
+        restored.append(back)
+        dropped.remove(back)
+    tell(3, 3, "done")
+    judged = tuple(_judged(one, one.choice not in dropped, scene, costs) for one in told)
+    return AutoChoice(kept, tolerance, tip_tolerance, judged, proof, tuple(restored))
+
+
+def _silent(_done: int, _total: int, _text: str) -> None:
+    pass
+
+
+def _judged(told: Told, kept: bool, scene: Scene, costs: Mapping[str, float]) -> Judged:
+    choice, own = told.choice, added([told.changes], scene.joints)
+    all_of = own.values()
+    worst = Change(
+        max(change.peak_current for change in all_of),
+        max(change.rms_current for change in all_of),
+        max(change.rms_torque for change in all_of),
+        max(change.temperature for change in all_of),
+        max(change.tip for change in all_of),
+    )
+    return Judged(choice, LABELS[choice.kind], worst, told.valid, told.why, kept, costs.get(choice.kind, 1.0))
+
+
+def cheapest(
+    told: Sequence[Told], limits: Limits, joints: tuple[str, ...], costs: Mapping[str, float]
+) -> tuple[Choice, ...]:
+    """The effects that may go together and save most.
+
+    Effects that alone pass the tolerance, or whose estimates are not valid, stay. Of the rest all go where their sum
+    is within it; where it is not, those go first that save most for the share of the tolerance that they use up, and
+    then every exchange of one that is kept for up to two that are gone is tried that saves more.
+
+    Args:
+        told: All estimates.
+        limits: That their sum must keep.
+        joints: All names.
+        costs: What keeping an effect costs, by class.
+
+    Returns:
+        What is left out.
+    """
+    fit = [one for one in told if one.valid and _within([one], limits, joints)]
+    if _within(fit, limits, joints):
+        return tuple(one.choice for one in fit)
+
+    def price(one: Told) -> float:
+        return costs.get(one.choice.kind, 1.0)
+
+    order = sorted(fit, key=lambda one: _used([one], limits, joints) / price(one))
+    gone: list[Told] = []
+    for one in order:
+        if _within([*gone, one], limits, joints):
+            gone.append(one)
+    better = True
+    while better:
+        better = False
+        for kept in [one for one in order if one not in gone]:
+            for swap in _swaps(gone):
+                rest = [one for one in gone if one not in swap]
+                if sum(map(price, swap)) < price(kept) and _within([*rest, kept], limits, joints):
+                    gone, better = [*rest, kept], True
+                    break
+            if better:
+                break
+    return tuple(one.choice for one in gone)
+
+
+def _swaps(gone: Sequence[Told]) -> list[tuple[Told, ...]]:
+    pairs = [(a, b) for i, a in enumerate(gone) for b in gone[i + 1 :]]
+    return [*((one,) for one in gone), *pairs]
+
+
+def _used(some: Sequence[Told], limits: Limits, joints: tuple[str, ...]) -> float:
+    """Share of the tolerance that estimates use up together."""
+    sums = added([one.changes for one in some], joints)
+    shares = [share / limits.share for change in sums.values() for share in change.shares if not math.isnan(share)]
+    tip = max((change.tip for change in sums.values()), default=0.0)
+    return max([*shares, tip / limits.tip if limits.tip > 0.0 else (math.inf if tip > 0.0 else 0.0)], default=0.0)
+
+
+def _within(some: Sequence[Told], limits: Limits, joints: tuple[str, ...]) -> bool:
+    return _used(some, limits, joints) <= 1.0
+
+
+def _largest(told: Sequence[Told], dropped: Collection[Choice], limits: Limits, proof: Proof) -> Choice:
+    """Of what was left out, that with the largest estimate at the joint that is furthest off."""
+    joints = tuple(proof.measured)
+    worst = max(proof.measured, key=lambda name: proof.measured[name].largest(limits.tip))
+    candidates = [one for one in told if one.choice in dropped]
+    near = [one for one in candidates if worst in one.changes] or candidates
+    return max(near, key=lambda one: _used([one], limits, joints)).choice

@@ -1,0 +1,173 @@
+"""What is known of every joint's task before the forward run: the inverse engine's series, and heat from them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drivetrain.accuracy.decision import Basis
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import resting
+from drivetrain.drive.heat import temperature_of_current
+from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant
+from drivetrain.dynamics.kinematics import body_jacobian
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.effects.bounds import mean_of, rms_of
+from drivetrain.effects.effect import Conditions, Place, TaskSeries
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.errors import InputError
+from drivetrain.simulation.inverse import Demand, demanded
+from drivetrain.simulation.plan import Plan, plan
+from drivetrain.simulation.scene import Scene
+from drivetrain.simulation.study_scene import command_times
+
+MOST_POSES = 400  # at which inertias and lever arms are looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """The command of a scene, inverted.
+
+    Attributes:
+        plan: Of the scene.
+        demand: What the command takes; None: it cannot be inverted.
+        conditions: Of each joint, by name; empty where nothing is known.
+        couplings: |M_ij| / M_jj at its largest: acceleration of joint j felt as torque at joint i over its own, (n, n).
+        levers: Largest speed of the tip over that of each joint [m/rad], (n,).
+        why: What keeps the command from being inverted; empty for nothing.
+    """
+
+    plan: Plan
+    demand: Demand | None
+    conditions: dict[str, Conditions]
+    couplings: Array
+    levers: Array
+    why: str = ""
+
+
+def task_of(scene: Scene, basis: Basis) -> Task:
+    """A scene's command inverted, and what estimates ask of it.
+
+    Args:
+        scene: The full scene.
+        basis: Motors and heat.
+
+    Returns:
+        The task; without conditions where something touches the arm or nothing is commanded.
+    """
+    ready, n = plan(scene), len(scene.joints)
+    try:
+        demand = demanded(ready, command_times(scene))
+    except InputError as error:
+        return Task(ready, None, {}, np.zeros((n, n)), np.ones(n), error.faults[0].problem)
+    mass, couplings, levers = _poses(scene, demand)
+    conditions = {
+        name: _conditions(ready, demand, i, basis, mass)
+        for i, name in enumerate(scene.joints)
+        if np.isfinite(demand.current[:, i]).all()
+    }
+    return Task(ready, demand, conditions, couplings, levers)
+
+
+def _poses(scene: Scene, demand: Demand) -> tuple[Array, Array, Array]:
+    """Inertia of each joint over the motion, rotors left in; couplings; lever arms."""
+    if not isinstance(scene.body, Arm):
+        return np.array([[scene.body.inertia]]), np.zeros((1, 1)), np.ones(1)
+    some = demand.position[:: max(1, len(demand.time) // MOST_POSES)]
+    mass = mass_matrix(scene.body, some)
+    diagonal = np.einsum("kii->ki", mass)
+    couplings = np.abs(mass / diagonal[:, None, :]).max(axis=0)
+    np.fill_diagonal(couplings, 0.0)
+    levers = np.linalg.norm(body_jacobian(scene.body, some)[:, 3:, :], axis=1).max(axis=0)
+    return diagonal, couplings, levers
+
+
+def _conditions(ready: Plan, demand: Demand, joint: int, basis: Basis, mass: Array) -> Conditions:
+    """Of one joint."""
+    scene, body = ready.scene, ready.body
+    name = scene.joints[joint]
+    effects = scene.effects.get(name, ())
+    time, current, torque = demand.time, demand.current[:, joint], demand.mesh_torque[:, joint]
+    speed = demand.speed[:, joint]
+    series = TaskSeries(
+        time, speed, demand.acceleration[:, joint], torque, current, np.asarray(resting(speed), dtype=bool)
+    )
+    motor = basis.motors[name]
+    own = float(body.rotors[joint])
+    inertia = mass[:, joint] - (own if isinstance(scene.body, Arm) and joint not in body.springs else 0.0)
+    loop = next((effect for effect in effects if isinstance(effect, PositionLoop)), None)
+    mesh = next((effect for effect in effects if isinstance(effect, MeshLoss)), None)
+    limits = [float(getattr(effect, "peak_current", math.inf)) for effect in effects]
+    base = Conditions(
+        peak_current=float(np.abs(current).max()),
+        rms_current=rms_of(current, time),
+        peak_torque=float(np.abs(torque).max()),
+        rms_torque=rms_of(torque, time),
+        peak_speed=float(np.abs(speed).max()),
+        move_time=shortest_move(series),
+        inertia=max(float(inertia.max()), 1e-12),
+        rotor_inertia=own,
+        free=float(np.abs(current).max()) < min(limits, default=math.inf),
+        series=series,
+        torque_constant=float(torque_constant(motor, motor.reference_temperature)),
+        mesh_share=1.0 if mesh is None else 1.0 + mesh.numbers(_place(ready, joint))[0],
+        loop_stiffness=math.inf if loop is None else loop.stiffness,
+        loop_damping=math.inf if loop is None else loop.damping,
+    )
+    return _warmed(base, motor, basis, name)
+
+
+def _place(ready: Plan, joint: int) -> Place:
+    return next(one.place for one in ready.instances if one.place.joint == joint)
+
+
+def _warmed(base: Conditions, motor: Motor, basis: Basis, name: str) -> Conditions:
+    """With what the periodic state of the task's own current tells."""
+    network = basis.networks.get(name)
+    if network is None or base.series is None:
+        return base
+    time, current = base.series.time, base.series.current
+    strictly = np.append(True, np.diff(time) > 0.0)
+    found = temperature_of_current(network, motor, time[strictly], current[strictly])
+    if found.runaway:
+        return replace(base, heat_gain=math.inf)
+    share = float(motor.torque_constant / torque_constant(motor, found.mean_housing)) - 1.0
+    warm = temperature_of_current(network, motor, time[strictly], current[strictly] * (1.0 + share))
+    if warm.runaway:
+        return replace(base, heat_gain=math.inf)
+    resistance = network.resistance_winding_housing + network.resistance_housing_ambient
+    slope = motor.resistance * copper_coefficient(motor.reference_temperature) * resistance
+    square = mean_of(current**2, time)
+    rise, cold = warm.peak_winding - network.ambient, motor.resistance * resistance * square
+    return replace(
+        base,
+        heat_gain=slope * square * (1.0 + share) ** 2,
+        cold_share=abs(rise - cold) / rise if rise > 0.0 else 0.0,
+        magnet_share=abs(share),
+        rise=rise if rise > 0.0 else math.inf,
+        housing_resistance=network.resistance_housing_ambient,
+    )
+
+
+def shortest_move(series: TaskSeries) -> float:
+    """The shortest time between two rests.
+
+    Args:
+        series: The task of a joint.
+
+    Returns:
+        [s]; infinite for a joint that never moves.
+    """
+    moves = np.logical_not(series.resting)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], moves, [False]]).astype(np.int8)))
+    last = len(series.time) - 1
+    lengths = [
+        float(series.time[min(end, last)] - series.time[max(begin - 1, 0)])
+        for begin, end in zip(edges[::2], edges[1::2], strict=True)
+    ]
+    # A joint that passes through rest for an instant is still on its way.
+    return min((length for length in lengths if length > 0.02 * max(lengths)), default=math.inf)
