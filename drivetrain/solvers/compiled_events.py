@@ -13,7 +13,7 @@ import numba as nb
 from drivetrain.arrays import Array
 from drivetrain.solvers.compiled_function import call_rows
 from drivetrain.solvers.compiled_steps import within
-from drivetrain.solvers.layout import EVENT_VALUES, FALLING, FIRED, GUARD, INNER, LIMIT, RISING, TIME
+from drivetrain.solvers.layout import EVENT_VALUES, FALLING, FIRED, GUARD, INNER, LIMIT, PART, RISING, TIME
 
 OLD, NEW, LATER, BRACKET = range(4)  # rows of the block of event values
 VALUE_ROWS = 4
@@ -21,7 +21,7 @@ _LOOKS = 2  # parts of a step whose ends are looked at
 _MOST = 160
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def event_values(
     address: int, t: float, block: Array, row: int, values: Array, goal: int, data: Any, count: Any
 ) -> None:
@@ -38,7 +38,7 @@ def event_values(
     count[EVENT_VALUES] += 1
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def fires(kind: int, before: float, after: float) -> bool:
     """Whether a change of value is the event.
 
@@ -55,7 +55,7 @@ def fires(kind: int, before: float, after: float) -> bool:
     return (falls and kind != RISING) or (rises and kind != FALLING)
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _root(
     address: int,
     k: int,
@@ -98,7 +98,7 @@ def _root(
     return high
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _leaves(address: int, k: int, h: float, block: Array, values: Array, data: Any, clock: Array, count: Any) -> float:
     """A share soon after which value k, zero at the beginning, has the other sign than in row NEW; 0: there is none.
 
@@ -117,7 +117,7 @@ def _leaves(address: int, k: int, h: float, block: Array, values: Array, data: A
     return 0.0
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def first_event(
     address: int, h: float, kinds: Any, block: Array, values: Array, data: Any, clock: Array, count: Any
 ) -> float:

@@ -135,6 +135,41 @@ def call_rows(typing: Any, address: Any, t: Any, block: Any, row: Any, target: A
     return signature, generate
 
 
+@_intrinsic
+def call_step(typing: Any, stepper: Any, address: Any, h: Any, room: Any, data: Any, clock: Any, count: Any) -> Any:
+    """Inside compiled code: call a step at an address (``steppers.py``), so that no loop compiles it in again.
+
+    Args:
+        typing: Filled in by the compiler.
+        stepper: Where the step lies.
+        address: Where the right-hand side lies.
+        h: Step [s].
+        room: Vectors of the length of the state, Jacobian, room for its factors, room for their order.
+        data: Numbers and words of the right-hand side.
+        clock, count: Of the run.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    signature = types.void(types.int64, types.int64, types.float64, room, data, clock, count)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        stepper, address, h, rooms, both, time, told = args
+        kinds = [*room.types, *data.types, clock, count]
+        unpacked = [*cgutils.unpack_tuple(builder, rooms), *cgutils.unpack_tuple(builder, both), time, told]
+        arrays = [make_array(kind)(context, builder, value) for kind, value in zip(kinds, unpacked, strict=True)]
+        width = cgutils.unpack_tuple(builder, arrays[0].shape)[1]
+        double, word = ir.DoubleType().as_pointer(), ir.IntType(64).as_pointer()
+        pointers = [word if kind.dtype == types.int64 else double for kind in kinds]
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(64), ir.DoubleType(), ir.IntType(64), *pointers])
+        builder.call(
+            builder.inttoptr(stepper, kind.as_pointer()), [address, h, width, *(array.data for array in arrays)]
+        )
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
 @nb.njit(cache=True)
 def evaluate(address: int, t: float, x: Array, result: Array, numbers: Array, words: Any) -> None:
     """From Python: call the function at an address.

@@ -22,6 +22,7 @@ from drivetrain.solvers.layout import (
     JUMP_AT,
     LIMIT,
     NEXT,
+    PART,
     PROBE,
     RATES_AT,
     STAGE,
@@ -34,7 +35,7 @@ _HALVINGS = 52
 _SMOOTH = 0.05  # a change that has shrunk to this share shrinks with the interval: no jump
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _at(address: int, share: float, h: float, goal: int, block: Array, data: Any, clock: Array, count: Any) -> None:
     """Rates on the straight line from X to NEXT."""
     for j in range(block.shape[1]):
@@ -42,7 +43,7 @@ def _at(address: int, share: float, h: float, goal: int, block: Array, data: Any
     rates(address, min(clock[TIME] + share * h, clock[LIMIT]), STAGE, goal, block, data, count)
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def find_jump(address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> bool:
     """Whether a rate jumps between the ends of a refused step; count and clock say which, where and by how much.
 
@@ -89,7 +90,7 @@ def find_jump(address: int, h: float, block: Array, data: Any, clock: Array, cou
     return True
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _argument(
     address: int, i: int, low: float, high: float, h: float, block: Array, data: Any, clock: Array, count: Any
 ) -> int:

@@ -23,6 +23,7 @@ from drivetrain.solvers.layout import (
     INNER,
     JACOBIANS,
     LIMIT,
+    PART,
     PROBE,
     RATES_AT,
     STAGE,
@@ -36,7 +37,7 @@ _LOOK = 16  # every so many Jacobians one column that looks too steep is looked 
 _MATTERS = 1e3  # a jump within a step matters when it moves a state by so many tolerances
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def increments(h: float, block: Array, atol: Array, rtol: float) -> None:
     """Row PROBE gets the increment of each state, in the direction in which it moves.
 
@@ -52,7 +53,7 @@ def increments(h: float, block: Array, atol: Array, rtol: float) -> None:
         block[PROBE, j] = (block[X, j] + step) - block[X, j]
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def by_differences(
     address: int, h: float, block: Array, jacobian: Array, pattern: Any, data: Any, clock: Array, count: Any
 ) -> bool:
@@ -89,7 +90,7 @@ def by_differences(
     return True
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _jumps(address: int, j: int, i: int, block: Array, data: Any, clock: Array, count: Any) -> bool:
     """Whether rate i changes by the same, however little state j is moved."""
     change = block[RATES_AT, i] - block[F0, i]
@@ -105,7 +106,7 @@ def _jumps(address: int, j: int, i: int, block: Array, data: Any, clock: Array, 
     return True
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def time_derivative(address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> None:
     """Row FT gets df/dt, by a difference that stays within the step.
 
@@ -122,7 +123,7 @@ def time_derivative(address: int, h: float, block: Array, data: Any, clock: Arra
         block[FT, i] = (block[RATES_AT, i] - block[F0, i]) / span if span > 0.0 else 0.0
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def fill_jacobian(
     addresses: Any,
     h: float,

@@ -13,13 +13,13 @@ import numba as nb
 from drivetrain.arrays import Array
 from drivetrain.solvers.compiled_function import call_rows
 from drivetrain.solvers.compiled_steps import within
-from drivetrain.solvers.layout import ACCOUNT, INNER, LIMIT, NEXT, PROBE, ROWS, TELL, TIME, X
+from drivetrain.solvers.layout import ACCOUNT, INNER, LIMIT, NEXT, PART, PROBE, ROWS, TELL, TIME, X
 
 _SLACK = 1e-12
 _GAUSS = 0.5 / math.sqrt(3.0)
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def account(
     addresses: Any, start: float, end: float, h: float, carried: Any, block: Array, data: Any, clock: Array
 ) -> None:
@@ -42,7 +42,7 @@ def account(
             block[X, i] = block[NEXT, i] = block[INNER, i]
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _row(addresses: Any, t: float, row: int, rows: Array, block: Array, data: Any, count: Any) -> None:
     """A wanted row: the state, or what the owner tells of it."""
     if addresses[TELL]:
@@ -53,7 +53,7 @@ def _row(addresses: Any, t: float, row: int, rows: Array, block: Array, data: An
     count[ROWS] += 1
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def emit(
     addresses: Any,
     until: float,
@@ -85,7 +85,7 @@ def emit(
     account(addresses, reached, 1.0, h, carried, block, data, clock)
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def emit_here(addresses: Any, wanted: Array, rows: Array, block: Array, data: Any, clock: Array, count: Any) -> None:
     """Rows at the wanted instants that are now.
 

@@ -1,7 +1,7 @@
 """One step of each compiled method, with its error and the polynomial between its ends.
 
 A polynomial is four rows C1 to C4 of the block: x(s) = X + s C1 + s^2 C2 + s^3 C3 + s^4 C4, s from 0 to 1.
-Compiled into ``rosenbrock_kernel.py``; a change here must be told there, see ``SOURCES``.
+Compiled into ``steppers.py`` and ``rosenbrock_kernel.py``; a change here must be told there, see ``SOURCES``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from drivetrain.solvers.layout import (
     C2,
     C3,
     C4,
-    DORMAND_PRINCE,
     ERROR,
     F0,
     F1,
@@ -28,9 +27,9 @@ from drivetrain.solvers.layout import (
     FT,
     LIMIT,
     NEXT,
+    PART,
     RATES,
     RATES_AT,
-    RODAS4,
     RUNGE_KUTTA,
     STAGE,
     TIME,
@@ -48,7 +47,7 @@ _A, _B, _C, _E, _P = (np.ascontiguousarray(table) for table in (RK45.A, RK45.B, 
 _STAGES = 6
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def rates(address: int, t: float, row: int, goal: int, block: Array, data: Any, count: Any) -> None:
     """The right-hand side at a row of the block, counted.
 
@@ -62,7 +61,7 @@ def rates(address: int, t: float, row: int, goal: int, block: Array, data: Any, 
     count[RATES] += 1
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def factor(matrix: Array, order: Any) -> None:
     """Lower times upper triangle in place, rows exchanged; the diagonal is left inverted.
 
@@ -94,7 +93,7 @@ def factor(matrix: Array, order: Any) -> None:
                     matrix[i, j] -= share * matrix[k, j]
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def solve(matrix: Array, order: Any, block: Array, row: int, goal: int) -> None:
     """Solve with the factors.
 
@@ -117,7 +116,7 @@ def solve(matrix: Array, order: Any, block: Array, row: int, goal: int) -> None:
 
 
 # long kernel: the six stages side by side, as in the table
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def rodas_step(
     address: int,
     h: float,
@@ -192,7 +191,7 @@ def rodas_step(
         b[C4, i] = 0.0
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def dormand_prince_step(address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> None:
     """A step of Dormand and Prince's method from row X with rates F0; F1 gets the rates at its end.
 
@@ -229,7 +228,7 @@ def dormand_prince_step(address: int, h: float, block: Array, data: Any, clock: 
             b[C1 + power, i] = h * total
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def fixed_step(method: int, address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> None:
     """A step of the classical Runge-Kutta method (a cubic between its ends) or of Euler's (a straight line).
 
@@ -263,36 +262,7 @@ def fixed_step(method: int, address: int, h: float, block: Array, data: Any, clo
         b[C3, i] = first - last
 
 
-@nb.njit(cache=True)
-def trial(
-    method: int,
-    address: int,
-    h: float,
-    block: Array,
-    jacobian: Array,
-    matrix: Array,
-    order: Any,
-    data: Any,
-    clock: Array,
-    count: Any,
-) -> None:
-    """A step of any method from row X: fills NEXT, ERROR and the polynomial.
-
-    Args:
-        method: One of ``layout``.
-        address: Of the right-hand side.
-        h: Step [s].
-        block, jacobian, matrix, order, data, clock, count: See ``rosenbrock_kernel.advance``.
-    """
-    if method == RODAS4:
-        rodas_step(address, h, block, jacobian, matrix, order, data, clock, count)
-    elif method == DORMAND_PRINCE:
-        dormand_prince_step(address, h, block, data, clock, count)
-    else:
-        fixed_step(method, address, h, block, data, clock, count)
-
-
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def within(share: float, block: Array, goal: int) -> None:
     """The state at a share of the step, on its polynomial.
 

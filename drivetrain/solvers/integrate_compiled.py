@@ -16,6 +16,7 @@ from drivetrain.solvers.compiled_events import VALUE_ROWS
 from drivetrain.solvers.compiled_problem import CompiledProblem, column_groups
 from drivetrain.solvers.integrate import MOST_STEPS, inner_points, wanted_and_start
 from drivetrain.solvers.solver import Solver, Work
+from drivetrain.solvers.steppers import stepper
 
 _LOG = 4096
 _BATCH = 200_000  # steps between two looks at the progress
@@ -185,7 +186,8 @@ def _prepared(
     carried = np.array(problem.hooks.carried if problem.hooks else (), dtype=np.int64)
     events, kept = problem.events, resume or _fresh(problem, wanted, state, m)
     return _Run(
-        method, problem.addresses(), (kept.numbers.copy(), kept.words.copy()), kept.block.copy(),
+        method, np.append(problem.addresses(), stepper(method).address), (kept.numbers.copy(), kept.words.copy()),
+        kept.block.copy(),
         (kept.jacobian.copy(), np.empty((n, n)), np.zeros((n + 1, n))), np.empty(n, dtype=np.int64),
         column_groups(problem.sparsity, n), carried, atol, settings, (ends, limits), wanted, kept.rows.copy(),
         np.array(events.kinds if events else (), dtype=np.int64),

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+# How a part of a kernel is compiled: it is never called from outside, and a division by zero gives infinity.
+PART: Any = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
 # Rows of the block: vectors of the length of the state, and nothing else survives between two calls of the kernel.
 X, F0, FT, U1, U2, U3, U4, U5, U6, F1 = range(10)  # state, rates at it, df/dt, stages; rates at the end (explicit)
 STAGE, RATES_AT, NEXT, ERROR, C1, C2, C3, C4, INNER, PROBE, TOLERANCE = range(10, 21)
 BLOCK_ROWS = 21
 
 # Addresses.
-RIGHT_SIDE, JACOBIAN, VALUES, HANDLER, ACCOUNT, TELL, OPENS = range(7)
+RIGHT_SIDE, JACOBIAN, VALUES, HANDLER, ACCOUNT, TELL, OPENS, STEPPER = range(8)
 
 # The clock, float64.
 TIME, STEP, LAST_STEP, LAST_ERROR, ORIGIN, LAST_EVENT, BEFORE, AFTER, JUMP_AT, LAST_JUMP, LIMIT = range(11)

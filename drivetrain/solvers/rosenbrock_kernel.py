@@ -13,10 +13,10 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.solvers.compiled_events import BRACKET, LATER, NEW, OLD, event_values, fires, first_event
-from drivetrain.solvers.compiled_function import call_rows
+from drivetrain.solvers.compiled_function import call_rows, call_step
 from drivetrain.solvers.compiled_jacobian import fill_jacobian
 from drivetrain.solvers.compiled_output import emit, emit_here
-from drivetrain.solvers.compiled_steps import rates, trial, within
+from drivetrain.solvers.compiled_steps import rates, within
 from drivetrain.solvers.layout import (
     BUDGET,
     BUSY,
@@ -44,6 +44,7 @@ from drivetrain.solvers.layout import (
     OPEN,
     OPENS,
     ORIGIN,
+    PART,
     PAUSED,
     RESTARTS,
     RODAS4,
@@ -53,6 +54,7 @@ from drivetrain.solvers.layout import (
     SEGMENT_WORD,
     STARTED,
     STEP,
+    STEPPER,
     STEPS,
     STRIDES,
     TERMINAL,
@@ -67,22 +69,22 @@ from drivetrain.solvers.step_control import choose, first_step, largest_error, n
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
 SOURCES = {
-    "compiled_events.py": 3720843463,
-    "compiled_function.py": 2559503703,
-    "compiled_guard.py": 3933024385,
-    "compiled_jacobian.py": 3467440936,
-    "compiled_output.py": 3337481290,
-    "compiled_steps.py": 2252302812,
-    "layout.py": 1542654262,
+    "compiled_events.py": 3399367604,
+    "compiled_function.py": 3950826625,
+    "compiled_guard.py": 3022819764,
+    "compiled_jacobian.py": 374258292,
+    "compiled_output.py": 1554801868,
+    "compiled_steps.py": 1704871491,
+    "layout.py": 2459304168,
     "rodas4_table.py": 1645622007,
-    "step_control.py": 3766799945,
+    "step_control.py": 747439562,
 }
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
 _SLACK = 1e-12
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _commit(method: int, later: float, block: Array, clock: Array, count: Any) -> None:
     """The end of the step becomes the state."""
     keeps = method != RODAS4 and method != EULER
@@ -97,7 +99,7 @@ def _commit(method: int, later: float, block: Array, clock: Array, count: Any) -
     count[STRIDES] += 1
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _handle(
     addresses: Any,
     kinds: Any,
@@ -149,7 +151,7 @@ def _handle(
     return ZENO if count[BUSY] > _BUSY else DONE
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _open(
     addresses: Any,
     kinds: Any,
@@ -185,9 +187,8 @@ def _open(
     return DONE
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _shorten(
-    method: int,
     share: float,
     h: float,
     addresses: Any,
@@ -201,8 +202,9 @@ def _shorten(
 ) -> float:
     """Take the step again so that it ends at the event: found on the polynomial, mended on the method itself."""
     k, t, used = count[FIRED], clock[TIME], share * h
+    room = (block, matrices[0], matrices[1], order)
     for turn in range(4):
-        trial(method, addresses[0], used, block, matrices[0], matrices[1], order, data, clock, count)
+        call_step(addresses[STEPPER], addresses[0], used, room, data, clock, count)
         if turn == 3:
             break
         later = min(t + used, clock[LIMIT])
@@ -218,7 +220,7 @@ def _shorten(
     return used
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _refresh(address: int, block: Array, data: Any, clock: Array, count: Any) -> int:
     """Rates at the present state, if they are numbers."""
     n = block.shape[1]
@@ -232,7 +234,7 @@ def _refresh(address: int, block: Array, data: Any, clock: Array, count: Any) ->
 
 
 # long kernel: the loop as it runs, its parts above
-@nb.njit(cache=True)
+@nb.njit(cache=True, error_model="numpy", nogil=True)
 def advance(
     method: int,
     addresses: Any,
@@ -259,7 +261,7 @@ def advance(
     Args:
         method: RODAS4, DORMAND_PRINCE, RUNGE_KUTTA or EULER of ``layout``.
         addresses: Of the right-hand side, its Jacobian, the event values, their handler, the account, what tells a
-            row, what opens a segment, (7,); 0 for none.
+            row, what opens a segment, and of the method's step, (8,); 0 for none.
         data: The functions' numbers and words.
         block: Vectors of the length of the state, (BLOCK_ROWS, n); row X is the state.
         matrices: Jacobian (n, n), its factors (n, n), and room for the exact one (n + 1, n).
@@ -279,6 +281,7 @@ def advance(
         Why it came back, see ``layout``.
     """
     address, rtol, adaptive = addresses[0], settings[RTOL], method <= DORMAND_PRINCE
+    room = (block, matrices[0], matrices[1], order)
     while count[SEGMENT] < len(segments[0]):
         end = segments[0][count[SEGMENT]]
         clock[LIMIT] = segments[1][count[SEGMENT]]
@@ -308,7 +311,7 @@ def advance(
                 ):
                     clock[JUMP_AT] = clock[TIME]
                     return JUMP
-            trial(method, address, h, block, matrices[0], matrices[1], order, data, clock, count)
+            call_step(addresses[STEPPER], address, h, room, data, clock, count)
             error = largest_error(block, atol, rtol, count)
             if error > 1.0 and adaptive:
                 code = refuse(address, h, error, settings, block, data, clock, count)
@@ -324,7 +327,7 @@ def advance(
             if len(kinds):
                 share = first_event(addresses[2], h, kinds, block, values, data, clock, count)
                 if 0.0 < share <= 1.0:
-                    h = _shorten(method, share, h, addresses, data, block, matrices, order, values, clock, count)
+                    h = _shorten(share, h, addresses, data, block, matrices, order, values, clock, count)
                     later = min(clock[TIME] + h, end)
             if share > 0.0:
                 emit(addresses, later, h, wanted, rows, carried, block, data, clock, count)

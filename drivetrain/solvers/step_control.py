@@ -32,6 +32,7 @@ from drivetrain.solvers.layout import (
     MAY_JUMP,
     NEXT,
     ORIGIN,
+    PART,
     REJECTED,
     RODAS4,
     RUNGE_KUTTA,
@@ -55,7 +56,7 @@ _NEAR, _MOST_JUMPS = 100.0, 12  # jumps found within so many steps of one anothe
 _ARRIVES = 1.1  # a step that would leave less than this much of itself is stretched to the end
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def largest_error(block: Array, atol: Array, rtol: float, count: Any) -> float:
     """The largest error in units of its tolerance; infinite when anything is no number.
 
@@ -79,7 +80,7 @@ def largest_error(block: Array, atol: Array, rtol: float, count: Any) -> float:
     return worst
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def first_step(address: int, settings: Array, block: Array, end: float, data: Any, clock: Array, count: Any) -> float:
     """A first step for an adaptive method.
 
@@ -111,7 +112,7 @@ def first_step(address: int, settings: Array, block: Array, end: float, data: An
     return min(100.0 * h, later)
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def choose(method: int, end: float, settings: Array, clock: Array, count: Any) -> float:
     """The step to try, so that the end of the segment is met and no tiny step is left before it.
 
@@ -134,7 +135,7 @@ def choose(method: int, end: float, settings: Array, clock: Array, count: Any) -
     return 0.5 * left if 2.0 * h > left else h
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def next_step(method: int, h: float, error: float, clock: Array, count: Any) -> None:
     """The step proposed after one that was kept.
 
@@ -160,7 +161,7 @@ def next_step(method: int, h: float, error: float, clock: Array, count: Any) -> 
     count[WAS_REJECTED] = count[FAILURES] = 0
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def _stays(h: float, settings: Array, clock: Array, count: Any) -> bool:
     """Whether a jump found is none that the state passes and leaves behind; those are passed with short steps."""
     if settings[MAY_JUMP] == 0.0:
@@ -170,7 +171,7 @@ def _stays(h: float, settings: Array, clock: Array, count: Any) -> bool:
     return count[JUMPS] > _MOST_JUMPS
 
 
-@nb.njit(cache=True)
+@nb.njit(**PART)
 def refuse(
     address: int, h: float, error: float, settings: Array, block: Array, data: Any, clock: Array, count: Any
 ) -> int:
