@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Any
 
 import numba as nb
-import numpy as np
 from scipy.integrate import RK45
 
 from drivetrain.arrays import Array
@@ -43,8 +42,9 @@ from drivetrain.solvers.layout import (
 )
 
 # Dormand and Prince's tables as scipy ships them (Hairer, Norsett, Wanner I, table II.5.2; Shampine's polynomial).
-_A, _B, _C, _E, _P = (np.ascontiguousarray(table) for table in (RK45.A, RK45.B, RK45.C, RK45.E, RK45.P))
-_STAGES = 6
+# As tuples their entries are constants of the compiled code. The second stage has no weight in result, error and curve.
+_A, _P = (tuple(tuple(float(entry) for entry in row) for row in table) for table in (RK45.A, RK45.P))
+_B, _C, _E = (tuple(float(entry) for entry in table) for table in (RK45.B, RK45.C, RK45.E))
 
 
 @nb.njit(**PART)
@@ -191,6 +191,7 @@ def rodas_step(
         b[C4, i] = 0.0
 
 
+# long kernel: the stages side by side, as in the table
 @nb.njit(**PART)
 def dormand_prince_step(address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> None:
     """A step of Dormand and Prince's method from row X with rates F0; F1 gets the rates at its end.
@@ -200,32 +201,45 @@ def dormand_prince_step(address: int, h: float, block: Array, data: Any, clock: 
         h: Step [s].
         block, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
-    n, b = block.shape[1], block
+    n, b, c = block.shape[1], block, _C
     t, limit = clock[TIME], clock[LIMIT]
     # The first stage is F0; the others lie in U1 to U5, the last in F1.
-    for s in range(1, _STAGES):
-        for i in range(n):
-            total = _A[s, 0] * b[F0, i]
-            for k in range(1, s):
-                total += _A[s, k] * b[U1 + k - 1, i]
-            b[STAGE, i] = b[X, i] + h * total
-        rates(address, min(t + _C[s] * h, limit), STAGE, U1 + s - 1, b, data, count)
+    a = _A[1]
     for i in range(n):
-        total = _B[0] * b[F0, i]
-        for k in range(1, _STAGES):
-            total += _B[k] * b[U1 + k - 1, i]
-        b[NEXT, i] = b[X, i] + h * total
-    rates(address, min(t + h, limit), NEXT, F1, b, data, count)
+        b[STAGE, i] = b[X, i] + h * a[0] * b[F0, i]
+    rates(address, min(t + c[1] * h, limit), STAGE, U1, b, data, count)
+    a2 = _A[2]
     for i in range(n):
-        error = _E[0] * b[F0, i] + _E[_STAGES] * b[F1, i]
-        for k in range(1, _STAGES):
-            error += _E[k] * b[U1 + k - 1, i]
-        b[ERROR, i] = h * error
-        for power in range(4):
-            total = _P[0, power] * b[F0, i] + _P[_STAGES, power] * b[F1, i]
-            for k in range(1, _STAGES):
-                total += _P[k, power] * b[U1 + k - 1, i]
-            b[C1 + power, i] = h * total
+        b[STAGE, i] = b[X, i] + h * (a2[0] * b[F0, i] + a2[1] * b[U1, i])
+    rates(address, min(t + c[2] * h, limit), STAGE, U2, b, data, count)
+    a3 = _A[3]
+    for i in range(n):
+        b[STAGE, i] = b[X, i] + h * (a3[0] * b[F0, i] + a3[1] * b[U1, i] + a3[2] * b[U2, i])
+    rates(address, min(t + c[3] * h, limit), STAGE, U3, b, data, count)
+    a4 = _A[4]
+    for i in range(n):
+        mixed = a4[0] * b[F0, i] + a4[1] * b[U1, i] + a4[2] * b[U2, i] + a4[3] * b[U3, i]
+        b[STAGE, i] = b[X, i] + h * mixed
+    rates(address, min(t + c[4] * h, limit), STAGE, U4, b, data, count)
+    a5 = _A[5]
+    for i in range(n):
+        mixed = a5[0] * b[F0, i] + a5[1] * b[U1, i] + a5[2] * b[U2, i] + a5[3] * b[U3, i] + a5[4] * b[U4, i]
+        b[STAGE, i] = b[X, i] + h * mixed
+    later = min(t + h, limit)
+    rates(address, later, STAGE, U5, b, data, count)
+    w, e = _B, _E
+    for i in range(n):
+        mixed = w[0] * b[F0, i] + w[2] * b[U2, i] + w[3] * b[U3, i] + w[4] * b[U4, i] + w[5] * b[U5, i]
+        b[NEXT, i] = b[X, i] + h * mixed
+    rates(address, later, NEXT, F1, b, data, count)
+    p0, p2, p3, p4, p5, p6 = _P[0], _P[2], _P[3], _P[4], _P[5], _P[6]
+    for i in range(n):
+        k0, k2, k3, k4, k5, k6 = h * b[F0, i], h * b[U2, i], h * b[U3, i], h * b[U4, i], h * b[U5, i], h * b[F1, i]
+        b[ERROR, i] = e[0] * k0 + e[2] * k2 + e[3] * k3 + e[4] * k4 + e[5] * k5 + e[6] * k6
+        b[C1, i] = k0
+        b[C2, i] = p0[1] * k0 + p2[1] * k2 + p3[1] * k3 + p4[1] * k4 + p5[1] * k5 + p6[1] * k6
+        b[C3, i] = p0[2] * k0 + p2[2] * k2 + p3[2] * k3 + p4[2] * k4 + p5[2] * k5 + p6[2] * k6
+        b[C4, i] = p0[3] * k0 + p2[3] * k2 + p3[3] * k3 + p4[3] * k4 + p5[3] * k5 + p6[3] * k6
 
 
 @nb.njit(**PART)

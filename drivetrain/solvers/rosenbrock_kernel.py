@@ -74,7 +74,7 @@ SOURCES = {
     "compiled_guard.py": 3022819764,
     "compiled_jacobian.py": 374258292,
     "compiled_output.py": 1554801868,
-    "compiled_steps.py": 1704871491,
+    "compiled_steps.py": 3776724226,
     "layout.py": 2459304168,
     "rodas4_table.py": 1645622007,
     "step_control.py": 747439562,

@@ -14,7 +14,7 @@ from drivetrain.solvers.layout import BLOCK_ROWS, CLOCK_SIZE, COUNT_SIZE, DORMAN
 # Numba's disk cache looks at this file alone: see the same constant in ``rosenbrock_kernel.py``.
 SOURCES = {
     "compiled_function.py": 3950826625,
-    "compiled_steps.py": 1704871491,
+    "compiled_steps.py": 3776724226,
     "layout.py": 2459304168,
     "rodas4_table.py": 1645622007,
 }
