@@ -95,6 +95,8 @@ if TYPE_CHECKING:
     from drivetrain.effects.mesh_loss import MeshLoss as MeshLoss
     from drivetrain.effects.motor_current import MotorCurrent as MotorCurrent
     from drivetrain.effects.moving_belt import MovingBelt as MovingBelt
+    from drivetrain.effects.payload_change import Body as Body
+    from drivetrain.effects.payload_change import PayloadChange as PayloadChange
     from drivetrain.effects.position_loop import PositionLoop as PositionLoop
     from drivetrain.effects.rotor import FullRotor as FullRotor
     from drivetrain.effects.rotor import ReflectedRotor as ReflectedRotor
@@ -111,6 +113,7 @@ if TYPE_CHECKING:
     from drivetrain.errors import InputError as InputError
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
     from drivetrain.export.urdf import write_urdf as write_urdf
+    from drivetrain.motion.mix import build_mix as build_mix
     from drivetrain.motion.motion import Motion as Motion
     from drivetrain.report.outputs import write_outputs as write_outputs
     from drivetrain.report.page import html_report as html_report
@@ -127,15 +130,20 @@ if TYPE_CHECKING:
     from drivetrain.simulation.scene import Inertia as Inertia
     from drivetrain.simulation.scene import Scene as Scene
     from drivetrain.simulation.scene import joint_scene as joint_scene
+    from drivetrain.simulation.scene import without as without
     from drivetrain.simulation.stabilisation import Baumgarte as Baumgarte
     from drivetrain.simulation.stabilisation import Projection as Projection
     from drivetrain.simulation.study_scene import scene_of as scene_of
+    from drivetrain.simulation.study_scene import with_feed_forward as with_feed_forward
     from drivetrain.sizing.currents import current_commands as current_commands
+    from drivetrain.sizing.curve_results import OptimumCurve as OptimumCurve
     from drivetrain.sizing.curves import optimum_curve as optimum_curve
     from drivetrain.sizing.deflection import tip_deflection as tip_deflection
     from drivetrain.sizing.deflection import vibration as vibration
     from drivetrain.sizing.evaluate import evaluate as evaluate
     from drivetrain.sizing.free_ratio import free_ratios as free_ratios
+    from drivetrain.sizing.free_ratio_results import FreeRatios as FreeRatios
+    from drivetrain.sizing.front import Front as Front
     from drivetrain.sizing.front import pareto_front as pareto_front
     from drivetrain.sizing.ratio import ratio_studies as ratio_studies
     from drivetrain.sizing.ratio import ratio_study as ratio_study
@@ -145,6 +153,7 @@ if TYPE_CHECKING:
     from drivetrain.sizing.search import select as select
     from drivetrain.sizing.uncertainty import robustness as robustness
     from drivetrain.sizing.why_not import why_not as why_not
+    from drivetrain.sizing.why_not_results import WhyNot as WhyNot
     from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
     from drivetrain.solvers.explicit import Euler as Euler
     from drivetrain.solvers.explicit import RungeKutta4 as RungeKutta4
@@ -156,9 +165,12 @@ if TYPE_CHECKING:
     from drivetrain.spatial.mesh_inertia import mesh_body as mesh_body
     from drivetrain.spatial.rigid_body import body_acceleration as body_acceleration
     from drivetrain.spatial.rigid_body import body_wrench as body_wrench
+    from drivetrain.study.change import TaskChange as TaskChange
+    from drivetrain.study.change import changed as changed
     from drivetrain.study.load import load_study as load_study
     from drivetrain.study.schema import json_schema as json_schema
     from drivetrain.study.study import Wanted as Wanted
+    from drivetrain.study.tolerances import Tolerances as Tolerances
     from drivetrain.sweep.points import read_sweep as read_sweep
     from drivetrain.sweep.run import run_sweep as run_sweep
     from drivetrain.sweep.shards import read_results as read_results
@@ -251,6 +263,8 @@ _HOME = {
     "MeshLoss": "effects.mesh_loss",
     "MotorCurrent": "effects.motor_current",
     "MovingBelt": "effects.moving_belt",
+    "Body": "effects.payload_change",
+    "PayloadChange": "effects.payload_change",
     "PositionLoop": "effects.position_loop",
     "FullRotor": "effects.rotor",
     "ReflectedRotor": "effects.rotor",
@@ -267,6 +281,7 @@ _HOME = {
     "InputError": "errors",
     "PhysicsWarning": "errors",
     "write_urdf": "export.urdf",
+    "build_mix": "motion.mix",
     "Motion": "motion.motion",
     "write_outputs": "report.outputs",
     "html_report": "report.page",
@@ -283,15 +298,20 @@ _HOME = {
     "Inertia": "simulation.scene",
     "joint_scene": "simulation.scene",
     "Scene": "simulation.scene",
+    "without": "simulation.scene",
     "Baumgarte": "simulation.stabilisation",
     "Projection": "simulation.stabilisation",
     "scene_of": "simulation.study_scene",
+    "with_feed_forward": "simulation.study_scene",
     "current_commands": "sizing.currents",
     "optimum_curve": "sizing.curves",
+    "OptimumCurve": "sizing.curve_results",
     "tip_deflection": "sizing.deflection",
     "vibration": "sizing.deflection",
     "evaluate": "sizing.evaluate",
     "free_ratios": "sizing.free_ratio",
+    "FreeRatios": "sizing.free_ratio_results",
+    "Front": "sizing.front",
     "pareto_front": "sizing.front",
     "ratio_studies": "sizing.ratio",
     "ratio_study": "sizing.ratio",
@@ -301,6 +321,7 @@ _HOME = {
     "select": "sizing.search",
     "robustness": "sizing.uncertainty",
     "why_not": "sizing.why_not",
+    "WhyNot": "sizing.why_not_results",
     "DormandPrince853": "solvers.adaptive",
     "Euler": "solvers.explicit",
     "RungeKutta4": "solvers.explicit",
@@ -312,9 +333,12 @@ _HOME = {
     "TriangleMesh": "spatial.mesh_inertia",
     "body_acceleration": "spatial.rigid_body",
     "body_wrench": "spatial.rigid_body",
+    "changed": "study.change",
+    "TaskChange": "study.change",
     "load_study": "study.load",
     "json_schema": "study.schema",
     "Wanted": "study.study",
+    "Tolerances": "study.tolerances",
     "read_sweep": "sweep.points",
     "run_sweep": "sweep.run",
     "read_results": "sweep.shards",
