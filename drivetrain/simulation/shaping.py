@@ -194,7 +194,7 @@ def _payloads(built: Mechanics, time: Array, moments: Array) -> Array:
     added[1:, 4:7] = np.diagonal(in_link, axis1=1, axis2=2)[:, :3]
     added[1:, 7], added[1:, 8], added[1:, 9] = in_link[:, 0, 1], in_link[:, 0, 2], in_link[:, 1, 2]
     own = built.rows[built.n - 1, passes.MASS : passes.SYZ + 1]
-    return np.column_stack([np.append(-1e300, time), own + added])
+    return np.column_stack([np.append(-1e30, time), own + added])
 
 
 def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:
