@@ -123,9 +123,7 @@ def _mix(form: StudyForm, parts: list[MixForm], motions: Motions, ledger: Ledger
     return mixed
 
 
-def _cycle(
-    form: StudyForm, entries: list[CycleForm], place: Place, motions: Motions, ledger: Ledger
-) -> Cycle | None:
+def _cycle(form: StudyForm, entries: list[CycleForm], place: Place, motions: Motions, ledger: Ledger) -> Cycle | None:
     """One repeated run of motions; None after a fault."""
     known = len(ledger.faults)
     names = [name for name in form.motions if name != DEFAULT]
