@@ -142,7 +142,7 @@ def _rise(motor: Array, edges: Array, series: Array, magnets: float, moving: boo
             if _large(cycle):
                 return np.inf
             a, b, c, d = cycle[0, 0], cycle[0, 1], cycle[1, 0], cycle[1, 1]
-            if not shared and not 0.5 * (a + d) + math.sqrt((0.5 * (a - d)) ** 2 + b * c) < 1.0:
+            if not shared and not 0.5 * (a + d) + math.sqrt(max((0.5 * (a - d)) ** 2 + b * c, 0.0)) < 1.0:
                 return np.inf
             determinant = (1.0 - a) * (1.0 - d) - b * c
             o[0] = ((1.0 - d) * cycle[0, 2] + b * cycle[1, 2]) / determinant
@@ -215,8 +215,9 @@ def _state(motor: Array, edges: Array, series: Array, found: Array) -> None:
     ambient, parts = motor[AMBIENT], len(edges) - 1
     states = np.zeros((parts, 13))
     moving, start = not np.isnan(motor[WINDING_CAPACITY]), ambient
+    never = moving != moving  # numba would compile a callee again for a literal
     if parts == 1:
-        guess = _settled(motor, edges, series, False, start, states)
+        guess = _settled(motor, edges, series, never, start, states)
         start = guess if np.isfinite(guess) else ambient
     magnets = _settled(motor, edges, series, moving, start, states)
     rise = _rise(motor, edges, series, magnets, moving, states)

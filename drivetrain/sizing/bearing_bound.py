@@ -32,11 +32,11 @@ def least_bearing(task: PackedTask, loads: Mask, joint: int, low: Array, high: A
         low, high: Numbers of all joints' drives, its own included, (n, NUMBERS).
         least: Takes the tilting moment [N m], the axial and the radial force [N], (3,).
     """
-    least[:] = 0.0
+    least[0] = least[1] = least[2] = 0.0
     if task.tasks[joint, BEARING] == 0.0:
         return
-    ends = np.empty(6)
     for t in range(0, task.bare_wrench.shape[2], STRIDE):
+        mx = my = fx = fy = fz = 0.0
         for part in range(6):
             if part == 2:
                 continue
@@ -49,10 +49,20 @@ def least_bearing(task: PackedTask, loads: Mask, joint: int, low: Array, high: A
                     unit = task.wrench[part, row + i, t]
                     middle += 0.5 * (low[k, i] + high[k, i]) * unit
                     half += (0.5 * (high[k, i] - low[k, i]) + WIDER * abs(high[k, i])) * abs(unit)
-            ends[part] = max(abs(middle) - half, 0.0)
-        least[0] = max(least[0], math.hypot(ends[0], ends[1]))
-        least[1] = max(least[1], ends[5])
-        least[2] = max(least[2], math.hypot(ends[3], ends[4]))
+            end = max(abs(middle) - half, 0.0)
+            if part == 0:
+                mx = end
+            elif part == 1:
+                my = end
+            elif part == 3:
+                fx = end
+            elif part == 4:
+                fy = end
+            else:
+                fz = end
+        least[0] = max(least[0], math.sqrt(mx * mx + my * my))
+        least[1] = max(least[1], fz)
+        least[2] = max(least[2], math.sqrt(fx * fx + fy * fy))
 
 
 @njit_part

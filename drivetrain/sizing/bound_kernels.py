@@ -83,15 +83,15 @@ from drivetrain.sizing.vector_max import larger, smaller
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 131238782,
+    "compiling.py": 2071716151,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 1678274499,
-    "torque_kernels.py": 3638261967,
+    "load_kernels.py": 3913483942,
+    "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 1555795092,
+    "check_kernels.py": 2433891376,
 }
 
 # Rows of the scratch of bounds.
@@ -318,7 +318,9 @@ def _own_bounds(task: PackedTask, joint: int, pair: int, bounds: JointBounds) ->
     low, high = bounds.scratch[OWN_LOW], bounds.scratch[OWN_HIGH]
     add_drive(bounds.low, task.force, at, task.numbers, pair, low)
     add_drive(bounds.high, task.force, at, task.numbers, pair, high)
-    own = JointBounds(low, high, np.full(len(bounds.numbers), np.nan), bounds.scratch, bounds.instants)
+    own = JointBounds(low, high, bounds.own, bounds.scratch, bounds.instants, bounds.own)
+    for i in range(len(own.numbers)):
+        own.numbers[i] = np.nan
     own.numbers[PEAK_LOAD] = least_peak(task.series[joint], task.tasks[joint], low, high)
     return own
 

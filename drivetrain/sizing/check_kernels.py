@@ -110,16 +110,16 @@ from drivetrain.solvers.compiled_function import call
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 131238782,
+    "compiling.py": 2071716151,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 1678274499,
-    "torque_kernels.py": 3638261967,
+    "load_kernels.py": 3913483942,
+    "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "heat_state.py": 985460263,
-    "compiled_function.py": 2559503703,
+    "heat_state.py": 3777002035,
+    "compiled_function.py": 3950826625,
 }
 
 HOUR = 3600.0  # s
@@ -311,18 +311,17 @@ def current_checks(
 
 
 @njit_leaf
-def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, state: Array) -> None:
+def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> None:
     """The temperatures of the pair at work, those of the winding into WINDING.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
         m, g: Rows of motor and gear.
-        load: The joint's, TOTAL filled.
-        state: Takes what ``heat_state`` finds; where nothing is known, or heat runs away, magnets at ambient
-            temperature and the winding at its limit, (STATE,).
+        load: The joint's, TOTAL filled; ``heat`` takes what ``heat_state`` finds; where nothing is known, or heat runs
+            away, magnets at ambient temperature and the winding at its limit.
     """
-    ambient, known = task.tasks[joint, AMBIENT], not np.isnan(m[INNER])
+    ambient, known, state = task.tasks[joint, AMBIENT], not np.isnan(m[INNER]), load.heat
     state[MAGNETS], state[RUNAWAY] = ambient, 0.0
     if known:
         row, ratio, scratch, curved = task.series[joint], g[RATIO], load.scratch, task.tasks[joint, CURVED] != 0.0
@@ -332,7 +331,9 @@ def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, s
                 friction[t] = 0.0
             curved_friction(m, ratio, row[SPEED], friction)
         heat_losses(row, m, ratio, curved, scratch)
-        call(task.heat, 0.0, heat_numbers(m, ambient, task.shares), state, scratch[HEAT:], task.mix)
+        numbers = state[STATE:]
+        heat_numbers(m, ambient, task.shares, numbers)
+        call(task.heat, 0.0, numbers, state, scratch[HEAT:], task.mix)
     if not known or state[RUNAWAY] != 0.0:
         state[MAGNETS] = ambient
         rest = ambient if np.isnan(m[MAX_WINDING]) else m[MAX_WINDING]
@@ -343,7 +344,7 @@ def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, s
 
 @njit_leaf
 def electric_checks(
-    task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, float], state: Array
+    task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, float]
 ) -> float:
     """The limits of current, voltage and heat of the warm motor.
 
@@ -353,14 +354,13 @@ def electric_checks(
         m, g: Rows of motor and gear.
         load: The joint's, TOTAL and START filled; takes the figures.
         torque: From ``torque_check``.
-        state: Takes what ``heat_state`` finds, with magnets at ambient temperature where nothing is known, (STATE,).
 
     Returns:
         The largest utilisation.
     """
-    limits, checks, ambient = task.tasks[joint], load.checks, task.tasks[joint, AMBIENT]
+    limits, checks, ambient, state = task.tasks[joint], load.checks, task.tasks[joint, AMBIENT], load.heat
     known = not np.isnan(m[INNER])
-    warm_up(task, joint, m, g, load, state)
+    warm_up(task, joint, m, g, load)
     warm, cold = constant_at(m, state[MAGNETS]), constant_at(m, ambient)
     worst = current_checks(task, joint, m, load, torque[0], torque[1], warm)
     volts = max(
@@ -378,13 +378,3 @@ def electric_checks(
         checks[TEMPERATURE, USED] = used
         worst = max(worst, used)
     return worst
-
-
-@njit_part
-def new_state() -> Array:
-    """Memory for what ``heat_state`` finds.
-
-    Returns:
-        (STATE,), SI and [C].
-    """
-    return np.zeros(STATE)

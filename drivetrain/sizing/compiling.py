@@ -1,4 +1,7 @@
-"""How the judge is compiled: few big units, as every level of calls is optimised again with all that it calls."""
+"""How the judge is compiled: few big units, as every level of calls is optimised again with all that it calls.
+
+None of it makes arrays: without counts of references there is half as much to compile. Memory is handed in.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,16 @@ from typing import Any
 import numba as nb
 
 _njit: Any = nb.njit  # whose annotations do not know all of its options
-_INSIDE = {"error_model": "numpy", "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_ALL = {"error_model": "numpy", "nogil": True, "_nrt": False}
+_INSIDE = {**_ALL, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-njit_entry: Any = nb.njit(cache=True, error_model="numpy", nogil=True)
+njit_entry: Any = _njit(**_ALL, cache=True)
 """Called from Python, kept on disk."""
 
-njit_face: Any = nb.njit(cache=True, error_model="numpy", nogil=True, inline="always")
+njit_face: Any = _njit(**_ALL, cache=True, inline="always")
 """Called from Python, kept on disk; in compiled code nothing but the call that it holds."""
 
-njit_part: Any = nb.njit(error_model="numpy", nogil=True, inline="always")
+njit_part: Any = _njit(**_ALL, inline="always")
 """Compiled as a part of whoever uses it."""
 
 njit_leaf: Any = _njit(**_INSIDE)

@@ -65,20 +65,20 @@ from drivetrain.sizing.warm_bound import resting_share
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 131238782,
+    "compiling.py": 2071716151,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 1678274499,
-    "torque_kernels.py": 3638261967,
+    "load_kernels.py": 3913483942,
+    "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 1555795092,
-    "bound_kernels.py": 4226330043,
-    "judge_kernels.py": 2721899837,
+    "check_kernels.py": 2433891376,
+    "bound_kernels.py": 4012912807,
+    "judge_kernels.py": 3572622980,
     "warm_bound.py": 2558181749,
-    "bearing_bound.py": 721467342,
-    "propagation.py": 3841157696,
+    "bearing_bound.py": 1668248093,
+    "propagation.py": 523065565,
 }
 
 MASS, PRICE, ENERGY, USED = range(4)
@@ -254,7 +254,8 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
     used = max(used, _share(limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
     if g[DIRECT_DRIVE] == 0.0:
         low, high, at = memory.torque[0], memory.torque[1], task.offsets[joint, joint]
-        low[:], high[:] = bounds.low, bounds.high
+        for t in range(len(low)):
+            low[t], high[t] = bounds.low[t], bounds.high[t]
         if at >= 0:
             for i in range(NUMBERS):
                 unit, number = task.force[at + i], task.numbers[pair, i]

@@ -17,7 +17,6 @@ from drivetrain.sizing.check_kernels import (
     electric_checks,
     gear_checks,
     holds_speed,
-    new_state,
     speed_checks,
     torque_check,
     warm_up,
@@ -60,16 +59,16 @@ __all__ = [
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 131238782,
+    "compiling.py": 2071716151,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 1678274499,
-    "torque_kernels.py": 3638261967,
+    "load_kernels.py": 3913483942,
+    "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 1555795092,
-    "bound_kernels.py": 4226330043,
+    "check_kernels.py": 2433891376,
+    "bound_kernels.py": 4012912807,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
@@ -151,7 +150,7 @@ def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) 
                 volts = voltage_peak(task.series[joint], m, g[RATIO], load.scratch, 0.0, cold, ohms)
                 used = max(used, held(checks, VOLTAGE, limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
         else:
-            used, last = electric_checks(task, joint, m, g, load, torque, new_state()), CHECKS
+            used, last = electric_checks(task, joint, m, g, load, torque), CHECKS
         if not used <= over and felled < 0:
             felled = _worst(checks, 0, CHECKS if quick else last)
             if mode != FULL:
@@ -235,9 +234,8 @@ def _pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power:
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
     own_load(task, joint, pair, load)
     torque_check(task, joint, m, g, load)
-    state = new_state()
-    warm_up(task, joint, m, g, load, state)
-    return electrical_power(task.series[joint], m, g[RATIO], load.scratch, constant_at(m, state[MAGNETS]), power)
+    warm_up(task, joint, m, g, load)
+    return electrical_power(task.series[joint], m, g[RATIO], load.scratch, constant_at(m, load.heat[MAGNETS]), power)
 
 
 @njit_face

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.heat_state import ROWS
+from drivetrain.drive.heat_state import ROWS, SHARES, STATE
 from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_loop, njit_part
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.load_loops import (
@@ -26,7 +26,7 @@ from drivetrain.sizing.packed_task import INSTANTS, Indices, PackedTask
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 131238782,
+    "compiling.py": 2071716151,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
@@ -55,6 +55,7 @@ class JointLoad(NamedTuple):
         kept: Largest bearing loads of ``base``, then what a unit of each number of the joint's own drive adds to each
             at most; NaN: not needed so far, (1 + NUMBERS, 3).
         instants: Samples of large torque, (INSTANTS,).
+        heat: What ``heat_state`` finds, then the numbers of the motor that it asks for, (STATE + SHARES + parts,).
     """
 
     series: Array
@@ -65,6 +66,7 @@ class JointLoad(NamedTuple):
     base: Array
     kept: Array
     instants: Indices
+    heat: Array
 
 
 class JointBounds(NamedTuple):
@@ -75,6 +77,7 @@ class JointBounds(NamedTuple):
         numbers: What is asked at least, as in ``JointLoad``, (LOAD_NUMBERS + E,).
         scratch: (SCRATCH, N).
         instants: Samples that ask much at least, (INSTANTS,).
+        own: ``numbers`` where the joint's own drive adds to the torque.
     """
 
     low: Array
@@ -82,6 +85,7 @@ class JointBounds(NamedTuple):
     numbers: Array
     scratch: Array
     instants: Indices
+    own: Array
 
 
 def new_load(task: PackedTask) -> JointLoad:
@@ -98,7 +102,7 @@ def new_load(task: PackedTask) -> JointLoad:
     return JointLoad(
         np.zeros((LOAD_SERIES, samples)), np.zeros(count), np.zeros((n, NUMBERS)), np.zeros((CHECKS, 3)),
         np.zeros((SCRATCH, samples)), np.zeros((8, samples)), np.zeros((1 + NUMBERS, 3)),
-        np.zeros(INSTANTS, dtype=np.int64),
+        np.zeros(INSTANTS, dtype=np.int64), np.zeros(STATE + SHARES + len(task.shares)),
     )  # fmt: skip
 
 
@@ -113,8 +117,8 @@ def new_bounds(task: PackedTask) -> JointBounds:
     """
     samples = task.series.shape[2]
     count = LOAD_NUMBERS + len(task.exponents)
-    instants = np.zeros(INSTANTS, dtype=np.int64)
-    return JointBounds(np.zeros(samples), np.zeros(samples), np.zeros(count), np.zeros((SCRATCH, samples)), instants)
+    instants, scratch = np.zeros(INSTANTS, dtype=np.int64), np.zeros((SCRATCH, samples))
+    return JointBounds(np.zeros(samples), np.zeros(samples), np.zeros(count), scratch, instants, np.zeros(count))
 
 
 @njit_part

@@ -19,20 +19,20 @@ from drivetrain.sizing.torque_kernels import constant_at, resistance
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 131238782,
+    "compiling.py": 2071716151,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 1678274499,
-    "torque_kernels.py": 3638261967,
+    "load_kernels.py": 3913483942,
+    "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 1555795092,
-    "bound_kernels.py": 4226330043,
-    "judge_kernels.py": 2721899837,
+    "check_kernels.py": 2433891376,
+    "bound_kernels.py": 4012912807,
+    "judge_kernels.py": 3572622980,
     "warm_bound.py": 2558181749,
-    "bearing_bound.py": 721467342,
-    "propagation.py": 3841157696,
+    "bearing_bound.py": 1668248093,
+    "propagation.py": 523065565,
 }
 
 FEW = 24  # candidates of a joint whose copper loss is counted one by one
@@ -55,7 +55,8 @@ def _one_by_one(task: PackedTask, choices: Choices, joint: int, torque: Array, s
     """The least power of a joint over its candidates, each with its losses [W], (N,)."""
     row, limits = task.series[joint], task.tasks[joint]
     low, high, first = scratch[0], scratch[1], choices.first[joint]
-    least[:] = np.inf
+    for t in range(least.size):
+        least[t] = np.inf
     for at in range(first, first + choices.size[joint]):
         m, g = task.motors[joint, task.pairs[choices.pool[at], 0]], task.gears[task.pairs[choices.pool[at], 1]]
         torque_range(row, m, g, False, torque[0], torque[1], low, high)
@@ -71,17 +72,17 @@ def _one_by_one(task: PackedTask, choices: Choices, joint: int, torque: Array, s
 def _all_at_once(task: PackedTask, choices: Choices, joint: int, torque: Array, least: Array) -> None:
     """The least power that a joint's link and any of its rotors take, without losses [W], (N,)."""
     row, first = task.series[joint], choices.first[joint]
-    squared, single = np.array([np.inf, -np.inf]), np.array([np.inf, -np.inf])
+    squared_low, squared_high, single_low, single_high = np.inf, -np.inf, np.inf, -np.inf
     for at in range(first, first + choices.size[joint]):
         ratio, inertia = task.gears[task.pairs[choices.pool[at], 1], RATIO], task.numbers[choices.pool[at], 3]
-        squared[0], squared[1] = min(squared[0], inertia * ratio**2), max(squared[1], inertia * ratio**2)
-        single[0], single[1] = min(single[0], inertia * ratio), max(single[1], inertia * ratio)
+        squared_low, squared_high = min(squared_low, inertia * ratio**2), max(squared_high, inertia * ratio**2)
+        single_low, single_high = min(single_low, inertia * ratio), max(single_high, inertia * ratio)
     for t in range(least.size):
         speed = row[SPEED, t]
         link = (torque[0, t] if speed > 0.0 else torque[1, t]) + row[FRICTION, t]
         own, carried = row[ACCELERATION, t] * speed, row[CARRIER, t] * speed
-        least[t] = link * speed + min(squared[0] * own, squared[1] * own)
-        least[t] += min(single[0] * carried, single[1] * carried)
+        least[t] = link * speed + min(squared_low * own, squared_high * own)
+        least[t] += min(single_low * carried, single_high * carried)
 
 
 @njit_entry
@@ -95,8 +96,9 @@ def least_power(task: PackedTask, setting: Setting, choices: Choices, memory: Me
         memory: The numbers that are left; the rest is filled again.
         total: Takes the bound at each sample [W], (N,).
     """
-    total[:] = 0.0
-    least, scratch = memory.power, np.zeros((2, total.size))
+    least, scratch = memory.power, memory.bounds.scratch
+    for t in range(total.size):
+        total[t] = 0.0
     for joint in range(memory.low.shape[0]):
         interval(task, setting, joint, memory.low, memory.high, memory.torque)
         row = task.offsets[joint, joint]
@@ -109,4 +111,5 @@ def least_power(task: PackedTask, setting: Setting, choices: Choices, memory: Me
             _one_by_one(task, choices, joint, memory.torque, scratch, least)
         else:
             _all_at_once(task, choices, joint, memory.torque, least)
-        total += least
+        for t in range(total.size):
+            total[t] += least[t]

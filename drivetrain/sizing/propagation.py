@@ -40,19 +40,19 @@ Indices = NDArray[np.int64]
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 131238782,
+    "compiling.py": 2071716151,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
     "load_loops.py": 2895481428,
-    "load_kernels.py": 1678274499,
-    "torque_kernels.py": 3638261967,
+    "load_kernels.py": 3913483942,
+    "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 1555795092,
-    "bound_kernels.py": 4226330043,
-    "judge_kernels.py": 2721899837,
+    "check_kernels.py": 2433891376,
+    "bound_kernels.py": 4012912807,
+    "judge_kernels.py": 3572622980,
     "warm_bound.py": 2558181749,
-    "bearing_bound.py": 721467342,
+    "bearing_bound.py": 1668248093,
 }
 
 OPEN, EMPTY, TOO_DEAR, ASKED = range(4)
@@ -105,6 +105,7 @@ class Memory(NamedTuple):
         power: Of one drive [W], (N,).
         verdicts: What was judged of the pairs of joints that no other drive loads: HOLDS, FALLS or UNKNOWN, (P,).
         suspects: Pairs that once fell although the bounds let them pass, (P,).
+        exact: Whether a cost is that of the candidate at work, while costs are settled, (P,).
         counts: Work done: candidates tested, candidates judged, passes, (COUNTS,).
     """
 
@@ -117,6 +118,7 @@ class Memory(NamedTuple):
     power: Array
     verdicts: Indices
     suspects: NDArray[np.bool_]
+    exact: NDArray[np.bool_]
     counts: Indices
 
 
@@ -136,7 +138,7 @@ def new_memory(task: PackedTask) -> Memory:
     verdicts = np.full(len(task.pairs), UNKNOWN, dtype=np.int64)
     torque, suspects = np.zeros((2, samples)), np.zeros(len(task.pairs), dtype=np.bool_)
     bounds, bearing = new_bounds(task), np.zeros(3)
-    return Memory(empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, suspects, counts)
+    return Memory(empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, suspects, suspects.copy(), counts)
 
 
 @njit_leaf
@@ -180,8 +182,9 @@ def interval(task: PackedTask, setting: Setting, joint: int, low: Array, high: A
         Whether it has no width: every drive that loads the joint is decided.
     """
     bottom, top = torque[0], torque[1]
-    bottom[:] = task.bare[joint]
-    top[:] = bottom
+    bare = task.bare[joint]
+    for t in range(bottom.size):
+        bottom[t] = top[t] = bare[t]
     decided = True
     for k in range(low.shape[0]):
         if not setting.loads[joint, k]:
@@ -278,10 +281,15 @@ def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alo
     """
     begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
     pool, cost, known = choices.pool, choices.cost, choices.known
-    exact, best, found = np.zeros(end - begin, dtype=np.bool_), begin, OPEN
+    exact, best, found = memory.exact, begin, OPEN
+    for at in range(end - begin):
+        exact[at] = False
     while True:
         if setting.energy != 0.0:
-            best = begin + int(np.argmin(cost[begin:end]))
+            best = begin
+            for at in range(begin, end):
+                if cost[at] < cost[best]:
+                    best = at
         if best == end or cost[best] == np.inf:
             break
         if exact[best - begin]:
@@ -311,15 +319,43 @@ def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alo
 
 @njit_part
 def _least(choices: Choices, joint: int) -> float:
-    begin = choices.first[joint]
-    return float(choices.cost[begin : begin + choices.size[joint]].min())
+    begin, least = choices.first[joint], np.inf
+    for at in range(begin, begin + choices.size[joint]):
+        least = min(least, choices.cost[at])
+    return least
+
+
+@njit_part
+def _sum(values: Array) -> float:
+    total = 0.0
+    for value in values:
+        total += value
+    return total
+
+
+@njit_part
+def _loaded(loads: NDArray[np.bool_], joint: int) -> bool:
+    """Whether any other drive loads a joint."""
+    for k in range(loads.shape[1]):
+        if loads[joint, k]:
+            return True
+    return False
+
+
+@njit_part
+def _loading(loads: NDArray[np.bool_], k: int) -> bool:
+    """Whether a drive loads any other joint."""
+    for joint in range(loads.shape[0]):
+        if loads[joint, k]:
+            return True
+    return False
 
 
 @njit_part
 def _all_decided(setting: Setting, memory: Memory) -> bool:
     """Whether no drive that loads another joint is open."""
     for k in range(memory.low.shape[0]):
-        if setting.loads[:, k].any():
+        if _loading(setting.loads, k):
             for i in range(NUMBERS):
                 if memory.low[k, i] != memory.high[k, i]:
                     return False
@@ -354,10 +390,10 @@ def propagate(
             decided = interval(task, setting, joint, memory.low, memory.high, memory.torque)
             bound_joint(task, joint, memory.torque[0], memory.torque[1], memory.bounds)
             least_bearing(task, setting.loads, joint, memory.low, memory.high, memory.bearing)
-            room = limit - (choices.least.sum() - choices.least[joint])
+            room = limit - (_sum(choices.least) - choices.least[joint])
             if not sieve(task, setting, choices, joint, room, choices.size[joint] <= full, memory):
                 return EMPTY, joint
-            alone = not setting.loads[joint].any()
+            alone = not _loaded(setting.loads, joint)
             # Short of a whole set the bounds are nearly as good as a judgement, and hundreds of times cheaper.
             doubted = memory.suspects[choices.pool[choices.first[joint]]]
             if decided and (alone or doubted or _all_decided(setting, memory)):
@@ -368,7 +404,7 @@ def propagate(
             least = _least(choices, joint)
             changed = changed or least > choices.least[joint]
             choices.least[joint] = max(choices.least[joint], least)
-            if choices.least.sum() >= limit:
+            if _sum(choices.least) >= limit:
                 return TOO_DEAR, joint
             changed = range_of_numbers(task, choices, joint, memory.low, memory.high) or changed
         if not changed:
@@ -386,10 +422,13 @@ def set_power(task: PackedTask, pairs: Indices, memory: Memory, total: Array) ->
         memory: Filled again.
         total: Takes it at each sample, negative when regenerating [W], (N,).
     """
-    total[:] = 0.0
+    for t in range(total.size):
+        total[t] = 0.0
     for joint in range(pairs.size):
-        memory.low[joint] = task.numbers[pairs[joint]]
+        for i in range(NUMBERS):
+            memory.low[joint, i] = task.numbers[pairs[joint], i]
     for joint in range(pairs.size):
         load_joint(task, joint, memory.low, memory.load)
         pair_power(task, joint, pairs[joint], memory.load, memory.power)
-        total += memory.power
+        for t in range(total.size):
+            total[t] += memory.power[t]

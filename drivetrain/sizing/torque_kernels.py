@@ -263,18 +263,15 @@ def heat_losses(row: Array, m: Array, ratio: float, curved: bool, scratch: Array
 
 
 @njit_part
-def heat_numbers(m: Array, ambient: float, shares: Array) -> Array:
+def heat_numbers(m: Array, ambient: float, shares: Array, x: Array) -> None:
     """What ``heat_state`` asks of a motor.
 
     Args:
         m: The motor's row.
         ambient: Air temperature [C].
         shares: Of the parts in the time of use.
-
-    Returns:
-        In its order.
+        x: Takes them in its order, (SHARES + parts,).
     """
-    x = np.empty(heat_state.SHARES + len(shares))
     square = m[CONSTANT] * m[CONSTANT]
     x[heat_state.RESISTANCE] = resistance(m, ambient) / square
     x[heat_state.SLOPE] = m[RESISTANCE] * m[COPPER] / square
@@ -283,7 +280,6 @@ def heat_numbers(m: Array, ambient: float, shares: Array) -> Array:
     x[heat_state.WINDING_CAPACITY], x[heat_state.HOUSING_CAPACITY] = m[WINDING_CAPACITY], m[HOUSING_CAPACITY]
     for i in range(len(shares)):
         x[heat_state.SHARES + i] = shares[i]
-    return x
 
 
 @njit_loop
