@@ -1,0 +1,95 @@
+"""The currents of sizing against those of simulation, with the same effects in both."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drivetrain.accuracy.decision import moving
+from drivetrain.accuracy.full_scene import full_scene
+from drivetrain.accuracy.variants import choices, without
+from drivetrain.arrays import Array
+from drivetrain.motion.duty_cycle import sample_weights
+from drivetrain.simulation.cost_results import Choice, JointCurrents, RoadsCompared
+from drivetrain.simulation.engine import Engine
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Scene
+from drivetrain.sizing.results import Evaluation
+
+UNKNOWN_TO_SIZING = ("FlexibleJoint", "CurrentLoop", "Backlash", "Cogging")
+SMALL = 0.01  # share of the RMS current below which a difference needs no words
+
+
+def same_effects(scene: Scene) -> list[Choice]:
+    """What a full scene has and sizing does not know.
+
+    Args:
+        scene: The full scene.
+
+    Returns:
+        Its springs, inductances and the like.
+    """
+    return [one for one in choices(scene) if one.kind in UNKNOWN_TO_SIZING]
+
+
+def inverse_against_forward(
+    evaluation: Evaluation, *, scene: Scene | None = None, engine: Engine | None = None
+) -> RoadsCompared:
+    """Both roads' currents, joint by joint.
+
+    Args:
+        evaluation: The sizing path.
+        scene: The full scene of the same study; None: made here.
+        engine: What runs it; None: fixed steps of half a millisecond.
+
+    Returns:
+        Both currents on the samples of the cycle, and what tells them apart.
+
+    Raises:
+        InputError: As ``full_scene``.
+    """
+    full = full_scene(evaluation) if scene is None else scene
+    engine = FixedStep(5e-4) if engine is None else engine
+    same = without(full, same_effects(full))
+    recording = simulate(same, solver=engine, interval=1e-3)
+    joints = {
+        name: _compared(evaluation, name, recording.time, recording[f"{name}.current"], moving(recording, name))
+        for name in full.joints
+    }
+    return RoadsCompared(joints, recording)
+
+
+def _compared(evaluation: Evaluation, name: str, time: Array, forward: Array, moves: Array) -> JointCurrents:
+    series = evaluation.joints[name].series
+    # At a jump the inverse road has both sides; between samples its current is a straight line.
+    own = np.interp(time, series.time + 1e-12 * np.arange(len(series.time)), series.current)
+    weights, difference = sample_weights(time), forward - own
+    whole = _rms(own, weights)
+    apart = [_rms(difference[mask], weights[mask]) / whole if mask.any() and whole else math.nan
+             for mask in (moves, np.logical_not(moves))]  # fmt: skip
+    return JointCurrents(
+        time, own, forward, moves,
+        (float(np.abs(series.current).max()), float(np.abs(forward).max())),
+        (whole, _rms(forward, weights)), apart[0], apart[1], _note(apart[0], apart[1], evaluation, name),
+    )  # fmt: skip
+
+
+def _rms(values: Array, weights: Array) -> float:
+    total = float(weights.sum())
+    return math.sqrt(float(weights @ values**2) / total) if total > 0.0 else 0.0
+
+
+def _note(moves: float, rests: float, evaluation: Evaluation, name: str) -> str:
+    """What the difference comes from."""
+    said = []
+    if not math.isnan(rests) and rests > SMALL:
+        holds = "friction holds with what the stop has left in it, anywhere between its two bounds"
+        said.append(f"at rest {holds}; sizing takes the smallest current that still holds")
+    if not math.isnan(moves) and moves > SMALL:
+        said.append("in motion the loop answers its own tracking error, and stops and starts take time")
+    drive = evaluation.joints[name].drive
+    if not said and (drive.gear.efficiency or 1.0) == 1.0:
+        said.append("no mesh loss: nothing holds at rest but the motor")
+    return "; ".join(said)

@@ -1,0 +1,103 @@
+"""The command that tells what accuracy costs in time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, report_folder, say, told, working
+
+if TYPE_CHECKING:
+    from drivetrain.sizing.results import Evaluation
+    from drivetrain.study.study import Study
+
+app = typer.Typer(rich_markup_mode="rich")
+
+
+@app.command("accuracy")
+def _accuracy(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file.")],
+    tolerance: Annotated[
+        str | None, typer.Option(metavar="SHARE", help="For effects: auto, such as 1%.", show_default=False)
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder for accuracy.html and accuracy.json.", show_default=False),
+    ] = None,
+) -> None:
+    """Show on the study's own motion what every effect changes and costs, and which may go within a tolerance."""
+    with told():
+        from dataclasses import replace
+
+        from drivetrain.accuracy.auto import choose_effects
+        from drivetrain.accuracy.decision import basis_of
+        from drivetrain.accuracy.effects_cost import effects_cost
+        from drivetrain.accuracy.full_scene import full_scene
+        from drivetrain.accuracy.inverse_forward import inverse_against_forward
+        from drivetrain.accuracy.solver_cost import solver_cost
+        from drivetrain.accuracy.variants import without
+        from drivetrain.report.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
+        from drivetrain.report.outputs import write_files
+        from drivetrain.simulation.fixed_step import FixedStep
+        from drivetrain.sizing.results import Verdict
+        from drivetrain.study.load import load_study
+        from drivetrain.units import quantity
+
+        share = None if tolerance is None else quantity(tolerance, "", "--tolerance", above=0.0)
+        loaded = load_study(study)
+        wishes = loaded.simulation if share is None else replace(loaded.simulation, tolerance=share)
+        result = judged(loaded)
+        with working("leaving out one effect after the other") as step:
+            full = full_scene(result, wishes)
+            basis = basis_of(full, result)
+            effects = effects_cost(full, basis, engine=FixedStep(wishes.step), progress=step)
+        with working("choosing effects") as step:
+            auto = choose_effects(
+                full, basis, tolerance=wishes.tolerance, tip_tolerance=wishes.tip_tolerance, step=wishes.step,
+                progress=step,
+            )  # fmt: skip
+        with working("comparing solvers") as step:
+            solvers = solver_cost(without(full, ()), basis, progress=step)
+            roads = inverse_against_forward(result, scene=full, engine=FixedStep(wishes.step))
+        found = AccuracyFound(result, effects, auto, solvers, roads, wishes.current_bandwidth)
+        with working("drawing"):
+            files = {"accuracy.html": accuracy_report(found), "accuracy.json": accuracy_json(found)}
+        for line in accuracy_lines(found):
+            say(line)
+        written = write_files(out or report_folder(loaded.name), files)
+        say(f"page: {written['accuracy.html']}")
+        raise typer.Exit(DOES_NOT_FIT if effects.full.verdict is Verdict.FAIL else FITS)
+
+
+def judged(study: Study) -> Evaluation:
+    """The evaluation of the drives that a study gives, or of those selected where it gives none.
+
+    Args:
+        study: Any.
+
+    Returns:
+        The evaluation.
+
+    Raises:
+        InputError: No arm to simulate, or a joint that nothing may drive.
+    """
+    from drivetrain.errors import Fault, InputError
+    from drivetrain.sizing.evaluate import evaluate
+    from drivetrain.sizing.search import select
+
+    if study.arm is None:
+        hint = "joint_scene and the effects, from Python, simulate one joint without an arm"
+        raise InputError(Fault("arm", "is needed to simulate the study", hint=hint, file=study.path))
+    if all(task.drive is not None for task in study.joints):
+        with working("judging the given drives"):
+            return evaluate(study)
+    with working("searching the catalogues for drives") as step:
+        chosen = select(study, progress=step)
+    if len(chosen.evaluation.joints) < len(study.joints):
+        lacking = [task.name for task in study.joints if task.name not in chosen.evaluation.joints]
+        raise InputError(Fault("joints", f"no drive was found for {', '.join(lacking)}", file=study.path))
+    if not chosen.feasible:
+        say("note: no set of drives fits; the nearest candidates are simulated", errors=True)
+    return chosen.evaluation
