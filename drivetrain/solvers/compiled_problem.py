@@ -114,6 +114,7 @@ class CompiledProblem:
     segment_word: int = -1
     declares_smooth: bool = True
     may_jump: bool = False
+    _groups: Any = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
         address_of(self.rates, "problem.rates", needed=True)
@@ -133,6 +134,7 @@ class CompiledProblem:
             raise InputError(Fault("problem.sparsity", f"must have shape ({self.size}, {self.size})", f"shape {shape}"))
         if self.names and len(self.names) != self.size:
             raise InputError(Fault("problem.names", f"must have {self.size} entries", self.names))
+        object.__setattr__(self, "_groups", column_groups(self.sparsity, self.size))
 
     def name(self, index: int) -> str:
         """What to call a state.
@@ -144,6 +146,15 @@ class CompiledProblem:
             Its name, or its number.
         """
         return f"state {self.names[index]!r}" if self.names else f"state {index}"
+
+    def groups(self) -> tuple[Any, Any, Any, Any]:
+        """Columns that are differenced together; see ``column_groups``.
+
+        Returns:
+            The groups.
+        """
+        found: tuple[Any, Any, Any, Any] = self._groups
+        return found
 
     def addresses(self) -> Any:
         """Where its functions lie.

@@ -13,7 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers import layout as at
 from drivetrain.solvers.compiled_events import VALUE_ROWS
-from drivetrain.solvers.compiled_problem import CompiledProblem, column_groups
+from drivetrain.solvers.compiled_problem import CompiledProblem
 from drivetrain.solvers.integrate import MOST_STEPS, inner_points, wanted_and_start
 from drivetrain.solvers.solver import Solver, Work
 from drivetrain.solvers.steppers import stepper
@@ -189,7 +189,7 @@ def _prepared(
         method, np.append(problem.addresses(), stepper(method).address), (kept.numbers.copy(), kept.words.copy()),
         kept.block.copy(),
         (kept.jacobian.copy(), np.empty((n, n)), np.zeros((n + 1, n))), np.empty(n, dtype=np.int64),
-        column_groups(problem.sparsity, n), carried, atol, settings, (ends, limits), wanted, kept.rows.copy(),
+        problem.groups(), carried, atol, settings, (ends, limits), wanted, kept.rows.copy(),
         np.array(events.kinds if events else (), dtype=np.int64),
         np.array((events.terminal or (False,) * m) if events else (), dtype=np.int64),
         kept.values.copy(), (np.empty(max(_LOG, 2 * m)), np.empty(max(_LOG, 2 * m), dtype=np.int64)),
