@@ -8,8 +8,8 @@ import time as clock
 from collections.abc import Callable, Sequence
 
 from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
-from drivetrain.accuracy.runs import interval_of, work
-from drivetrain.errors import Fault, InputError
+from drivetrain.accuracy.runs import interval_of, ran, work
+from drivetrain.errors import InputError
 from drivetrain.simulation.adaptive_engine import AdaptiveStep
 from drivetrain.simulation.cost_results import Decision, SolverCosts, SolverRun
 from drivetrain.simulation.engine import Engine
@@ -76,16 +76,20 @@ def solver_cost(
     ]
     total = len(listed) + 2
     tell = progress if progress is not None else _silent
-    best: list[tuple[Decision, float]] = []
-    for done, rtol in enumerate(references):
-        tell(done, total, f"reference at {rtol:g}")
-        best.append(_reference(ready, scene, basis, rtol))
+    try:
+        engines: list[Engine] = [AdaptiveStep(Rodas4(rtol=rtol)) for rtol in references]
+        name = f"{ADAPTIVE} at a relative tolerance of 1e−{-math.log10(references[1]):.3g}"
+        best = _references(ready, scene, basis, engines, tell, total)
+    except InputError as error:
+        finest = min(steps)
+        engines = [FixedStep(finest / 4.0), FixedStep(finest / 8.0)]
+        name = f"{FIXED} at {1e3 * finest / 8.0:.3g} ms, as the adaptive one stops: {error.faults[0].problem}"
+        best = _references(ready, scene, basis, engines, tell, total)
     settled = distance(best[0][0], *best[1])
     runs = []
     for done, (family, setting, engine) in enumerate(listed):
         tell(done + 2, total, f"{family} at {setting:g}")
         runs.append(_run(ready, scene, basis, (family, setting, engine), best[1], rounds))
-    name = f"{ADAPTIVE} at a relative tolerance of {references[1]:g}"
     return SolverCosts(tuple(runs), name, settled)
 
 
@@ -93,13 +97,16 @@ def _silent(_done: int, _total: int, _text: str) -> None:
     pass
 
 
-def _reference(ready: Plan, scene: Scene, basis: Basis, rtol: float) -> tuple[Decision, float]:
-    """What it decides, and how far the tip is commanded to go."""
-    engine = AdaptiveStep(Rodas4(rtol=rtol))
-    recording = simulate(ready, solver=engine, interval=interval_of(scene.duration))
-    if recording.stopped_by is not None:
-        raise InputError(Fault("reference", f"{recording.stopped_by.name}: {recording.stopped_by.detail}"))
-    return decision(recording, scene, basis), tip_travel(scene, recording)
+def _references(
+    ready: Plan, scene: Scene, basis: Basis, engines: Sequence[Engine], tell: Told, total: int
+) -> list[tuple[Decision, float]]:
+    """What each decides, and how far the tip is commanded to go."""
+    found = []
+    for done, engine in enumerate(engines):
+        tell(done, total, "reference")
+        recording = ran(ready, engine)
+        found.append((decision(recording, scene, basis), tip_travel(scene, recording)))
+    return found
 
 
 def _run(

@@ -1,4 +1,4 @@
-"""The commands around an arm without drives: simulate."""
+"""The command that lets things run: a study's arm with its drives, or an arm without any."""
 
 from __future__ import annotations
 
@@ -19,11 +19,15 @@ if TYPE_CHECKING:
 
 app = typer.Typer(rich_markup_mode="rich")
 
+STUDIES = (".yaml", ".yml")  # what a study's file ends in
+
 
 class Method(StrEnum):
     """Solvers that can be asked for by name."""
 
     ADAPTIVE = "adaptive"
+    FIXED = "fixed"
+    INVERSE = "inverse"
     RK4 = "rk4"
     SEMI_IMPLICIT = "semi-implicit"
     EULER = "euler"
@@ -31,32 +35,64 @@ class Method(StrEnum):
 
 @app.command("simulate")
 def _simulate(
-    arm: Annotated[str, typer.Argument(metavar="ARM", help="A built-in arm, or a URDF file.")],
-    duration: Annotated[str, typer.Option(help="How long.")] = "3 s",
+    what: Annotated[str, typer.Argument(metavar="STUDY|ARM", help="A study, a built-in arm, or a URDF file.")],
+    duration: Annotated[
+        str | None, typer.Option(help="How long.  [default: the study's cycle; of an arm 3 s]", show_default=False)
+    ] = None,
     start: Annotated[
-        str, typer.Option("--from", help="Where it starts: 30 deg for all joints, or [0, 30, 0] deg.")
+        str, typer.Option("--from", help="Of an arm, where it starts: 30 deg for all joints, or [0, 30, 0] deg.")
     ] = "0 rad",
-    solver: Annotated[Method, typer.Option(help="The method.")] = Method.ADAPTIVE,
-    step: Annotated[str, typer.Option(help="Of the methods with a fixed step.")] = "1 ms",
-    tip: Annotated[str | None, typer.Option(help="Name of the link that is the end effector.")] = None,
+    solver: Annotated[
+        Method | None,
+        typer.Option(help="Of a study fixed, adaptive or inverse; of an arm adaptive, rk4, semi-implicit or euler."),
+    ] = None,
+    step: Annotated[str | None, typer.Option(help="Of the methods with a fixed step.", show_default=False)] = None,
+    tip: Annotated[str | None, typer.Option(help="Of an arm, name of the link that is the end effector.")] = None,
+    effects: Annotated[
+        str | None,
+        typer.Option(help="Of a study: auto, all, none, or names parted by commas.", show_default=False),
+    ] = None,
+    tolerance: Annotated[
+        str | None, typer.Option(metavar="SHARE", help="For --effects auto, such as 1%.", show_default=False)
+    ] = None,
+    resume: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Of a study: go on from this recording.", show_default=False)
+    ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Folder for recording.npz and recording.svg.", show_default=False),
+        typer.Option("--out", metavar="DIR", help="Folder for the recording and its pictures.", show_default=False),
     ] = None,
 ) -> None:
-    """Let a passive arm go: its motion under gravity, without drives, friction or losses."""
+    """Let a study's arm run its cycle with its drives; or let a passive arm go, without drives, friction or losses."""
     with told():
+        if Path(what).suffix.lower() in STUDIES:
+            from drivetrain.commands.simulation import Asked, simulate_study
+
+            _only_of_arms({"--from": start != "0 rad", "--tip": tip is not None})
+            asked = Asked(duration, None if solver is None else solver.value, step, effects, tolerance, resume, out)
+            raise typer.Exit(simulate_study(Path(what), asked))
         from drivetrain.arm.load import load_arm
         from drivetrain.simulation.passive import simulate_passive
         from drivetrain.units import quantity
 
-        loaded = load_arm(arm, tip=tip)
-        method, seconds = _solver(solver, step), quantity(duration, "s", "--duration", above=0.0)
+        loaded = load_arm(what, tip=tip)
+        method = _solver(solver or Method.ADAPTIVE, step or "1 ms")
+        seconds = quantity(duration or "3 s", "s", "--duration", above=0.0)
         position, rest = _start(loaded, start), [0.0] * loaded.n
         with working(f"simulating {loaded.name}"):
             recording = simulate_passive(loaded, position, rest, seconds, solver=method)
         _deliver(recording, out or Path(f"{loaded.name}_recording"))
         raise typer.Exit(FITS)
+
+
+def _only_of_arms(given: dict[str, bool]) -> None:
+    from drivetrain.errors import Fault, InputError
+
+    faults = [
+        Fault(name, "is for an arm without drives; the study says where it starts") for name in given if given[name]
+    ]
+    if faults:
+        raise InputError(faults)
 
 
 def _solver(method: Method, step: str) -> Solver:
@@ -71,6 +107,12 @@ def _solver(method: Method, step: str) -> Solver:
         Method.SEMI_IMPLICIT: SemiImplicitEuler,
         Method.EULER: Euler,
     }
+    if method not in fixed:
+        from drivetrain.errors import Fault, InputError
+
+        raise InputError(
+            Fault("--solver", "is for studies; an arm takes adaptive, rk4, semi-implicit or euler", method.value)
+        )
     return fixed[method](quantity(step, "s", "--step", above=0.0))
 
 

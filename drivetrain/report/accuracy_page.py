@@ -72,7 +72,7 @@ def _share(value: float) -> str:
         return DASH
     if abs(value) < 5e-6:
         return "0"
-    return f"{100.0 * value:+.2g}\u00a0%".replace("-", "−")
+    return f"{'+' if value > 0.0 else '−'}{_bound(abs(value))}"
 
 
 def _drawn(figure: object, label: str, name: str) -> str:
@@ -134,7 +134,7 @@ def _judged(found: AutoChoice) -> SheetTable:
     rows: tuple[tuple[str | Chip, ...], ...] = tuple(
         (
             one.label, one.choice.joint, "kept" if one.kept else Chip("left out", "pass"),
-            *(_bound(value) for value in one.estimate.shares), with_unit(one.estimate.tip, "m"),
+            *(_bound(value) for value in one.estimate.shares), _way(one.estimate.tip),
             "yes" if one.valid else "no", one.why,
         )
         for one in found.effects
@@ -146,7 +146,13 @@ def _judged(found: AutoChoice) -> SheetTable:
 
 
 def _bound(value: float) -> str:
-    return DASH if math.isnan(value) else "∞" if math.isinf(value) else f"{100.0 * value:.2g}\u00a0%"
+    if math.isnan(value) or math.isinf(value):
+        return number(value)
+    return "0" if value < 5e-6 else f"{number(100.0 * value, 2)}\u00a0%"
+
+
+def _way(length: float) -> str:
+    return "0" if length < 1e-9 else with_unit(length, "m")
 
 
 def _measured(found: AutoChoice) -> tuple[SheetTable, ...]:
@@ -157,7 +163,7 @@ def _measured(found: AutoChoice) -> tuple[SheetTable, ...]:
         estimated, step = found.proof.estimate[joint], found.proof.numerical[joint]
         for kind, change in (("estimated", estimated), ("measured", measured), ("of the step", step)):
             show = _share if kind == "measured" else _bound
-            rows.append((joint, kind, *(show(v) for v in change.shares), with_unit(abs(change.tip), "m")))
+            rows.append((joint, kind, *(show(v) for v in change.shares), _way(abs(change.tip))))
     return (SheetTable(("joint", "", *SHOWN[:4], "tip"), tuple(rows), "Estimate against measurement", (2, 3, 4, 5, 6)),)
 
 

@@ -1,0 +1,198 @@
+"""What ``drivetrain simulate`` does with a study."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drivetrain.commands.accuracy import judged
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, report_folder, say, working
+
+if TYPE_CHECKING:
+    from drivetrain.report.simulation_page import SimulationFound
+    from drivetrain.simulation.engine import Engine
+    from drivetrain.simulation.recording import Recording
+    from drivetrain.simulation.scene import Scene
+    from drivetrain.sizing.results import Evaluation
+    from drivetrain.study.simulation import Simulation
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line says beside the study; None: what the study says.
+
+    Attributes:
+        duration, solver, step, effects, tolerance: As texts.
+        resume: Recording to go on from.
+        out: Folder for the files.
+    """
+
+    duration: str | None = None
+    solver: str | None = None
+    step: str | None = None
+    effects: str | None = None
+    tolerance: str | None = None
+    resume: Path | None = None
+    out: Path | None = None
+
+
+def simulate_study(path: Path, asked: Asked) -> int:
+    """Run a study's cycle with its drives, and write what happens.
+
+    Args:
+        path: The study.
+        asked: What the command line says.
+
+    Returns:
+        The exit code: 0 when every check holds on what was simulated, 1 when one fails or the run was stopped.
+
+    Raises:
+        InputError: A faulty study, command line, or recording to go on from.
+    """
+    from drivetrain.accuracy.decision import basis_of, decision
+    from drivetrain.report.outputs import write_files
+    from drivetrain.report.simulation_page import SimulationFound, simulation_lines, simulation_report
+    from drivetrain.simulation.plan import plan
+    from drivetrain.sizing.results import Verdict
+    from drivetrain.study.load import load_study
+
+    loaded = load_study(path)
+    wishes = _wishes(loaded.simulation, asked)
+    result = judged(loaded)
+    full, scene, words = _scene(result, wishes)
+    ready = plan(replace(scene, duration=_duration(asked, scene)))
+    say(str(ready))
+    recording = _run(ready.scene, wishes, asked)
+    inverse = wishes.solver == "inverse"
+    whole = not inverse and recording.stopped_by is None
+    found = SimulationFound(
+        result, recording, decision(recording, scene, basis_of(full, result)) if whole else None, str(ready), words,
+        _limits(result), wishes.current_bandwidth,
+    )  # fmt: skip
+    folder = asked.out or report_folder(loaded.name)
+    with working("drawing"):
+        page = simulation_report(found)
+    written = write_files(folder, {"simulation.html": page})
+    say("")
+    for line in simulation_lines(found):
+        say(line)
+    _save(recording, folder)
+    say(f"page: {written['simulation.html']}")
+    return _code(found, Verdict.FAIL)
+
+
+def _code(found: SimulationFound, fail: object) -> int:
+    if found.recording.stopped_by is not None:
+        return DOES_NOT_FIT
+    return DOES_NOT_FIT if found.decision is not None and found.decision.verdict is fail else FITS
+
+
+def _wishes(study: Simulation, asked: Asked) -> Simulation:
+    """The study's wishes, with those of the command line over them."""
+    from drivetrain.errors import Fault, InputError, nearest
+    from drivetrain.study.simulation import KNOWN_EFFECTS
+    from drivetrain.units import quantity
+
+    faults, told = [], study
+    if asked.effects is not None:
+        names = tuple(name.strip() for name in asked.effects.split(",") if name.strip())
+        words = ("auto", "all", "none")
+        for name in names:
+            if name not in KNOWN_EFFECTS and not (name in words and len(names) == 1):
+                hint = nearest(name, [*KNOWN_EFFECTS, *words]) or ", ".join(KNOWN_EFFECTS)
+                faults.append(Fault("--effects", "is no effect of a study", name, hint))
+        told = replace(told, effects=() if names == ("none",) else names)
+    if asked.solver is not None:
+        if asked.solver not in ("fixed", "adaptive", "inverse"):
+            faults.append(Fault("--solver", "is for arms; a study takes fixed, adaptive or inverse", asked.solver))
+        told = replace(told, solver=asked.solver)
+    for name, text, unit in (("step", asked.step, "s"), ("tolerance", asked.tolerance, "")):
+        if text is not None:
+            try:
+                told = replace(told, **{name: quantity(text, unit, f"--{name}", above=0.0)})  # type: ignore[arg-type]
+            except InputError as error:
+                faults += error.faults
+    if faults:
+        raise InputError(faults)
+    return told
+
+
+def _duration(asked: Asked, scene: Scene) -> float:
+    from drivetrain.units import quantity
+
+    return scene.duration if asked.duration is None else quantity(asked.duration, "s", "--duration", above=0.0)
+
+
+def _scene(result: Evaluation, wishes: Simulation) -> tuple[Scene, Scene, str]:
+    """The full scene, that with the wanted effects, and which those are."""
+    from drivetrain.accuracy.auto import choose_effects
+    from drivetrain.accuracy.decision import basis_of
+    from drivetrain.accuracy.full_scene import full_scene, wanted_scene
+    from drivetrain.accuracy.variants import without
+    from drivetrain.study.simulation import KNOWN_EFFECTS
+
+    full = full_scene(result, wishes)
+    if wishes.effects == ("auto",):
+        with working("choosing effects") as step:
+            found = choose_effects(
+                full, basis_of(full, result), tolerance=wishes.tolerance, tip_tolerance=wishes.tip_tolerance,
+                step=wishes.step, progress=step,
+            )  # fmt: skip
+        gone = ", ".join(f"{one.label} of {one.choice.joint}" for one in found.dropped) or "nothing"
+        proof = "" if found.proof is None else f" ({'proven' if found.proof.proven else 'not proven'})"
+        return full, found.scene, f"effects: auto within {100.0 * wishes.tolerance:g} % left out {gone}{proof}"
+    if wishes.effects == ("all",):
+        return full, without(full, ()), "all effects that the sheets have numbers for"
+    left = [name for name in KNOWN_EFFECTS if name not in wishes.effects]
+    return full, wanted_scene(full, wishes.effects), f"without {', '.join(left)}"
+
+
+def _run(scene: Scene, wishes: Simulation, asked: Asked) -> Recording:
+    from drivetrain.accuracy.runs import interval_of
+    from drivetrain.simulation.recording import load_recording
+    from drivetrain.simulation.run import simulate
+
+    earlier = None if asked.resume is None else load_recording(asked.resume)
+    with working("simulating") as step:
+        return simulate(
+            scene, solver=_engine(wishes), interval=interval_of(scene.duration), resume=earlier,
+            progress=lambda share: step(round(100.0 * share), 100, "simulating"),
+        )  # fmt: skip
+
+
+def _engine(wishes: Simulation) -> Engine:
+    from drivetrain.simulation.adaptive_engine import AdaptiveStep
+    from drivetrain.simulation.fixed_step import FixedStep
+    from drivetrain.simulation.inverse import Inverse
+    from drivetrain.solvers.rosenbrock import Rodas4
+
+    if wishes.solver == "adaptive":
+        return AdaptiveStep(Rodas4(rtol=wishes.precision))
+    return Inverse() if wishes.solver == "inverse" else FixedStep(wishes.step)
+
+
+def _limits(result: Evaluation) -> dict[str, dict[str, float]]:
+    """Of the amplifier's current, and of the voltage that it can give."""
+    from drivetrain.drive.amplifier import available_voltage
+
+    study = result.study
+    found = {
+        task.name: {
+            "current": task.amplifier.peak_current or math.inf,
+            "voltage": available_voltage(task.amplifier, study.supply.voltage),
+        }
+        for task in study.joints
+    }
+    return {name: {k: v for k, v in own.items() if math.isfinite(v)} for name, own in found.items()}
+
+
+def _save(recording: Recording, folder: Path) -> None:
+    """The recording in both forms, as far as the libraries are there."""
+    from importlib.util import find_spec
+
+    where = recording.save(folder / "recording.npz")
+    say(f"recording: {where} (drivetrain.simulation.recording.load_recording; --resume goes on from it)")
+    if find_spec("pyarrow") is not None:
+        say(f"table: {recording.save(folder / 'recording.parquet')} (pandas.read_parquet)")

@@ -1,0 +1,156 @@
+"""A run of a study's arm as a page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from drivetrain.report.bode_section import bode_section
+from drivetrain.report.figures_simulation import (
+    FRICTION,
+    figure_electrics,
+    figure_energy,
+    figure_heat_and_friction,
+    figure_positions,
+)
+from drivetrain.report.quantities import DASH, number, with_unit
+from drivetrain.report.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.svg import house_style, svg_text
+from drivetrain.report.views import CSS
+from drivetrain.simulation.cost_results import Decision
+from drivetrain.simulation.recording import Recording
+from drivetrain.sizing.results import Evaluation
+
+MOST_EVENTS = 40  # told in the table; the recording holds them all
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationFound:
+    """A run and what it decides.
+
+    Attributes:
+        evaluation: Of the drives.
+        recording: Of the run.
+        decision: What it decides; None for an inverse run, or one that was stopped.
+        plan: Printed.
+        effects: What was in, in words.
+        limits: ``current`` [A] and ``voltage`` [V] by joint.
+        current_bandwidth: Of the current loops [rad/s].
+    """
+
+    evaluation: Evaluation
+    recording: Recording
+    decision: Decision | None
+    plan: str
+    effects: str
+    limits: Mapping[str, Mapping[str, float]]
+    current_bandwidth: float
+
+
+def simulation_report(found: SimulationFound) -> str:
+    """The page.
+
+    Args:
+        found: The run.
+
+    Returns:
+        HTML text.
+    """
+    sections = [_run(found), _plan(found), bode_section(found.evaluation, found.current_bandwidth)]
+    return sheet(found.evaluation.study, "What happens when it runs", sections)
+
+
+def simulation_lines(found: SimulationFound) -> list[str]:
+    """The run, for the terminal.
+
+    Args:
+        found: The run.
+
+    Returns:
+        Lines.
+    """
+    recording, told = found.recording, found.decision
+    work = ", ".join(f"{count} {name}" for name, count in recording.counters.items())
+    lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]
+    if recording.stopped_by is not None:
+        lines.append(f"stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}")
+    if told is not None:
+        for name, joint in told.joints.items():
+            lines.append(
+                f"  {name}: current {with_unit(joint.peak_current, 'A')}, RMS {with_unit(joint.rms_current, 'A')}, "
+                f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats for ever"
+            )
+        lines.append(f"tip: at most {with_unit(told.tip_deviation, 'm')} from the command; verdict {told.verdict}")
+    return lines
+
+
+def _run(found: SimulationFound) -> Section:
+    recording, joints = found.recording, list(found.evaluation.joints)
+    figures = [("positions", figure_positions(recording, joints), "Positions, and how far from the command.")]
+    electrics = figure_electrics(recording, joints, found.limits)
+    figures.append(("electrics", electrics, "Currents and voltages; red: limits of amplifier and supply."))
+    if recording.kept:
+        heat = figure_heat_and_friction(recording, joints)
+        figures.append(("heat", heat, "Temperatures in the run, and the events of friction."))
+        figures.append(("energy", figure_energy(recording), "Energies put in (electrical) and lost, by kind; audit."))
+    drawn = []
+    for name, figure, caption in figures:
+        with house_style(name):
+            drawn.append((svg_text(figure, caption), caption))
+    told = found.decision
+    word, css = ("", "") if told is None else (str(told.verdict), CSS[told.verdict])
+    if recording.stopped_by is not None:
+        word, css = "stopped", "fail"
+    work = ", ".join(f"{number(float(count))} {name}" for name, count in recording.counters.items())
+    lead = [f"{found.effects}. {recording.about.get('solver', '')}: {work}."]
+    if recording.stopped_by is not None:
+        lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")
+    if told is not None:
+        lead.append(f"The tip comes as far as {with_unit(told.tip_deviation, 'm')} from the command.")
+    tables = [] if told is None else [_decided(told), _checks(told)]
+    events = [e for e in recording.events if e.name not in FRICTION][:MOST_EVENTS]
+    if events:
+        rows = tuple((f"{event.time:.4f} s", event.name, event.detail) for event in events)
+        tables.append(SheetTable(("time", "event", ""), rows, "Events", (0,)))
+    return Section("The run", "run", word, css, tuple(lead), tuple(drawn), tuple(tables))
+
+
+def _decided(told: Decision) -> SheetTable:
+    rows = tuple(
+        (
+            name, with_unit(joint.peak_current, "A"), with_unit(joint.rms_current, "A"),
+            with_unit(joint.rms_torque, "N m"),
+            DASH if math.isnan(joint.winding_temperature) else with_unit(joint.winding_temperature, "C"),
+            f"{number(1e3 * joint.deviation)}\u00a0mrad",
+        )
+        for name, joint in told.joints.items()
+    )  # fmt: skip
+    headings = ("joint", "peak current", "RMS current", "RMS gear torque", "winding, periodic", "from the command")
+    return SheetTable(headings, rows, "What it decides", (1, 2, 3, 4, 5))
+
+
+def _checks(told: Decision) -> SheetTable:
+    rows: list[tuple[str | Chip, ...]] = []
+    for name, checks in told.checks.items():
+        for check in checks:
+            if check.utilisation is not None:
+                rows.append((
+                    name, check.name, with_unit(check.required, check.unit), with_unit(check.available, check.unit),
+                    f"{100.0 * check.utilisation:.0f}\u00a0%", Chip(str(check.verdict), CSS[check.verdict]),
+                ))  # fmt: skip
+    return SheetTable(("joint", "check", "required", "available", "used", ""), tuple(rows),
+                      "The study's checks on what was simulated", (2, 3, 4))  # fmt: skip
+
+
+def _plan(found: SimulationFound) -> Section:
+    """The plan line by line, signals left out: they fill pages."""
+    rows, group = [], ""
+    for line in found.plan.splitlines()[1:]:
+        if line and not line.startswith(" "):
+            group = line
+        elif line.strip() and group not in ("Signals", "States"):
+            first, _, second = line.strip().partition("  ")
+            rows.append((group, first, second.strip()))
+    return Section("Plan", "plan", lead=(found.plan.splitlines()[0],),
+                   tables=(SheetTable(("", "", ""), tuple(rows)),))  # fmt: skip
