@@ -35,6 +35,8 @@ import numba as nb
 from numba import types
 
 from drivetrain.arrays import Array
+from drivetrain.effects.field_types import nan_faults, type_faults
+from drivetrain.errors import InputError
 
 DOUBLES, WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
 SIGNATURE = types.void(types.float64, types.float64, DOUBLES, DOUBLES, DOUBLES, DOUBLES, WORDS)
@@ -269,6 +271,22 @@ NOTHING = Ports()
 NO_SHAPE = Shape()
 
 
+def _checked(own: Callable[[Any], None] | None) -> Callable[[Any], None]:
+    """The checks of an effect, after that of the kinds of its fields."""
+
+    def checks(self: Any) -> None:
+        faults = type_faults(self)
+        if faults:
+            raise InputError(faults)
+        if own is not None:
+            own(self)
+        faults = nan_faults(self)
+        if faults:
+            raise InputError(faults)
+
+    return checks
+
+
 class Effect(ABC):
     """One effect; every one is a frozen dataclass in a file of its own.
 
@@ -283,6 +301,13 @@ class Effect(ABC):
     compute: ClassVar[Compiled | None] = None
     account: ClassVar[Compiled | None] = None
     sample: ClassVar[Compiled | None] = None
+
+    def __init_subclass__(cls) -> None:
+        """Every effect's fields are of the kinds that they are said to be before its own checks look at them."""
+        super().__init_subclass__()
+        own = cls.__dict__.get("__post_init__")
+        if own is not None or not hasattr(cls, "__post_init__"):
+            setattr(cls, "__post_init__", _checked(own))  # noqa: B010
 
     @abstractmethod
     def ports(self, place: Place) -> Ports:
