@@ -17,6 +17,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from drivetrain.study import fields as f
 from drivetrain.study.form import Form
+from drivetrain.study.schema_trade_offs import Criteria, Curves
 
 TERMS = ("mass", "price", "energy")
 
@@ -99,4 +100,8 @@ class SelectionForm(Form):
     )
     holds: Probability | None = Field(
         default=None, description="probability with which the set must hold under the tolerances, such as 99 %"
+    )
+    front: Criteria = Field(default=(), description="criteria of a Pareto front in the report, such as [mass, energy]")
+    curves: Curves = Field(
+        default=(), description="the best drives over payload, cycle_time, voltage or ambient, in the report"
     )

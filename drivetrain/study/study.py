@@ -16,6 +16,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.simulation import Simulation
 from drivetrain.study.tolerances import EXACT, Tolerances
+from drivetrain.study.trade_offs import TradeOffs
 
 if TYPE_CHECKING:
     from drivetrain.study.schema_parts import CandidatesForm
@@ -250,6 +251,7 @@ class Study:
         wanted: What selection minimises and must respect.
         tolerances: How far what is built may lie from these numbers.
         simulation: What a simulation of it holds, and how it is run.
+        trade_offs: What the report of a selection tells beside the best set.
         notes: Doubts raised while reading (arm, motion, catalogue), for the report.
     """
 
@@ -271,6 +273,7 @@ class Study:
     wanted: Wanted = Wanted()
     tolerances: Tolerances = EXACT
     simulation: Simulation = Simulation()
+    trade_offs: TradeOffs = TradeOffs()
     notes: tuple[str, ...] = ()
 
     @property
