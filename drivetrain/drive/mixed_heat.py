@@ -172,7 +172,10 @@ def _answer(network: ThermalNetwork, losses: CycleLosses) -> _Answer | None:
     matrix[:2, :2], matrix[:2, 2] = np.eye(2) - cycle[:, :2], -pushed[:, 2]
     matrix[2, :2], matrix[2, 2] = cycle[1, 3:5] / length, pushed[1, 5] / length
     right[:2, 0], right[2] = cycle[:, 2], (-cycle[1, 5] / length, 1.0)
-    solved: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    try:
+        solved: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    except np.linalg.LinAlgError:  # within the cycle the winding grows by more than rounding leaves digits for
+        return None
     row = np.array([*cycle[0, 3:5], pushed[0, 5]]) / length
     means = row @ solved
     return _Answer(

@@ -170,3 +170,15 @@ def test_the_rms_rule_looks_at_every_part_by_itself():
     slow = dataclasses.replace(network(), winding_capacity=5.0 / 1.9)
     assert rms_rule_validity(slow, time, current, 5.0, parts=parts) is None
     assert "0.4 s" in (rms_rule_validity(slow, time, current, 5.0) or "")
+
+
+def test_a_winding_that_outgrows_every_digit_within_the_cycle_runs_away():
+    """Half the cycle heats a light winding far faster than it cools: the balance is singular to rounding."""
+    light = dataclasses.replace(
+        MOTOR, winding_time_constant=0.02, resistance_winding_housing=1.0, resistance_housing_ambient=4.0
+    )
+    time = np.linspace(0.0, 5.0, 41)
+    for amplitude in np.linspace(37.0, 40.0, 13):
+        wave = (time, amplitude * np.sin(0.4 * np.pi * time))
+        found = mixed((0.3, 0.7), motor=light, cycles=(wave, (time, 0.2 * wave[1])), losses=(0.0 * time, 0.0 * time))
+        assert found.runaway and np.isinf(found.winding).all()
