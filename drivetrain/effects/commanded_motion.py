@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, checked_array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal
 from drivetrain.effects.tables import interval_of
@@ -70,10 +70,15 @@ class CommandedMotion(Effect):
     compute = _compute
 
     def __post_init__(self) -> None:
-        if not isinstance(self.motion, Motion | Cycle) or len(self.motion.time) < 2:
-            raise InputError(Fault("motion", "must be a motion or a cycle of at least two samples"))
+        if not isinstance(self.motion, Motion | Cycle):
+            raise InputError(Fault("motion", "must be a motion or a cycle", type(self.motion).__name__))
         if isinstance(self.motion, Cycle) and self.motion.torque is not None:
             raise InputError(Fault("motion", "is a load table: it commands no position"))
+        time = checked_array(self.motion.time, (None,), "motion.time")
+        if len(time) < 2 or (np.diff(time) < 0.0).any() or not time[-1] > time[0]:
+            raise InputError(Fault("motion.time", "must be two or more instants that never fall [s]"))
+        for name in ("position", "velocity", "acceleration"):
+            checked_array(getattr(self.motion, name), (len(time), len(self.motion.joint_names)), f"motion.{name}")
         if self.repetitions < 1:
             raise InputError(Fault("repetitions", "must be at least 1", self.repetitions))
 

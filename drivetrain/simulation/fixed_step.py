@@ -21,6 +21,7 @@ from drivetrain.solvers.solver import check_positive
 ROWS = 512  # a chunk
 EVENTS = 4096  # a chunk; more are counted, not told
 Run = tuple[Array, Words, Array, Words, Array]  # numbers, words, clock, counts, breakpoints
+MOST_STEPS = 1e11
 CHUNK = 20000  # steps between two looks at the progress
 
 
@@ -48,8 +49,11 @@ class FixedStep(Engine):
             The outcome.
 
         Raises:
-            InputError: What is to be resumed belongs to another scene.
+            InputError: What is to be resumed belongs to another scene; more steps than anyone could wait for.
         """
+        if plan.scene.duration > MOST_STEPS * self.step:
+            problem = f"makes more than {MOST_STEPS:g} steps in {plan.scene.duration:g} s"
+            raise InputError(Fault("FixedStep.step", problem, self.step))
         numbers, words = plan.memory.numbers.copy(), plan.memory.words.copy()
         clock, counts = np.zeros(kernel.CLOCK), np.zeros(kernel.COUNTS, dtype=np.int64)
         if wish.resume is None:

@@ -20,6 +20,9 @@ from drivetrain.simulation.shaping import Mechanics, mechanics, ratios_of
 from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, unit_at
 from drivetrain.solvers.compiled_function import evaluate
 
+MASSLESS = 1e-14  # of a joint's own inertia: what is left of it when others give way is rounding
+SMALLEST = 1e-60  # kg m^2 or kg
+MOST_SAMPLES = 1e9
 
 @dataclass(frozen=True, eq=False)
 class Plan:
@@ -74,7 +77,8 @@ def plan(scene: Scene) -> Plan:
         The plan.
 
     Raises:
-        InputError: Signals that nobody gives or two set, loops, mechanics that contradict themselves, meshes that jam.
+        InputError: Signals that nobody gives or two set, loops, mechanics that contradict themselves, joints without
+            inertia, meshes that jam, samples too fast to wait for.
     """
     ratios = ratios_of(scene)
     body = mechanics(scene, ratios)
@@ -85,7 +89,9 @@ def plan(scene: Scene) -> Plan:
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, told=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
+    check_inertias(body, memory, scene)
     check_meshes(instances, body, memory, scene)
+    _check_periods(instances, scene)
     return Plan(
         scene, body, tuple(groups), known, memory,
         _state_units(instances, memory, scene), _breakpoints(instances, scene),
@@ -112,7 +118,8 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory,
     losses = {joint: float(loss) for joint, loss in told if loss is not None}
     if not losses:
         return
-    inertia = _inertia(memory, body.n, scene)
+    whole, rotors = _inertia(memory, body.n, scene)
+    inertia = (np.diag(whole) - rotors)[: body.n]
     faults = []
     for joint, loss in losses.items():
         if joint in body.springs or inertia[joint] <= 0.0:
@@ -126,16 +133,52 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory,
         raise InputError(faults)
 
 
-def _inertia(memory: Memory, n: int, scene: Scene) -> Array:
-    """What each joint moves without its rotor, at the start [kg m^2 or kg], (n,)."""
+def _inertia(memory: Memory, n: int, scene: Scene) -> tuple[Array, Array]:
+    """Mass matrix at the start, (c, c), and what of its diagonal is each rotor's, (c,) [kg m^2 or kg]."""
     numbers, words, c = memory.numbers.copy(), memory.words.copy(), int(memory.words[f.COORDINATES])
     states, signals = np.zeros(words[f.STATES]), np.zeros(words[f.SIGNALS])
     if scene.position is not None:
         states[:n] = scene.position
     evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
-    whole = signals[words[f.AT_MASS] : words[f.AT_MASS] + c * c : c + 1]
+    whole = signals[words[f.AT_MASS] : words[f.AT_MASS] + c * c].reshape(c, c)
     rotors = numbers[words[f.AT_TURNED] : words[f.AT_TURNED] + c * c : c + 1]
-    return np.asarray((whole - rotors)[:n])
+    return whole, np.asarray(rotors)
+
+
+def check_inertias(body: Mechanics, memory: Memory, scene: Scene) -> None:
+    """That every joint and every rotor on its own moves some inertia.
+
+    Args:
+        body: The mechanics.
+        memory: Laid out.
+        scene: Where motions start.
+
+    Raises:
+        InputError: One that moves none, or so little that its acceleration is lost in rounding.
+    """
+    whole, _ = _inertia(memory, body.n, scene)
+    left, c = whole.copy(), len(whole)
+    names = [*scene.joints, *[""] * (c - body.n)]
+    for i in body.springs:
+        names[body.motors[i]] = f"motor of {scene.joints[i]}"
+    # From the last joint to the first: what is left of each when those after it give way.
+    for i in range(c - 1, -1, -1):
+        if not left[i, i] > max(MASSLESS * whole[i, i], SMALLEST):
+            problem = f"moves no inertia ({max(left[i, i], 0.0):.3g} kg m^2 or kg)"
+            hint = "give its link a mass, or the joint a rotor (FullRotor, ReflectedRotor)"
+            raise InputError(Fault(f"scene.{names[i]}", problem, None, hint))
+        left[:i, :i] -= np.outer(left[:i, i], left[i, :i] / left[i, i])
+
+
+def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
+    """That nothing is sampled more often than anyone could wait for."""
+    faults = [
+        Fault(f"{one.title}", f"samples more than {MOST_SAMPLES:g} times in {scene.duration:g} s", one.effect.period)
+        for one in instances
+        if one.effect.period is not None and scene.duration > MOST_SAMPLES * one.effect.period
+    ]
+    if faults:
+        raise InputError(faults)
 
 
 def _rest(whole: Place) -> tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...], int]:

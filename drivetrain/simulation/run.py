@@ -26,6 +26,7 @@ from drivetrain.solvers.solver import Solver, check_positive
 from drivetrain.study.study import Study
 
 DEFAULT_INTERVAL = 0.01  # s
+MOST_ROWS = 1e8
 BEYOND = 1e30  # no number of an arm; its square is still one
 
 
@@ -70,6 +71,9 @@ def simulate(
     if duration is not None:
         check_positive("duration", duration, "s")
         ready = planned(replace(ready.scene, duration=float(duration)))
+    if ready.scene.duration > MOST_ROWS * interval:
+        problem = f"makes more than {MOST_ROWS:g} rows of {ready.scene.duration:g} s"
+        raise InputError(Fault("interval", problem, interval, "record less often"))
     kept = None if resume is None else dict(resume.kept)
     outcome = engine.run(ready, Wish(interval, progress, kept))
     return _recording(ready, engine, outcome)

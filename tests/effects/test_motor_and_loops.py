@@ -150,4 +150,4 @@ def test_bad_numbers_are_refused_where_they_are_given() -> None:
     with pytest.raises(InputError, match="never fall"):
         GivenCurrent([1.0, 0.0], [0.0, 0.0])
     with pytest.raises(InputError, match="says nothing of joint"):
-        plan(joint_scene(1.0, [CommandedMotion(Motion("m", ("other",), np.zeros(2), *[np.zeros((2, 1))] * 3))], 1.0))
+        plan(joint_scene(1.0, [CommandedMotion(Motion("m", ("other",), np.arange(2.0), *[np.zeros((2, 1))] * 3))], 1.0))
