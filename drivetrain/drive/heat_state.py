@@ -186,7 +186,7 @@ def _rise(motor: Array, edges: Array, series: Array, magnets: float, moving: boo
     return rise
 
 
-@_compiled
+@_part
 def _settled(motor: Array, edges: Array, series: Array, moving: bool, start: float, states: Array) -> float:
     """The magnet temperature that the mean housing temperature confirms, as ``heat.settled`` finds it."""
     ambient, previous, reached, magnets = motor[AMBIENT], 0.0, 0.0, start
@@ -209,7 +209,7 @@ def _settled(motor: Array, edges: Array, series: Array, moving: bool, start: flo
     return magnets
 
 
-@_compiled
+@_part
 def _state(motor: Array, edges: Array, series: Array, found: Array) -> None:
     """The whole answer; ``steady_state`` without pointers."""
     ambient, parts = motor[AMBIENT], len(edges) - 1

@@ -6,6 +6,7 @@ Compiled into ``kernels.py``; a change here must be told there, see ``SOURCES``.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numba as nb
 import numpy as np
@@ -16,9 +17,13 @@ BLOCK = 64  # samples; below 32 and above 128 slower
 FAR = 1e6  # rad; three-part reduction is exact below, libm takes over above
 TWO_OVER_PI = 2.0 / math.pi
 
-fast = nb.njit(fastmath=True, error_model="numpy", nogil=True)
+_njit: Any = nb.njit  # whose annotations do not know all of its options
+_ALL = {"error_model": "numpy", "nogil": True}
+# What makes no arrays is compiled without counts of references: there is less to compile.
+fast = _njit(**_ALL, fastmath=True, _nrt=False)
+making = _njit(**_ALL, fastmath=True)
 # The reduction of an angle, and the test for NaN, are void once the compiler may reorder sums or rule NaN out.
-exact = nb.njit(fastmath={"contract"}, error_model="numpy", nogil=True)
+exact = _njit(**_ALL, fastmath={"contract"}, _nrt=False)
 
 
 @exact
@@ -127,7 +132,7 @@ def _write(block: Array, first: int, count: int, n: int, out: Array) -> None:
             flat[k * n + i] = values[i * BLOCK + k]
 
 
-@nb.njit(fastmath={"contract", "reassoc"}, error_model="numpy", nogil=True)
+@_njit(**_ALL, fastmath={"contract", "reassoc"}, _nrt=False)
 def sum_of_squares(block: Array) -> float:
     """Of all numbers of a block; not finite when one of them is NaN, infinite, or beyond 1e154.
 

@@ -15,7 +15,7 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.blocks import BLOCK, FAR, fast, read, sincos, sum_of_squares, write
+from drivetrain.dynamics.blocks import BLOCK, FAR, fast, making, read, sincos, sum_of_squares, write
 from drivetrain.dynamics.passes import (
     CD,
     CHANNELS,
@@ -36,7 +36,7 @@ from drivetrain.dynamics.passes import (
 
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
-SOURCES = {"blocks.py": 2804632199, "passes.py": 2124356983}
+SOURCES = {"blocks.py": 603273081, "passes.py": 2124356983}
 _GIVEN = ((nb.bool_, 1), (nb.float64, 2), (nb.int64, 2), (nb.float64, 1), *[(nb.float64, 2)] * 4)
 
 
@@ -54,7 +54,7 @@ def _couple(rows: Array, row: int, x: Array, joint: int, cs: Array, carrier: Arr
         C[2 * BLOCK + k] += zx * u[3 * BLOCK + k] + zy * u[4 * BLOCK + k] + zz * u[5 * BLOCK + k]
 
 
-@fast
+@making
 def _spin(rows: Array, row: int, x: Array, joint: int, cs: Array, carrier: Array, slot: int, torque: Array) -> None:
     """A rotor that is a body of its own: its wrench on the carrier, its torque on its joint."""
     n = len(x)  # the last row of cs and torque is a rotor's
@@ -115,7 +115,7 @@ def _take_wrench(
         out[5] = o[11 * BLOCK + k]
 
 
-@fast
+@making
 def _collect(
     n: int,
     rows: Array,

@@ -83,15 +83,15 @@ from drivetrain.sizing.vector_max import larger, smaller
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2071716151,
+    "compiling.py": 557889461,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2895481428,
-    "load_kernels.py": 3913483942,
+    "load_loops.py": 2873394249,
+    "load_kernels.py": 1892452345,
     "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 2433891376,
+    "check_kernels.py": 4398126,
 }
 
 # Rows of the scratch of bounds.

@@ -110,22 +110,22 @@ from drivetrain.solvers.compiled_function import call
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2071716151,
+    "compiling.py": 557889461,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2895481428,
-    "load_kernels.py": 3913483942,
+    "load_loops.py": 2873394249,
+    "load_kernels.py": 1892452345,
     "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "heat_state.py": 3777002035,
+    "heat_state.py": 3087972387,
     "compiled_function.py": 3950826625,
 }
 
 HOUR = 3600.0  # s
 
 
-@njit_leaf
+@njit_part
 def gear_checks(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> float:
     """The gear's limits.
 
@@ -203,7 +203,7 @@ def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
     return max(largest, held(checks, MEAN_INPUT_SPEED, factor * limits[MEAN_SPEED], g[MEAN_INPUT]))
 
 
-@njit_leaf
+@njit_part
 def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> float:
     """The motor's limits that need no torque.
 
@@ -257,7 +257,7 @@ def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
     return fast_enough(task.tasks[joint], task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]])
 
 
-@njit_leaf
+@njit_part
 def torque_check(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> tuple[float, float, float]:
     """The motor's torque into TOTAL, and its peak held against the short-time limit.
 
@@ -310,7 +310,7 @@ def current_checks(
     return max(worst, held(checks, AMPLIFIER_RMS, rms, limits[AMPLIFIER_CONTINUOUS]))
 
 
-@njit_leaf
+@njit_part
 def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> None:
     """The temperatures of the pair at work, those of the winding into WINDING.
 
@@ -342,7 +342,7 @@ def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -
             winding[t] = rest
 
 
-@njit_leaf
+@njit_part
 def electric_checks(
     task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, float]
 ) -> float:

@@ -19,11 +19,14 @@ njit_entry: Any = _njit(**_ALL, cache=True)
 njit_face: Any = _njit(**_ALL, cache=True, inline="always")
 """Called from Python, kept on disk; in compiled code nothing but the call that it holds."""
 
-njit_part: Any = _njit(**_ALL, inline="always")
-"""Compiled as a part of whoever uses it."""
+njit_part: Any = _njit(**_INSIDE)
+"""The same, a part of something larger."""
 
 njit_leaf: Any = _njit(**_INSIDE)
 """Compiled once for all in compiled code that use it."""
 
 njit_loop: Any = _njit(**_INSIDE, fastmath={"contract", "reassoc", "nsz"})
 """The same for loops over samples, where sums may be taken in another order; NaN is respected."""
+
+njit_unit: Any = _njit(**_ALL, cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""Called by its address (``units.py``), kept on disk."""

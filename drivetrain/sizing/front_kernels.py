@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from drivetrain.arrays import Array
 from drivetrain.sizing.bound_kernels import HIGH, LOW
 from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_loop, njit_part
-from drivetrain.sizing.judge_kernels import ASK, FALLS, judge_exact, load_joint, may_hold, pair_power
+from drivetrain.sizing.judge_kernels import ASK, FALLS, JUDGE, LOAD, POWER, may_hold
+from drivetrain.sizing.judge_kernels import EXACT as VERDICT
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.load_kernels import bound_joint, least_average, least_peak
 from drivetrain.sizing.packed_rows import (
@@ -60,25 +61,27 @@ from drivetrain.sizing.packed_task import (
 )
 from drivetrain.sizing.propagation import Memory, Setting, interval
 from drivetrain.sizing.torque_kernels import constant_at, resistance
+from drivetrain.sizing.units import call_judge, call_load, call_power
 from drivetrain.sizing.vector_max import larger, smaller
 from drivetrain.sizing.warm_bound import resting_share
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2071716151,
+    "units.py": 562543157,
+    "compiling.py": 557889461,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2895481428,
-    "load_kernels.py": 3913483942,
+    "load_loops.py": 2873394249,
+    "load_kernels.py": 1892452345,
     "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 2433891376,
-    "bound_kernels.py": 4012912807,
-    "judge_kernels.py": 3572622980,
+    "check_kernels.py": 4398126,
+    "bound_kernels.py": 1655275469,
+    "judge_kernels.py": 3376758834,
     "warm_bound.py": 2558181749,
     "bearing_bound.py": 1668248093,
-    "propagation.py": 523065565,
+    "propagation.py": 2785846717,
 }
 
 MASS, PRICE, ENERGY, USED = range(4)
@@ -111,18 +114,18 @@ def cost_joint(
     """
     decided = interval(task, setting, joint, memory.low, memory.high, memory.torque)
     if decided:
-        load_joint(task, joint, memory.low, memory.load)
+        call_load(memory.units[LOAD], task, joint, memory.low, memory.load)
     else:
         bound_joint(task, joint, memory.torque[0], memory.torque[1], memory.bounds)
     for i in range(pool.size):
         pair = pool[i]
         costs[i, MASS], costs[i, PRICE] = fixed[pair, 0], fixed[pair, 1]
         if decided:
-            code, _, used = judge_exact(task, joint, pair, memory.load)
+            code, _, used = call_judge(memory.units[JUDGE], task, joint, pair, memory.load, VERDICT)
             states[i] = OUT if code == FALLS else (UNSURE if code == ASK else EXACT)
             costs[i, USED] = used
             if code != FALLS:
-                costs[i, ENERGY] = pair_power(task, joint, pair, memory.load, memory.power)
+                costs[i, ENERGY] = call_power(memory.units[POWER], task, joint, pair, memory.load, memory.power)
             continue
         states[i] = OUT
         if not may_hold(task, joint, pair, memory.bounds):

@@ -34,7 +34,7 @@ from drivetrain.sizing.check_numbers import (
     held,
     torque_unknown,
 )
-from drivetrain.sizing.compiling import njit_entry, njit_face, njit_leaf, njit_part
+from drivetrain.sizing.compiling import njit_entry, njit_face, njit_leaf, njit_part, njit_unit
 from drivetrain.sizing.load_kernels import (
     CHECKS,
     PEAK_LOAD,
@@ -43,6 +43,7 @@ from drivetrain.sizing.load_kernels import (
     bound_joint,
     load_force,
     load_joint,
+    load_unit,
     new_bounds,
     new_load,
     own_load,
@@ -50,30 +51,33 @@ from drivetrain.sizing.load_kernels import (
 from drivetrain.sizing.packed_rows import DIRECT_DRIVE, INNER, MAGNET, MOMENTARY, PEAK_TORQUE, RATIO, REPEATED
 from drivetrain.sizing.packed_task import AMBIENT, CURVED, PEAK_FACTOR, VOLTAGE_FACTOR, VOLTS, Indices, PackedTask
 from drivetrain.sizing.torque_kernels import constant_at, electrical_power, first_look, resistance, voltage_peak
+from drivetrain.sizing.units import address_of_unit, call_judge, call_load
 
 __all__ = [
     "ASK", "ASKED", "FALLS", "HELD", "HOLDS", "LACKS", "JointBounds", "JointLoad", "bound_joint", "figures",
-    "holds_speed", "judge_all", "judge_exact", "least_energy", "load_force", "load_joint", "may_hold", "new_bounds",
+    "holds_speed", "judge_all", "judge_exact", "judge_units", "least_energy", "load_force", "load_joint", "may_hold", "new_bounds",
     "new_load", "pair_power",
 ]  # fmt: skip
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2071716151,
+    "units.py": 562543157,
+    "compiling.py": 557889461,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2895481428,
-    "load_kernels.py": 3913483942,
+    "load_loops.py": 2873394249,
+    "load_kernels.py": 1892452345,
     "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 2433891376,
-    "bound_kernels.py": 4012912807,
+    "check_kernels.py": 4398126,
+    "bound_kernels.py": 1655275469,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
 LACKS = 100  # added to the number of a check that could not be made
 EXACT, STAGES, FULL = 0, 1, 2
+JUDGE, POWER, LOAD = range(3)
 HELD, ASKED = -1, -2  # of ``judge_all``: pairs that hold, and those that the Python road is asked about
 
 
@@ -110,7 +114,7 @@ def _fails_at_once(task: PackedTask, joint: int, pair: int, load: JointLoad) -> 
     return -1
 
 
-@njit_leaf
+@njit_unit
 def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) -> tuple[int, int, float]:
     """Both ways of judging; see ``judge_exact`` (EXACT) and ``figures`` (STAGES, FULL)."""
     peak = load.numbers[PEAK_LOAD]
@@ -199,7 +203,24 @@ def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool
     return _judge(task, joint, pair, load, np.int64(FULL if full else STAGES))
 
 
-@njit_entry
+def judge_units(task: PackedTask, load: JointLoad) -> Indices:
+    """Addresses of the kernels that judge, by JUDGE, POWER and LOAD.
+
+    Args:
+        task: The packed study.
+        load: Memory.
+
+    Returns:
+        Good for this process, (3,).
+    """
+    found = [
+        address_of_unit(_judge, task, 0, 0, load, 0),
+        address_of_unit(_pair_power, task, 0, 0, load, load.base[0]),
+        address_of_unit(load_unit, task, 0, load.drives, load),
+    ]
+    return np.array(found, dtype=np.int64)
+
+
 def judge_all(
     task: PackedTask, joint: int, pairs: Indices, drives: Array, load: JointLoad, codes: Indices, numbers: Array
 ) -> None:
@@ -215,10 +236,19 @@ def judge_all(
             check is too close to its limit, (K,).
         numbers: Takes required, available and utilisation of that check, or of the one that binds, (K, 3).
     """
-    load_joint(task, joint, drives, load)
+    _judge_all(judge_units(task, load), task, joint, pairs, drives, load, codes, numbers)
+
+
+@njit_entry
+def _judge_all(
+    units: Indices, task: PackedTask, joint: int, pairs: Indices, drives: Array, load: JointLoad, codes: Indices,
+    numbers: Array,
+) -> None:  # fmt: skip
+    """``judge_all``."""
+    call_load(units[LOAD], task, joint, drives, load)
     checks = load.checks
     for i in range(len(pairs)):
-        verdict, check, _ = _judge(task, joint, pairs[i], load, np.int64(STAGES))
+        verdict, check, _ = call_judge(units[JUDGE], task, joint, pairs[i], load, STAGES)
         codes[i] = HELD if verdict == HOLDS else check
         row = check - LACKS if check >= LACKS else check
         for column in range(3):
@@ -228,7 +258,7 @@ def judge_all(
                 codes[i] = ASKED
 
 
-@njit_leaf
+@njit_unit
 def _pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: Array) -> float:
     """``pair_power``."""
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]

@@ -8,7 +8,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.heat_state import ROWS, SHARES, STATE
-from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_loop, njit_part
+from drivetrain.sizing.compiling import njit_entry, njit_face, njit_leaf, njit_loop, njit_part, njit_unit
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.load_loops import (
     FORCE,
@@ -26,10 +26,10 @@ from drivetrain.sizing.packed_task import INSTANTS, Indices, PackedTask
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2071716151,
+    "compiling.py": 557889461,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2895481428,
+    "load_loops.py": 2873394249,
 }
 
 # Numbers of a load; then one average torque an exponent. NaN: not needed so far.
@@ -151,7 +151,7 @@ def sum_up(task: PackedTask, joint: int, load: JointLoad) -> None:
     load.numbers[PEAK_LOAD] = least_peak(row, limits, force, force)
 
 
-@njit_entry
+@njit_face
 def load_joint(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> None:
     """What is asked of a joint with the drives after it in place.
 
@@ -159,6 +159,19 @@ def load_joint(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> 
         task: The packed study.
         joint: Index of the joint.
         drives: Their numbers, zeros where there is none, (n, NUMBERS); the joint's own is left out.
+        load: Takes the result.
+    """
+    load_unit(task, joint, drives, load)
+
+
+@njit_unit
+def load_unit(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> None:
+    """``load_joint``, to be called by its address.
+
+    Args:
+        task: The packed study.
+        joint: Index of the joint.
+        drives: Numbers of the drives in place, (n, NUMBERS).
         load: Takes the result.
     """
     for k in range(len(drives)):
@@ -222,10 +235,12 @@ def bearing_base(task: PackedTask, joint: int, load: JointLoad) -> None:
         for component in range(6):
             to = load.base[1 + component]
             gather(task.bare_wrench[joint, component], task.wrench[component], task.offsets[joint], load.drives, to)
-        bearing_peaks(load.base[1:7], load.kept[0])
+        base = load.base
+        bearing_peaks(base[1], base[2], base[4], base[5], base[6], load.kept[0])
         at = task.offsets[joint, joint]
         for i in range(NUMBERS if at >= 0 else 0):
-            bearing_peaks(task.wrench[:, at + i], load.kept[1 + i])
+            row, unit = at + i, task.wrench
+            bearing_peaks(unit[0, row], unit[1, row], unit[3, row], unit[4, row], unit[5, row], load.kept[1 + i])
 
 
 @njit_part
@@ -267,7 +282,8 @@ def bearing(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
         for component in range(6):
             to = load.scratch[component]
             add_drive(load.base[1 + component], task.wrench[component], at, task.numbers, pair, to)
-        bearing_peaks(load.scratch, load.numbers[TILT : TILT + 3])
+        own = load.scratch
+        bearing_peaks(own[0], own[1], own[3], own[4], own[5], load.numbers[TILT : TILT + 3])
 
 
 @njit_part

@@ -177,14 +177,14 @@ def split(row: Array, limits: Array, rests: Indices, series: Array) -> None:
 
 
 @njit_loop
-def bearing_peaks(wrench: Array, numbers: Array) -> None:
+def bearing_peaks(mx: Array, my: Array, fx: Array, fy: Array, fz: Array, numbers: Array) -> None:
     """The largest loads on the output bearing.
 
     Args:
-        wrench: Moments and forces across and along the axis, rows as in ``PackedTask.wrench``, (6, N).
+        mx, my: Moments across the axis [N m], (N,).
+        fx, fy, fz: Forces across and along it [N], (N,).
         numbers: Takes tilting moment [N m], force along and across the axis [N], (3,).
     """
-    mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
     tilt, push, side = 0.0, 0.0, 0.0
     for t in range(len(mx)):
         tilt = larger(tilt, mx[t] * mx[t] + my[t] * my[t])

@@ -19,20 +19,21 @@ from drivetrain.sizing.torque_kernels import constant_at, resistance
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2071716151,
+    "units.py": 562543157,
+    "compiling.py": 557889461,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2895481428,
-    "load_kernels.py": 3913483942,
+    "load_loops.py": 2873394249,
+    "load_kernels.py": 1892452345,
     "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 2433891376,
-    "bound_kernels.py": 4012912807,
-    "judge_kernels.py": 3572622980,
+    "check_kernels.py": 4398126,
+    "bound_kernels.py": 1655275469,
+    "judge_kernels.py": 3376758834,
     "warm_bound.py": 2558181749,
     "bearing_bound.py": 1668248093,
-    "propagation.py": 523065565,
+    "propagation.py": 2785846717,
 }
 
 FEW = 24  # candidates of a joint whose copper loss is counted one by one

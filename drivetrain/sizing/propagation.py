@@ -17,40 +17,44 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.bearing_bound import WIDER, bearing_may_hold, least_bearing
-from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part, njit_unit
 from drivetrain.sizing.judge_kernels import (
     ASK,
+    EXACT,
     FALLS,
+    JUDGE,
+    LOAD,
+    POWER,
     JointBounds,
     JointLoad,
     bound_joint,
-    judge_exact,
+    judge_units,
     least_energy,
-    load_joint,
     may_hold,
     new_bounds,
     new_load,
-    pair_power,
 )
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.packed_task import PackedTask
+from drivetrain.sizing.units import address_of_unit, call_judge, call_load, call_power, call_sieve
 from drivetrain.sizing.warm_bound import stays_cool
 
 Indices = NDArray[np.int64]
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2071716151,
+    "units.py": 562543157,
+    "compiling.py": 557889461,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2895481428,
-    "load_kernels.py": 3913483942,
+    "load_loops.py": 2873394249,
+    "load_kernels.py": 1892452345,
     "torque_kernels.py": 3451220589,
     "check_numbers.py": 3525281127,
-    "check_kernels.py": 2433891376,
-    "bound_kernels.py": 4012912807,
-    "judge_kernels.py": 3572622980,
+    "check_kernels.py": 4398126,
+    "bound_kernels.py": 1655275469,
+    "judge_kernels.py": 3376758834,
     "warm_bound.py": 2558181749,
     "bearing_bound.py": 1668248093,
 }
@@ -107,6 +111,7 @@ class Memory(NamedTuple):
         suspects: Pairs that once fell although the bounds let them pass, (P,).
         exact: Whether a cost is that of the candidate at work, while costs are settled, (P,).
         counts: Work done: candidates tested, candidates judged, passes, (COUNTS,).
+        units: Addresses of the kernels that judge, (3,).
     """
 
     low: Array
@@ -120,6 +125,7 @@ class Memory(NamedTuple):
     suspects: NDArray[np.bool_]
     exact: NDArray[np.bool_]
     counts: Indices
+    units: Indices
 
 
 def new_memory(task: PackedTask) -> Memory:
@@ -138,7 +144,7 @@ def new_memory(task: PackedTask) -> Memory:
     verdicts = np.full(len(task.pairs), UNKNOWN, dtype=np.int64)
     torque, suspects = np.zeros((2, samples)), np.zeros(len(task.pairs), dtype=np.bool_)
     bounds, bearing = new_bounds(task), np.zeros(3)
-    return Memory(empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, suspects, suspects.copy(), counts)
+    return Memory(empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, suspects, suspects.copy(), counts, judge_units(task, load))
 
 
 @njit_leaf
@@ -209,7 +215,7 @@ def interval(task: PackedTask, setting: Setting, joint: int, low: Array, high: A
 
 
 # long kernel: one joint's candidates in one pass, with what was ruled out closed up in place
-@njit_leaf
+@njit_unit
 def sieve(
     task: PackedTask, setting: Setting, choices: Choices, joint: int, limit: float, full: bool, memory: Memory
 ) -> bool:
@@ -300,7 +306,7 @@ def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alo
             code = memory.verdicts[pair] if alone else UNKNOWN
             if code == UNKNOWN:
                 memory.counts[JUDGED] += 1
-                code, _, _ = judge_exact(task, joint, pair, memory.load)
+                code, _, _ = call_judge(memory.units[JUDGE], task, joint, pair, memory.load, EXACT)
                 memory.verdicts[pair] = code if alone and code != ASK else UNKNOWN
             if code == ASK:
                 known[joint], found = -2 - pair, ASKED
@@ -312,7 +318,8 @@ def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alo
                 continue
         known[joint], exact[best - begin] = pair, True
         if setting.energy != 0.0:
-            cost[best] = setting.share[pair] + setting.energy * pair_power(task, joint, pair, memory.load, memory.power)
+            drawn = call_power(memory.units[POWER], task, joint, pair, memory.load, memory.power)
+            cost[best] = setting.share[pair] + setting.energy * drawn
     _close_up(choices, joint)
     return EMPTY if choices.size[joint] == 0 else found
 
@@ -362,7 +369,6 @@ def _all_decided(setting: Setting, memory: Memory) -> bool:
     return True
 
 
-@njit_entry
 def propagate(
     task: PackedTask, setting: Setting, choices: Choices, limit: float, full: int, passes: int, memory: Memory
 ) -> tuple[int, int]:
@@ -380,6 +386,17 @@ def propagate(
     Returns:
         OPEN; EMPTY and the joint at which nothing is left; TOO_DEAR; ASKED and the joint.
     """
+    sieves = address_of_unit(sieve, task, setting, choices, 0, limit, True, memory)
+    code, joint = _propagate(sieves, task, setting, choices, limit, full, passes, memory)
+    return code, joint
+
+
+@njit_entry
+def _propagate(
+    sieves: int, task: PackedTask, setting: Setting, choices: Choices, limit: float, full: int, passes: int,
+    memory: Memory,
+) -> tuple[int, int]:  # fmt: skip
+    """``propagate``, with the address of ``sieve``."""
     n = task.first.size - 1
     for joint in range(n):
         range_of_numbers(task, choices, joint, memory.low, memory.high)
@@ -391,13 +408,14 @@ def propagate(
             bound_joint(task, joint, memory.torque[0], memory.torque[1], memory.bounds)
             least_bearing(task, setting.loads, joint, memory.low, memory.high, memory.bearing)
             room = limit - (_sum(choices.least) - choices.least[joint])
-            if not sieve(task, setting, choices, joint, room, choices.size[joint] <= full, memory):
+            tested = choices.size[joint] <= full
+            if not call_sieve(sieves, task, setting, choices, joint, room, tested, memory):
                 return EMPTY, joint
             alone = not _loaded(setting.loads, joint)
             # Short of a whole set the bounds are nearly as good as a judgement, and hundreds of times cheaper.
             doubted = memory.suspects[choices.pool[choices.first[joint]]]
             if decided and (alone or doubted or _all_decided(setting, memory)):
-                load_joint(task, joint, memory.low, memory.load)
+                call_load(memory.units[LOAD], task, joint, memory.low, memory.load)
                 code = settle(task, setting, choices, joint, alone, memory)
                 if code != OPEN:
                     return code, joint
@@ -428,7 +446,7 @@ def set_power(task: PackedTask, pairs: Indices, memory: Memory, total: Array) ->
         for i in range(NUMBERS):
             memory.low[joint, i] = task.numbers[pairs[joint], i]
     for joint in range(pairs.size):
-        load_joint(task, joint, memory.low, memory.load)
-        pair_power(task, joint, pairs[joint], memory.load, memory.power)
+        call_load(memory.units[LOAD], task, joint, memory.low, memory.load)
+        call_power(memory.units[POWER], task, joint, pairs[joint], memory.load, memory.power)
         for t in range(total.size):
             total[t] += memory.power[t]

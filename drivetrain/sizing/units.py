@@ -1,0 +1,116 @@
+"""Kernels that other kernels call by their address: each is compiled once, whoever uses it.
+
+A kernel compiled into another is optimised again with it, and once more with all that use that one. What is called by
+its address is found at run time: addresses are data, and the disk cache of who calls does not hold them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba as nb
+from numba import types
+from numba.core.types import unliteral
+from numba.extending import intrinsic
+
+_intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
+
+
+def address_of_unit(unit: Any, *given: Any) -> int:
+    """Where a compiled kernel lies, for arguments of some kinds.
+
+    Args:
+        unit: The kernel; it is compiled if it is not yet.
+        given: Arguments as it will be called with.
+
+    Returns:
+        The address, good for this process.
+    """
+    kinds = tuple(nb.typeof(one) for one in given)
+    unit.compile(kinds)
+    made = unit.overloads[kinds]
+    return int(made.library.get_pointer_to_function(made.fndesc.llvm_func_name))
+
+
+def _generator(result: Any, kinds: tuple[Any, ...]) -> Any:
+    """What writes the call of a kernel at an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        convention = context.call_conv
+        kind = convention.get_function_type(result, kinds)
+        kernel = builder.inttoptr(args[0], kind.as_pointer())
+        _, value = convention.call_function(builder, kernel, result, kinds, args[1:])  # no kernel raises
+        return value
+
+    return generate
+
+
+def _called(result: Any, address: Any, *given: Any) -> Any:
+    """Kinds and writer of a call."""
+    kinds = tuple(unliteral(one) for one in given)
+    return result(types.int64, *kinds), _generator(result, kinds)
+
+
+_VERDICT = types.Tuple((types.int64, types.int64, types.float64))
+
+
+@_intrinsic
+def call_judge(typing: Any, address: Any, task: Any, joint: Any, pair: Any, load: Any, mode: Any) -> Any:
+    """Inside compiled code: the verdict on a pair.
+
+    Args:
+        typing: Filled in by the compiler.
+        address: Of the kernel.
+        task, joint, pair, load, mode: What it takes.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    return _called(_VERDICT, address, task, joint, pair, load, mode)
+
+
+@_intrinsic
+def call_power(typing: Any, address: Any, task: Any, joint: Any, pair: Any, load: Any, power: Any) -> Any:
+    """Inside compiled code: the electrical power of a pair.
+
+    Args:
+        typing: Filled in by the compiler.
+        address: Of the kernel.
+        task, joint, pair, load, power: What it takes.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    return _called(types.float64, address, task, joint, pair, load, power)
+
+
+@_intrinsic
+def call_load(typing: Any, address: Any, task: Any, joint: Any, drives: Any, load: Any) -> Any:
+    """Inside compiled code: what is asked of a joint.
+
+    Args:
+        typing: Filled in by the compiler.
+        address: Of the kernel.
+        task, joint, drives, load: What it takes.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    return _called(types.none, address, task, joint, drives, load)
+
+
+@_intrinsic
+def call_sieve(
+    typing: Any, address: Any, task: Any, setting: Any, choices: Any, joint: Any, limit: Any, full: Any, memory: Any
+) -> Any:
+    """Inside compiled code: rule out the candidates of a joint.
+
+    Args:
+        typing: Filled in by the compiler.
+        address: Of the kernel.
+        task, setting, choices, joint, limit, full, memory: What it takes.
+
+    Returns:
+        What the compiler needs to know.
+    """
+    return _called(types.boolean, address, task, setting, choices, joint, limit, full, memory)
