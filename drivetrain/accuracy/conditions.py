@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,14 +12,18 @@ from drivetrain.accuracy.decision import Basis
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
-from drivetrain.drive.heat import temperature_of_current
+from drivetrain.drive.friction import friction_torque
+from drivetrain.drive.heat import periodic_temperature
 from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant
+from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import body_jacobian
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.effects.bounds import mean_of, rms_of
-from drivetrain.effects.effect import Conditions, Place, TaskSeries
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.effect import Conditions, Effect, Place, TaskSeries
 from drivetrain.effects.mesh_loss import MeshLoss
 from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.effects.viscous_friction import ViscousFriction
 from drivetrain.errors import InputError
 from drivetrain.simulation.inverse import Demand, demanded
 from drivetrain.simulation.plan import Plan, plan
@@ -118,31 +123,29 @@ def _conditions(ready: Plan, demand: Demand, joint: int, basis: Basis, mass: Arr
         loop_stiffness=math.inf if loop is None else loop.stiffness,
         loop_damping=math.inf if loop is None else loop.damping,
     )
-    return _warmed(base, motor, basis, name)
+    return _warmed(base, motor, basis.networks.get(name), _shaft_loss(effects, speed * body.ratios[joint]))
 
 
 def _place(ready: Plan, joint: int) -> Place:
     return next(one.place for one in ready.instances if one.place.joint == joint)
 
 
-def _warmed(base: Conditions, motor: Motor, basis: Basis, name: str) -> Conditions:
-    """With what the periodic state of the task's own current tells."""
-    network = basis.networks.get(name)
+def _warmed(base: Conditions, motor: Motor, network: ThermalNetwork | None, loss: Array) -> Conditions:
+    """With what the periodic state of the task's own torque tells."""
     if network is None or base.series is None:
         return base
-    time, current = base.series.time, base.series.current
-    strictly = np.append(True, np.diff(time) > 0.0)
-    found = temperature_of_current(network, motor, time[strictly], current[strictly])
+    strictly = np.append(True, np.diff(base.series.time) > 0.0)
+    time, current = base.series.time[strictly], base.series.current[strictly]
+    loss = loss[strictly]
+    found = periodic_temperature(network, motor, time, current * motor.torque_constant, housing_loss=loss)
     if found.runaway:
         return replace(base, heat_gain=math.inf)
-    share = float(motor.torque_constant / torque_constant(motor, found.mean_housing)) - 1.0
-    warm = temperature_of_current(network, motor, time[strictly], current[strictly] * (1.0 + share))
-    if warm.runaway:
-        return replace(base, heat_gain=math.inf)
+    share = float(motor.torque_constant / torque_constant(motor, found.magnet_temperature)) - 1.0
     resistance = network.resistance_winding_housing + network.resistance_housing_ambient
     slope = motor.resistance * copper_coefficient(motor.reference_temperature) * resistance
-    square = mean_of(current**2, time)
-    rise, cold = warm.peak_winding - network.ambient, motor.resistance * resistance * square
+    square, friction = rms_of(current, time) ** 2, network.resistance_housing_ambient * mean_of(loss, time)
+    rise = found.peak_winding - network.ambient
+    cold = motor.resistance * resistance * square + friction
     return replace(
         base,
         heat_gain=slope * square * (1.0 + share) ** 2,
@@ -151,6 +154,18 @@ def _warmed(base: Conditions, motor: Motor, basis: Basis, name: str) -> Conditio
         rise=rise if rise > 0.0 else math.inf,
         housing_resistance=network.resistance_housing_ambient,
     )
+
+
+def _shaft_loss(effects: Sequence[Effect], speed: Array) -> Array:
+    """What friction at the motor's shaft puts into its housing [W]."""
+    laws = [
+        replace(effect.friction, viscous=0.0, viscous_negative=None)
+        if isinstance(effect, DryFriction)
+        else replace(effect.friction, coulomb=0.0, coulomb_negative=None, static=None, stribeck_speed=None)
+        for effect in effects
+        if isinstance(effect, DryFriction | ViscousFriction) and effect.side == "motor"
+    ]
+    return np.asarray(sum((friction_torque(law, speed) * speed for law in laws), start=np.zeros(len(speed))))
 
 
 def shortest_move(series: TaskSeries) -> float:

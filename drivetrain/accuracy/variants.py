@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
+import numpy as np
+
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level
@@ -13,6 +15,8 @@ from drivetrain.effects.given_current import GivenCurrent
 from drivetrain.effects.rotor import ReflectedRotor
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
+from drivetrain.simulation.inverse import demanded
+from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.shaping import ratios_of
 from drivetrain.simulation.study_scene import with_feed_forward
@@ -90,9 +94,22 @@ def fed_forward(scene: Scene) -> Scene:
     if any(isinstance(effect, GivenCurrent) for effects in scene.effects.values() for effect in effects):
         return scene
     try:
-        return with_feed_forward(scene)
+        return with_feed_forward(_settled(scene))
     except InputError:
         return scene
+
+
+def _settled(scene: Scene) -> Scene:
+    """With motors, not links, where the command begins: a spring that carries load is twisted from the start."""
+    ready = plan(scene)
+    if not ready.body.springs:
+        return scene
+    demand = demanded(ready, np.zeros(1))
+    position = demand.position[0].copy()
+    for joint, shape in ready.body.springs.items():
+        if shape.deflection is not None:
+            position[joint] -= shape.deflection(float(demand.mesh_torque[0, joint]))
+    return replace(scene, position=position, speed=demand.speed[0])
 
 
 def _left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:

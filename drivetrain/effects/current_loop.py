@@ -245,6 +245,6 @@ class CurrentLoop(Effect):
         """
         error = lagging(series, self.bandwidth)
         torque = conditions.torque_constant * abs(place.ratio) * float(np.ptp(series.current - error))
-        away = 2.0 * torque / self.bandwidth / (math.e * 0.5 * conditions.loop_damping)
+        away = 4.0 * torque / self.bandwidth / (math.e * 0.5 * conditions.loop_damping)
         valid = self.bandwidth * conditions.move_time > 50.0
         return bounded(conditions, error, "lag of the loop behind the task's current", deviation=away, valid=valid)

@@ -108,7 +108,9 @@ class DryFriction(Effect):
         holding = np.maximum(*(np.abs(breakaway_torque(dry, way)) for way in ways))
         torque = np.where(series.resting, holding, np.abs(friction_torque(dry, speed)))
         at_motor = torque if motor else torque / ratio * conditions.mesh_share
-        away = float(holding.max()) * (ratio if motor else conditions.mesh_share) / conditions.loop_stiffness
+        # Where it turns round it steps by twice its size.
+        at_joint = float(holding.max()) * (ratio if motor else conditions.mesh_share)
+        away = 2.0 * OVERSHOOT * at_joint / conditions.loop_stiffness
         power = torque * np.abs(speed) if motor else None
         why = "what slides, and at rest all that holds, at every instant"
         # A step of friction is answered by the loop with an overshoot.

@@ -96,6 +96,7 @@ class MeshLoss(Effect):
         forward = series.torque * series.speed > 0.0
         share = np.where(series.resting, max(driving, driven), np.where(forward, driving, driven))
         torque = share * np.abs(series.torque) / abs(place.ratio)
-        away = float(torque.max()) * abs(place.ratio) / conditions.loop_stiffness
+        # Where it turns round it steps by twice its size.
+        away = 2.0 * OVERSHOOT * float(torque.max()) * abs(place.ratio) / conditions.loop_stiffness
         error = OVERSHOOT * torque / conditions.torque_constant
         return bounded(conditions, error, "its share of the torque that crosses it", deviation=away)

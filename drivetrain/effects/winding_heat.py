@@ -172,4 +172,4 @@ class WindingHeat(Effect):
         torque = conditions.peak_current * conditions.torque_constant * abs(place.ratio)
         valid = conditions.free and conditions.heat_gain < 0.8
         why = "resistance and torque constant at the temperatures of the task's own periodic state"
-        return Estimate(share, share, cold, share * torque / conditions.loop_stiffness, valid, why)
+        return Estimate(share, share, cold, 1.2 * share * torque / conditions.loop_stiffness, valid, why)

@@ -9,7 +9,7 @@ from drivetrain.drive.loop_design import LoopDesign, ServoAxis, ServoTiming, des
 from drivetrain.drive.motor import torque_constant
 from drivetrain.report.figures_bode import figure_bode
 from drivetrain.report.quantities import number
-from drivetrain.report.sheet import Section, SheetTable
+from drivetrain.report.sections import Section, SheetTable
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.sizing.results import Evaluation, JointResult
 
@@ -29,7 +29,7 @@ def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
     figures, rows, notes = [], [], []
     timing = ServoTiming(current_bandwidth)
     for name, joint in evaluation.joints.items():
-        axis = servo_axis(joint)
+        axis = servo_axis(joint, evaluation.study.simulation.damping)
         if axis is None:
             notes.append(f"{name}: the inertia of load or rotor is unknown, so no loop can be laid out")
             continue
@@ -49,11 +49,12 @@ def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
     return Section("Loops", "loops", lead=(lead,), figures=tuple(figures), tables=tables, notes=tuple(notes))
 
 
-def servo_axis(joint: JointResult) -> ServoAxis | None:
+def servo_axis(joint: JointResult, damping: float) -> ServoAxis | None:
     """A joint as its servo sees it.
 
     Args:
         joint: Its drive, and the inertia that it moves.
+        damping: Of the spring, as a share of the critical one [-].
 
     Returns:
         The axis at the largest inertia of the cycle; None where an inertia is unknown.
@@ -62,9 +63,9 @@ def servo_axis(joint: JointResult) -> ServoAxis | None:
     if load is None or not rotor or not float(load.max()) > 0.0:
         return None
     constant = float(torque_constant(joint.drive.motor, joint.drive.motor.reference_temperature))
-    return ServoAxis(
-        constant, joint.drive.gear.ratio, drive_inertia(joint.drive), float(load.max()), joint.drive.gear.stiffness_1
-    )  # fmt: skip
+    stiffness, heaviest = joint.drive.gear.stiffness_1, float(load.max())
+    along = 2.0 * damping * math.sqrt((stiffness or 0.0) * heaviest)
+    return ServoAxis(constant, joint.drive.gear.ratio, drive_inertia(joint.drive), heaviest, stiffness, along)
 
 
 def _row(name: str, design: LoopDesign) -> tuple[str, ...]:

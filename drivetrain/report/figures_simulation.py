@@ -14,6 +14,7 @@ from drivetrain.report.quantities import printed_unit, scaled
 from drivetrain.report.svg import house_style
 from drivetrain.simulation.recording import Recording
 
+STORED = ("spring_energy", "magnetic_energy", "kinetic_energy", "potential_energy", "cogging_energy", "bus_energy")
 FRICTION = ("stick", "breakaway", "reversal")
 
 
@@ -148,7 +149,7 @@ def figure_energy(recording: Recording, *, name: str = "energy") -> Figure:
     sums: dict[str, Array] = {}
     for key, series in recording.series.items():
         kind = key.rpartition(".")[2]
-        if "." in key and kind.endswith("_energy") and kind not in ("spring_energy", "magnetic_energy"):
+        if "." in key and kind.endswith("_energy") and kind not in STORED:
             sums[kind] = sums.get(kind, np.zeros(len(recording.time))) + series.values
     with house_style(name):
         figure = Figure(figsize=(9.2, 3.9))

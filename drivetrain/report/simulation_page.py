@@ -15,7 +15,8 @@ from drivetrain.report.figures_simulation import (
     figure_positions,
 )
 from drivetrain.report.quantities import DASH, number, with_unit
-from drivetrain.report.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS
 from drivetrain.simulation.cost_results import Decision
@@ -93,7 +94,13 @@ def _run(found: SimulationFound) -> Section:
     if recording.kept:
         heat = figure_heat_and_friction(recording, joints)
         figures.append(("heat", heat, "Temperatures in the run, and the events of friction."))
-        figures.append(("energy", figure_energy(recording), "Energies put in (electrical) and lost, by kind; audit."))
+        figures.append(
+            (
+                "energy",
+                figure_energy(recording),
+                "Energies put in (electrical) and lost; below the audit: a payload that comes or goes is a step.",
+            )
+        )
     drawn = []
     for name, figure, caption in figures:
         with house_style(name):
@@ -103,7 +110,7 @@ def _run(found: SimulationFound) -> Section:
     if recording.stopped_by is not None:
         word, css = "stopped", "fail"
     work = ", ".join(f"{number(float(count))} {name}" for name, count in recording.counters.items())
-    lead = [f"{found.effects}. {recording.about.get('solver', '')}: {work}."]
+    lead = [f"{found.effects[0].upper()}{found.effects[1:]}. {recording.about.get('solver', '')}: {work}."]
     if recording.stopped_by is not None:
         lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")
     if told is not None:
