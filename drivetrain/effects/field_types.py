@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import fields
 from typing import Any
 
-from drivetrain.errors import Fault
+from drivetrain.errors import LARGEST, Fault
 
 
 def type_faults(effect: Any) -> list[Fault]:
@@ -33,7 +33,7 @@ def type_faults(effect: Any) -> list[Fault]:
 
 
 def nan_faults(effect: Any) -> list[Fault]:
-    """Numbers among the fields that are none: for what an effect's own checks let pass.
+    """Numbers among the fields that are none, or too large to calculate with: what an effect's own checks let pass.
 
     Args:
         effect: A dataclass.
@@ -43,10 +43,14 @@ def nan_faults(effect: Any) -> list[Fault]:
     """
     told = [(field.name, getattr(effect, field.name)) for field in fields(effect)]
     return [
-        Fault(f"{type(effect).__name__}.{name}", "must be a number", value)
+        Fault(f"{type(effect).__name__}.{name}", f"must be a number, up to {LARGEST:g} where it is finite", value)
         for name, value in told
-        if any(isinstance(one, numbers.Real) and math.isnan(one) for one in _inside(value))
+        if any(isinstance(one, numbers.Real) and not _usable(float(one)) for one in _inside(value))
     ]
+
+
+def _usable(value: float) -> bool:
+    return math.isinf(value) or abs(value) <= LARGEST
 
 
 def _inside(value: Any) -> Iterable[Any]:

@@ -169,7 +169,7 @@ class LuGreFriction(Effect):
         if speed == 0.0:
             return (0.0,)
         _, _, _, low, high, stribeck = self.numbers(place)
-        slip = low + (high - low) * math.exp(-((speed / stribeck) ** 2))
+        slip = low + (high - low) * math.exp(-(min(abs(speed / stribeck), 1e3) ** 2))
         return (math.copysign(slip / self.stiffness, speed),)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:

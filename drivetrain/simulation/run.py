@@ -108,14 +108,16 @@ def _sound(outcome: Outcome, named: list[tuple[int, str, str]], states: list[str
     bad = np.flatnonzero(~fine.all(axis=1))
     if not len(bad):
         return rows, stopped
-    first = max(1, int(bad[0]))
+    if bad[0] == 0:
+        name = named[int(np.argmin(fine[0]))][1]
+        raise InputError(Fault(name, f"is beyond {BEYOND:g}, or no number, at the very start"))
     if stopped is None or stopped.name == "diverged":
         # Not what grows with its square, such as a loss, but the state that is furthest away.
         size = np.nan_to_num(np.abs(rows[bad[0], 1 : 1 + len(states)]), nan=np.inf)
         name = states[int(np.argmax(size))]
         what = f"{name} grows beyond all bounds"
         stopped = Event(float(rows[bad[0], 0]), "diverged", f"{what}: a loop that is not stable, or too long a step")
-    return rows[:first], stopped
+    return rows[: int(bad[0])], stopped
 
 
 def _wanted(plan: Plan, name: str) -> bool:
