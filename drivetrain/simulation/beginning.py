@@ -32,10 +32,10 @@ def started(plan: Plan, numbers: Array, words: Words) -> Array:
     for i in plan.body.springs:
         states[c + plan.body.motors[i]] = speed[i]
     signals = np.zeros(words[f.SIGNALS])
-    rates = np.zeros(len(states))
+    rates, places = np.zeros(len(states)), list(plan.memory.places.values())
     for _ in range(PASSES):
         evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
-        told = {name: float(signals[place]) for name, place in plan.memory.places.items()}
+        told = dict(zip(plan.memory.places, signals[places].tolist(), strict=True))
         for i, shape in plan.body.springs.items():
             joint = scene.joints[i]
             if shape.deflection is not None:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from drivetrain.arrays import Array, frozen_array
+from drivetrain.arrays import Array, frozen_array, within_reach
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.whole_files import write_whole
 
@@ -78,8 +78,7 @@ class Recording:
     def __post_init__(self) -> None:
         time = frozen_array(self.time, (None,), "time")
         object.__setattr__(self, "time", time)
-        kept = {n: Series(s.unit, frozen_array(s.values, (len(time),), n)) for n, s in self.series.items()}
-        object.__setattr__(self, "series", kept)
+        object.__setattr__(self, "series", _frozen(self.series, len(time)))
 
     def __getitem__(self, name: str) -> Array:
         """The values of a series.
@@ -174,6 +173,17 @@ class Recording:
             "about": dict(self.about),
         }
         return json.dumps(told)
+
+
+def _frozen(series: Mapping[str, Series], size: int) -> dict[str, Series]:
+    """The series, read-only, all of them checked at once; one by one only to name what is wrong."""
+    columns = [one.values for one in series.values()]
+    if all(isinstance(c, np.ndarray) and c.dtype == np.float64 and c.shape == (size,) for c in columns):
+        table = np.array(columns)
+        if within_reach(table):
+            table.setflags(write=False)
+            return {name: Series(one.unit, row) for (name, one), row in zip(series.items(), table, strict=True)}
+    return {name: Series(one.unit, frozen_array(one.values, (size,), name)) for name, one in series.items()}
 
 
 def load_recording(path: Path | str) -> Recording:

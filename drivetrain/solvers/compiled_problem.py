@@ -233,7 +233,10 @@ def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
 
     Reference: Curtis, Powell, Reid, J. Inst. Maths Applics 13 (1974) 117; the largest columns first.
     """
-    full = np.ones((size, size), dtype=bool) if sparsity is None else np.asarray(sparsity, dtype=bool)
+    if sparsity is None:
+        one = np.arange(size + 1, dtype=np.int64)
+        return one, one[:-1], size * one, np.tile(one[:-1], size)
+    full = np.asarray(sparsity, dtype=bool)
     groups: list[list[int]] = []
     taken: list[Any] = []
     for j in sorted(range(size), key=lambda j: -int(full[:, j].sum())):
