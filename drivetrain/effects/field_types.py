@@ -22,7 +22,8 @@ def type_faults(effect: Any) -> list[Fault]:
         A fault a field.
     """
     kind = type(effect)
-    names = vars(sys.modules[kind.__module__])
+    module = sys.modules.get(kind.__module__)
+    names = vars(module) if module else {}
     faults = []
     for field in fields(effect):
         said = field.type if isinstance(field.type, str) else getattr(field.type, "__name__", str(field.type))
