@@ -151,6 +151,7 @@ if TYPE_CHECKING:
     from drivetrain.sizing.results import Verdict as Verdict
     from drivetrain.sizing.robust_selection import robust_select as robust_select
     from drivetrain.sizing.search import select as select
+    from drivetrain.sizing.trade_offs import trade_offs as trade_offs
     from drivetrain.sizing.uncertainty import robustness as robustness
     from drivetrain.sizing.why_not import why_not as why_not
     from drivetrain.sizing.why_not_results import WhyNot as WhyNot
@@ -313,6 +314,7 @@ _HOME = {
     "FreeRatios": "sizing.free_ratio_results",
     "Front": "sizing.front",
     "pareto_front": "sizing.front",
+    "trade_offs": "sizing.trade_offs",
     "ratio_studies": "sizing.ratio",
     "ratio_study": "sizing.ratio",
     "DriveSet": "sizing.results",

@@ -12,6 +12,7 @@ import typer
 from drivetrain.commands.shared import DOES_NOT_FIT, FITS, listed, report_folder, say, told, working
 
 if TYPE_CHECKING:
+    from drivetrain.report.sections import Extra
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.sizing.spread import Spread
     from drivetrain.study.study import Study
@@ -117,6 +118,19 @@ def _select(
         str | None, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is told.")
     ] = None,
     objective: Annotated[Objective | None, typer.Option(help="What is minimised, whatever the study says.")] = None,
+    front: Annotated[
+        str | None, typer.Option(metavar="CRITERIA", help="Also the Pareto front, such as of mass,energy.")
+    ] = None,
+    curve: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="WHAT",
+            help="Also the best drives over payload, cycle_time, voltage or ambient; may be repeated. "
+            "With ends: 'payload: 0 kg..8 kg'.",
+        ),
+    ] = None,
+    curve_from: Annotated[str | None, typer.Option(metavar="VALUE", help="Start of the curve, with its unit.")] = None,
+    curve_to: Annotated[str | None, typer.Option(metavar="VALUE", help="Its end, with its unit.")] = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -124,6 +138,7 @@ def _select(
     with told():
         from dataclasses import replace
 
+        from drivetrain.commands.trade_offs import asked_beside
         from drivetrain.study.load import load_study
 
         seconds = _seconds(time_limit)
@@ -132,7 +147,7 @@ def _select(
         wanted = wanted if sets is None else replace(wanted, sets=sets)
         wanted = wanted if seconds is None else replace(wanted, time_limit=seconds)
         wanted = wanted if objective is None else replace(wanted, weights=((objective.value, 1.0),))
-        loaded = replace(loaded, wanted=wanted)
+        loaded = asked_beside(replace(loaded, wanted=wanted), front, curve, curve_from, curve_to)
         raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
 
 
@@ -211,8 +226,9 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
     from drivetrain.sizing.results import Evaluation
 
     result, found = _spread(result)
+    extra, told_beside = _beside(result)
     with progress(console(errors=True), "drawing the report"):
-        files = write_outputs(out, result, spread=found)
+        files = write_outputs(out, result, spread=found, extra=extra)
     screen = console(errors=as_json)
     screen.print(verdict_table(result if isinstance(result, Evaluation) else result.evaluation))
     screen.print()
@@ -220,10 +236,25 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
         screen.print(line, soft_wrap=True)
     for words in [] if found is None else spread_lines(found):
         screen.print(words, soft_wrap=True, highlight=False)
+    for text in told_beside:
+        screen.print(text, soft_wrap=True, highlight=False)
     say(f"report: {files['report.html']}", errors=as_json)
     if as_json:
-        sys.stdout.write(result_json(result, spread=found))
+        sys.stdout.write(result_json(result, spread=found, extra=extra))
     return FITS if result.feasible else DOES_NOT_FIT
+
+
+def _beside(result: Evaluation | Selection) -> tuple[Extra | None, list[str]]:
+    """Front and curves where a selection was asked for them: parts of the report, and lines for the terminal."""
+    from drivetrain.commands.trade_offs import beside
+    from drivetrain.sizing.results import Selection
+
+    found = beside(result) if isinstance(result, Selection) else None
+    if found is None or not isinstance(result, Selection):
+        return None, []
+    from drivetrain.report.trade_off_sections import trade_off_extra, trade_off_lines
+
+    return trade_off_extra(found, result), trade_off_lines(found)
 
 
 def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spread | None]:

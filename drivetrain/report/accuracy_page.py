@@ -18,7 +18,8 @@ from drivetrain.report.figures_accuracy import (
     worst,
 )
 from drivetrain.report.quantities import DASH, number, with_unit
-from drivetrain.report.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS
 from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCosts, RoadsCompared, SolverCosts

@@ -9,6 +9,10 @@ from drivetrain.sizing.results import DriveSet, Selection
 
 HEADINGS = {"mass": "mass [kg]", "price": "price", "energy": "energy a cycle [J]", "weighted": "weighted objective"}
 
+WORDS = {
+    "mass": "less mass", "price": "a lower price", "energy": "less energy a cycle", "weighted": "a smaller objective",
+}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class SetRow:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 from drivetrain.report.figures_curve import NAMES, figure_curve
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
-from drivetrain.report.sheet import Section, SheetTable, sheet
+from drivetrain.report.sections import Section, SheetTable
+from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.sizing.curve_results import CurvePiece, OptimumCurve
 from drivetrain.sizing.evaluate import Pair
@@ -19,20 +23,70 @@ def curve_report(found: OptimumCurve) -> str:
     Returns:
         HTML text; the same curve gives the same bytes.
     """
-    with house_style("curve"):
-        picture = svg_text(figure_curve(found), f"best set of drives over the {NAMES[found.vary]}")
+    return sheet(found.study, f"Best drives over the {NAMES[found.vary]}", [curve_section(found)])
+
+
+def curve_section(found: OptimumCurve) -> Section:
+    """The curve as a part of a page.
+
+    Args:
+        found: From ``optimum_curve``.
+
+    Returns:
+        Words, picture and tables.
+    """
+    with house_style(f"curve-{found.vary}"):
+        picture = svg_text(
+            figure_curve(found, name=f"curve-{found.vary}"), f"best set of drives over the {NAMES[found.vary]}"
+        )
     caption = (
         "Each colour is one set of drives; grey lines are the breakpoints, dotted is the study's own value. Red: no "
         "set fits. Amber dashes: the wanted reserve begins."
     )
     word, css = ("proven", "pass") if found.proven else ("not all proven", "marginal")
-    sections = [
-        Section(
-            f"The best drives over the {NAMES[found.vary]}", "curve", word, css, (curve_sentence(found),),
-            ((picture, caption),), (_table(found), _changes(found)), found.notes,
-        )
-    ]  # fmt: skip
-    return sheet(found.study, f"Best drives over the {NAMES[found.vary]}", sections)
+    return Section(
+        f"The best drives over the {NAMES[found.vary]}", f"curve-{found.vary}".replace("_", "-"), word, css,
+        (curve_sentence(found),), ((picture, caption),), (_table(found), _changes(found)), found.notes,
+    )  # fmt: skip
+
+
+def curve_data(found: OptimumCurve) -> dict[str, Any]:
+    """The curve as plain data.
+
+    Args:
+        found: From ``optimum_curve``.
+
+    Returns:
+        What ``result.json`` holds of it; SI units, temperatures in degrees Celsius, None where a number is unknown.
+    """
+    return {
+        "vary": str(found.vary),
+        "unit": found.unit,
+        "payload": found.payload,
+        "now": found.now,
+        "tolerance": found.tolerance,
+        "proven": found.proven,
+        "pieces": [
+            {
+                "low": piece.low,
+                "high": piece.high,
+                "low_ends_by": piece.low_ends_by,
+                "high_ends_by": piece.high_ends_by,
+                "drives": {joint: {"motor": motor, "gear": gear} for joint, (motor, gear) in piece.drives.items()},
+                "points": [
+                    {"value": one.value, "objective": _finite(one.objective)}
+                    | {name: _finite(value) for name, value in one.criteria.items()}
+                    for one in piece.points
+                ],
+            }
+            for piece in found.pieces
+        ],
+        "notes": list(found.notes),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def curve_sentence(found: OptimumCurve) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array
@@ -41,7 +42,7 @@ def figure_front(found: Front, *, chosen: DriveSet | None = None, name: str = "f
         shade = _shade(found)
         values = _values(found.points, shade)
         limits = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
-        dots = None
+        dots: PathCollection | None = None
         for axes, (x, y) in zip(panels, pairs, strict=False):
             dots = _panel(axes, found, x, y, values, limits, len(pairs) == 1)
             if chosen is not None:
@@ -78,7 +79,7 @@ def _values(points: Sequence[DriveSet], name: str) -> Array:
 
 def _panel(
     axes: Axes, found: Front, x: str, y: str, shades: Array, limits: tuple[float, float], alone: bool
-) -> object:
+) -> PathCollection:
     """One view of the front."""
     across, up = _values(found.points, x), _values(found.points, y)
     if alone and len(across):

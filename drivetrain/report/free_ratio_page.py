@@ -6,7 +6,8 @@ import math
 
 from drivetrain.report.figures_free_ratio import figure_free_ratio
 from drivetrain.report.quantities import DASH, number, percent, with_unit
-from drivetrain.report.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS, anchor
 from drivetrain.sizing.free_ratio_results import FreeJoint, FreeRatios

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import json
 import math
+from typing import Any
 
 from drivetrain.report.figures_front import figure_front, unit_of
 from drivetrain.report.quantities import DASH, number, percent
-from drivetrain.report.sheet import Section, SheetTable, sheet
+from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.sizing.front import Front
 from drivetrain.sizing.results import DriveSet
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1
+HEADINGS = {
+    "mass": "mass [kg]", "price": "price", "energy": "energy a cycle [J]", "utilisation": "highest utilisation",
+}  # fmt: skip
 COLUMNS = ("mass", "price", "energy", "utilisation")
 
 
@@ -26,19 +31,32 @@ def front_report(found: Front) -> str:
     Returns:
         HTML text.
     """
+    return sheet(found.study, "Pareto front of whole sets of drives", [front_section(found)])
+
+
+def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
+    """The front as a part of a page.
+
+    Args:
+        found: From ``pareto_front``.
+        chosen: The set that was selected, to be marked; None: none.
+
+    Returns:
+        Words, picture and tables.
+    """
     figures: tuple[tuple[str, str], ...] = ()
     if found.points:
         with house_style("front"):
-            picture = svg_text(figure_front(found), "sets of drives over " + " and ".join(found.names))
+            picture = svg_text(figure_front(found, chosen=chosen), "sets of drives over " + " and ".join(found.names))
         caption = "Each dot is a set of drives that holds every check and that no other set beats in all criteria."
+        if chosen is not None:
+            caption += " The star is the chosen set."
         figures = ((picture, caption),)
     word, css = ("complete", "pass") if found.complete else ("not complete", "marginal")
-    tables = (_table(found), _drives(found)) if found.points else ()
+    tables = (_table(found, chosen), _drives(found)) if found.points else ()
     notes = (*(f"{name} is left out: {why}" for name, why in found.left_out.items()), *found.notes, _work(found))
-    section = Section(
-        f"Between {_and(found.names)}", "front", word, css, (front_sentence(found),), figures, tables, notes
-    )  # fmt: skip
-    return sheet(found.study, "Pareto front of whole sets of drives", [section])
+    title = f"The front: {_and(found.names)}" if len(found.names) > 1 else f"The least {_and(found.names)}"
+    return Section(title, "front", word, css, (front_sentence(found),), figures, tables, notes)
 
 
 def front_sentence(found: Front) -> str:
@@ -93,6 +111,21 @@ def front_json(found: Front) -> str:
         "study": found.study.name,
         "digest": found.study.digest,
         "job": "front",
+        **front_data(found),
+    }
+    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def front_data(found: Front) -> dict[str, Any]:
+    """The front as plain data.
+
+    Args:
+        found: From ``pareto_front``.
+
+    Returns:
+        What ``front.json`` holds of it, and ``result.json`` under ``front``; SI units, None where not finite.
+    """
+    return {
         "criteria": list(found.names),
         "left_out": found.left_out,
         "complete": found.complete,
@@ -108,7 +141,6 @@ def front_json(found: Front) -> str:
         "counters": found.counters,
         "notes": list(found.notes),
     }
-    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _known(point: DriveSet, name: str) -> bool:
@@ -122,16 +154,27 @@ def _figure(point: DriveSet, name: str) -> str:
     return DASH if math.isnan(value) else f"{number(value, 4)}\u00a0{unit_of(name)}".rstrip("\u00a0")
 
 
+def _value(point: DriveSet, name: str) -> str:
+    """A criterion without its unit, which stands in the heading."""
+    value = point.criteria.get(name, math.nan)
+    return percent(value) if name == "utilisation" else number(value, 4)
+
+
 def _and(names: tuple[str, ...]) -> str:
     return " and ".join((", ".join(names[:-1]), names[-1])) if len(names) > 1 else names[0] if names else "nothing"
 
 
-def _table(found: Front) -> SheetTable:
+def _table(found: Front, chosen: DriveSet | None) -> SheetTable:
     shown = [name for name in COLUMNS if any(_known(point, name) for point in found.points)]
-    rows = tuple(
-        (str(index), *(_figure(point, name) for name in shown)) for index, point in enumerate(found.points, 1)
-    )
-    return SheetTable(("set", *shown), rows, "Sets of the front", tuple(range(len(shown) + 1)))
+    rows: list[tuple[str | Chip, ...]] = []
+    for index, point in enumerate(found.points, 1):
+        cells = (str(index), *(_value(point, name) for name in shown))
+        mark: tuple[str | Chip, ...] = () if chosen is None else ("",)
+        if chosen is not None and point.drives == chosen.drives:
+            mark = (Chip("chosen", "pass"),)
+        rows.append((*cells, *mark))
+    headings = ("set", *(HEADINGS[name] for name in shown), *(("",) if chosen is not None else ()))
+    return SheetTable(headings, tuple(rows), "Sets of the front", tuple(range(len(shown) + 1)))
 
 
 def _drives(found: Front) -> SheetTable:

@@ -8,6 +8,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.report.fallen_columns import fallen_columns, fallen_text
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
+from drivetrain.report.sections import Extra
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.spread import Spread
@@ -15,7 +16,7 @@ from drivetrain.whole_files import written_beside
 
 
 def write_outputs(
-    out_dir: str | Path, result: Evaluation | Selection, *, spread: Spread | None = None
+    out_dir: str | Path, result: Evaluation | Selection, *, spread: Spread | None = None, extra: Extra | None = None
 ) -> dict[str, Path]:
     """Write ``report.html``, ``result.json`` and ``currents.csv``, of a selection also ``fallen.csv``.
 
@@ -25,6 +26,7 @@ def write_outputs(
         out_dir: Folder, made when missing.
         result: Of ``evaluate`` or ``select``.
         spread: What the scatter of its numbers means, where the study states tolerances.
+        extra: What was asked for beside, such as ``trade_off_extra``.
 
     Returns:
         Where each file is, by name.
@@ -35,8 +37,8 @@ def write_outputs(
     evaluation = result.evaluation if isinstance(result, Selection) else result
     fallen = fallen_columns(result) if isinstance(result, Selection) else None
     texts = {
-        "report.html": html_report(result, fallen=fallen, spread=spread),
-        "result.json": result_json(result, fallen=fallen, spread=spread),
+        "report.html": html_report(result, fallen=fallen, spread=spread, extra=extra),
+        "result.json": result_json(result, fallen=fallen, spread=spread, extra=extra),
         "currents.csv": currents_csv(evaluation),
     }
     if fallen is not None:

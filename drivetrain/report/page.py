@@ -19,7 +19,9 @@ from drivetrain.report.figures_margins import margin_bars
 from drivetrain.report.figures_motor import motor_plane
 from drivetrain.report.figures_selection import candidates
 from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
+from drivetrain.report.proof_section import proof_section
 from drivetrain.report.quantities import number, percent, with_unit
+from drivetrain.report.sections import Extra, with_markup
 from drivetrain.report.spread_section import spread_frame
 from drivetrain.report.views import (
     CSS,
@@ -43,7 +45,11 @@ HERE = Path(__file__).parent
 
 
 def html_report(
-    result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None, spread: Spread | None = None
+    result: Evaluation | Selection,
+    *,
+    fallen: pd.DataFrame | None = None,
+    spread: Spread | None = None,
+    extra: Extra | None = None,
 ) -> str:
     """The whole report as one page that needs nothing from outside.
 
@@ -51,6 +57,7 @@ def html_report(
         result: Of ``evaluate`` or ``select``.
         fallen: Its ``fallen_columns``, where they are at hand.
         spread: What the scatter of its numbers means, where the study states tolerances.
+        extra: Sections that were asked for beside.
 
     Returns:
         HTML text; the same result gives the same bytes.
@@ -68,6 +75,7 @@ def html_report(
     if selection is not None and fallen is None:
         fallen = fallen_columns(selection)
     content = _frame(evaluation, selection) | _body(evaluation, selection, fallen) | spread_frame(spread)
+    content["extra"] = [] if extra is None else [with_markup(section) for section in extra.sections]
     return template.render(content) + "\n"
 
 
@@ -86,8 +94,8 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
         "gaps": gaps(evaluation),
         "binding": overall_sentence(evaluation),
         "objective": objective_text(evaluation),
-        "proof": "" if selection is None else selection.proof,
-        "counters": {} if selection is None else selection.counters,
+        "proof": None if selection is None else with_markup(proof_section(selection)),
+        "proven": "" if selection is None else selection.proof,
         "advice": () if selection is None else selection.advice,
         "cards": [joint_card(joint) for joint in evaluation.joints.values()],
         "version": __version__,
@@ -112,9 +120,7 @@ def _task(study: Study) -> str:
     cycle = study.cycle
     if len(cycle.parts) == 1:
         return f"cycle of {number(cycle.duration)} s"
-    shares = ", ".join(
-        f"{percent(share)} {name}" for share, name in zip(cycle.shares, cycle.part_names, strict=True)
-    )
+    shares = ", ".join(f"{percent(share)} {name}" for share, name in zip(cycle.shares, cycle.part_names, strict=True))
     return f"mix of {shares}"
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from drivetrain.report.fallen_columns import counted, fallen_columns
+from drivetrain.report.sections import Extra
 from drivetrain.report.spread_section import spread_data
 from drivetrain.sizing.results import Check, DriveSet, Evaluation, JointResult, Selection, Verdict
 from drivetrain.sizing.spread import Spread
@@ -18,7 +19,11 @@ SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new
 
 
 def result_json(
-    result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None, spread: Spread | None = None
+    result: Evaluation | Selection,
+    *,
+    fallen: pd.DataFrame | None = None,
+    spread: Spread | None = None,
+    extra: Extra | None = None,
 ) -> str:
     """An evaluation or a selection as JSON text.
 
@@ -26,6 +31,7 @@ def result_json(
         result: Of ``evaluate`` or ``select``.
         fallen: Its ``fallen_columns``, where they are at hand.
         spread: What the scatter of its numbers means, where the study states tolerances.
+        extra: Keys that were asked for beside.
 
     Returns:
         JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same result
@@ -34,6 +40,8 @@ def result_json(
     data = result_data(result, fallen=fallen)
     if spread is not None:
         data["robustness"] = _finite_all(spread_data(spread))
+    if extra is not None:
+        data |= _finite_all(extra.data)
     return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -8,7 +8,8 @@ import pandas as pd
 
 from drivetrain.report.figures_sweep import sweep_svg
 from drivetrain.report.quantities import DASH, number, percent
-from drivetrain.report.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.sheet import sheet
 from drivetrain.study.study import Study
 
 MOST_ROWS = 500

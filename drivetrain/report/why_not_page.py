@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from drivetrain.report.quantities import number, percent, with_unit
-from drivetrain.report.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.sheet import sheet
 from drivetrain.report.views import anchor, check_row
 from drivetrain.report.words import check_sentence
 from drivetrain.sizing.results import Selection

@@ -1,0 +1,89 @@
+"""Parts of a page: words, pictures and tables, whoever lays them out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from markupsafe import Markup
+
+
+@dataclass(frozen=True)
+class Chip:
+    """A coloured word in a table.
+
+    Attributes:
+        text: The word.
+        css: ``pass``, ``marginal``, ``fail`` or ``unchecked``.
+    """
+
+    text: str
+    css: str
+
+
+@dataclass(frozen=True)
+class SheetTable:
+    """A table of texts.
+
+    Attributes:
+        headings: Of the columns.
+        rows: One text or chip a column.
+        title: Above it; empty for none.
+        numeric: Indices of the columns that hold numbers.
+    """
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str | Chip, ...], ...]
+    title: str = ""
+    numeric: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """One part of the page.
+
+    Attributes:
+        title, anchor: Its heading, and its place on the page.
+        word, css: A coloured word beside the heading; empty for none.
+        lead: Paragraphs.
+        figures: Pictures as SVG elements, each with its caption.
+        tables: Below them.
+        notes: A list at the end.
+        facts: Names and values, before the pictures.
+    """
+
+    title: str
+    anchor: str
+    word: str = ""
+    css: str = ""
+    lead: tuple[str, ...] = ()
+    figures: tuple[tuple[str, str], ...] = ()
+    tables: tuple[SheetTable, ...] = ()
+    notes: tuple[str, ...] = ()
+    facts: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Extra:
+    """What stands in a report beside its usual content.
+
+    Attributes:
+        sections: Of the page.
+        data: Keys of ``result.json``.
+    """
+
+    sections: tuple[Section, ...] = ()
+    data: dict[str, Any] = field(default_factory=dict)
+
+
+def with_markup(section: Section) -> dict[str, object]:
+    """A section for a template, its pictures marked as safe.
+
+    Args:
+        section: Of a page.
+
+    Returns:
+        Its fields by name.
+    """
+    shown = {name: getattr(section, name) for name in section.__dataclass_fields__}
+    return shown | {"figures": [(Markup(figure), caption) for figure, caption in section.figures]}

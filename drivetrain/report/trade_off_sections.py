@@ -1,0 +1,62 @@
+"""What stands beside the best set in a report: the front with the chosen set marked, and the curves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from drivetrain.report.curve_page import curve_data, curve_section, curve_sentence
+from drivetrain.report.front_page import front_data, front_section, front_sentence
+from drivetrain.report.sections import Extra, Section
+from drivetrain.report.svg import share_glyphs
+from drivetrain.sizing.results import DriveSet, Selection
+from drivetrain.sizing.trade_offs import TradeOffsFound
+
+NOMINAL = "Tolerances are left aside here: every set is judged by its nominal numbers."
+
+
+def trade_off_extra(found: TradeOffsFound, selection: Selection) -> Extra:
+    """Sections and data for the report of a selection.
+
+    Args:
+        found: From ``trade_offs``.
+        selection: Of the same study.
+
+    Returns:
+        Keys ``front`` and ``curves``, each where it was asked for.
+    """
+    sections: list[Section] = []
+    data: dict[str, object] = {}
+    if found.front is not None:
+        evaluation = selection.evaluation
+        chosen = DriveSet(selection.drives, selection.objective, evaluation.criteria) if selection.feasible else None
+        sections.append(front_section(found.front, chosen))
+        data["front"] = front_data(found.front)
+    if found.curves:
+        sections += [curve_section(curve) for curve in found.curves]
+        data["curves"] = [curve_data(curve) for curve in found.curves]
+    if selection.study.tolerances.given:
+        sections = [replace(one, notes=(NOMINAL, *one.notes)) for one in sections]
+    return Extra(_lean(sections), data)
+
+
+def _lean(sections: list[Section]) -> tuple[Section, ...]:
+    """The sections with every letter shape defined once over all their pictures."""
+    between = "\0"
+    pictures = share_glyphs(between.join(figure for one in sections for figure, _ in one.figures)).split(between)
+    rest = iter(pictures)
+    return tuple(
+        replace(one, figures=tuple((next(rest), caption) for _, caption in one.figures)) for one in sections
+    )  # fmt: skip
+
+
+def trade_off_lines(found: TradeOffsFound) -> list[str]:
+    """What the terminal tells.
+
+    Args:
+        found: From ``trade_offs``.
+
+    Returns:
+        A sentence for the front, and one for every curve.
+    """
+    front = [] if found.front is None else [f"front: {front_sentence(found.front)}"]
+    return front + [f"over the {curve.vary.replace('_', ' ')}: {curve_sentence(curve)}" for curve in found.curves]
