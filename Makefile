@@ -19,6 +19,8 @@ bench: $(VENV)/.test-installed
 	$(BIN)/python benchmarks/inverse_dynamics.py
 	$(BIN)/python benchmarks/chapter.py
 	$(BIN)/python benchmarks/selection.py
+	$(BIN)/python benchmarks/simulation.py
+	$(BIN)/python benchmarks/mujoco_motor.py
 
 gallery: $(VENV)/.installed
 	$(BIN)/python examples/gallery.py
