@@ -32,8 +32,9 @@ ATOL = (1e-7, 1e-5, 1e-5, 1e-3, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3)  # at rtol 1e-4; s
     STIFFNESS, DAMPING, LINK_INERTIA, GRAVITY, LINK_VISCOUS, VOLTAGE, MOST_CURRENT, KP, KD, LOOP, WALL, WALL_STIFFNESS,
     WALL_DAMPING, MOVES,
 ) = range(25)  # fmt: skip
-MOVE_WORD, CONTACT = range(2)
+MOVE_WORD, CONTACT, MESH_WAY = range(3)
 BY_STATE, APART, TOUCHING = range(3)  # whether the wall is felt: as the state says, or as the events have said
+FORWARD, BACKWARD = 1, 2  # which way the mesh carries, likewise
 ALPHA_R, ALPHA_K, WINDING_W, HOUSING_W, WINDING_C, HOUSING_C, AMBIENT = 0.00393, -0.001, 1.9, 4.65, 21.8, 241.0, 25.0
 MOVE = 5  # numbers a move: start, end [s], from, to [rad], which way its feed-forward drives
 
@@ -74,67 +75,147 @@ SCENES = (
 
 @nb.njit(cache=True)
 def wanted(t: float, p, move: int):
-    """Angle, speed and acceleration that a quintic move wants [rad, rad/s, rad/s^2]."""
+    """Angle, speed, acceleration and jerk that a quintic move wants [rad, rad/s, rad/s^2, rad/s^3]."""
     k = MOVES + MOVE * move
     span, way = p[k + 1] - p[k], p[k + 3] - p[k + 2]
-    s = min(max((t - p[k]) / span, 0.0), 1.0)
-    angle = p[k + 2] + way * s**3 * (10.0 + s * (6.0 * s - 15.0))
-    return angle, way / span * 30.0 * (s * (1.0 - s)) ** 2, way / span**2 * 60.0 * s * (1.0 + s * (2.0 * s - 3.0))
+    rate = 1.0 / span
+    s = min(max((t - p[k]) * rate, 0.0), 1.0)
+    angle = p[k + 2] + way * s * s * s * (10.0 + s * (6.0 * s - 15.0))
+    first, bend = s * (1.0 - s), 60.0 * s * (1.0 + s * (2.0 * s - 3.0))
+    speed, turn = way * rate, way * rate * rate
+    return angle, speed * 30.0 * first * first, turn * bend, turn * rate * 60.0 * (1.0 - 6.0 * first)
 
 
 @nb.njit(cache=True)
 def commanded(t: float, x, p, move: int):
-    """The current that control asks for [A]."""
-    angle, speed, acceleration = wanted(t, p, move)
-    ratio = p[RATIO]
-    load = p[LINK_INERTIA] * acceleration + p[GRAVITY] * np.cos(angle)
+    """The current that control asks for [A], its change with time [A/s], and whether it is free of its limit."""
+    angle, speed, acceleration, jerk = wanted(t, p, move)
+    back = 1.0 / p[RATIO]
+    load = p[LINK_INERTIA] * acceleration + p[GRAVITY] * math.cos(angle)
+    rise = p[LINK_INERTIA] * jerk - p[GRAVITY] * math.sin(angle) * speed
     drives = load * p[MOVES + MOVE * move + 4] >= 0.0
-    load = load * (1.0 + p[MESH]) if drives else load / (1.0 + p[MESH])
-    control = p[KP] * (angle - x[ROTOR] / ratio) + p[KD] * (speed - x[ROTOR_SPEED] / ratio)
-    torque = p[ROTOR_INERTIA] * ratio * acceleration + (load + control) / ratio
-    return min(max(torque / p[KT], -p[MOST_CURRENT]), p[MOST_CURRENT])
+    share = 1.0 + p[MESH] if drives else 1.0 / (1.0 + p[MESH])
+    control = p[KP] * (angle - x[ROTOR] * back) + p[KD] * (speed - x[ROTOR_SPEED] * back)
+    rotor, grown = p[ROTOR_INERTIA] * p[RATIO], p[KP] * speed + p[KD] * acceleration
+    asked = (rotor * acceleration + (share * load + control) * back) / p[KT]
+    slope = (rotor * jerk + (share * rise + grown) * back) / p[KT]
+    if abs(asked) <= p[MOST_CURRENT]:
+        return asked, slope, 1.0
+    return math.copysign(p[MOST_CURRENT], asked), 0.0, 0.0
+
+
+@nb.njit(cache=True)
+def carried(x, p):
+    """What the spring carries [N m]."""
+    back = 1.0 / p[RATIO]
+    turned, turning = x[ROTOR] * back - x[LINK], x[ROTOR_SPEED] * back - x[LINK_SPEED]
+    return p[STIFFNESS] * turned + p[DAMPING] * turning
+
+
+@nb.njit(cache=True)
+def modes(x, force: float, p, words):
+    """Which way the mesh carries, and the force of the wall with its slopes."""
+    side = 1.0 if force >= 0.0 else -1.0
+    if words[MESH_WAY] != BY_STATE:
+        side = 1.0 if words[MESH_WAY] == FORWARD else -1.0
+    touches = x[LINK] > p[WALL] if words[CONTACT] == BY_STATE else words[CONTACT] == TOUCHING
+    if touches:
+        contact = p[WALL_STIFFNESS] * (x[LINK] - p[WALL]) + p[WALL_DAMPING] * x[LINK_SPEED]
+        if contact > 0.0:
+            return side, contact, p[WALL_STIFFNESS], p[WALL_DAMPING]
+    return side, 0.0, 0.0, 0.0
 
 
 @compiled
 def joint_rates(t, x, dx, p, words):
     """The joint's equations."""
-    ratio, speed, current = p[RATIO], x[ROTOR_SPEED], x[CURRENT]
+    back, speed, current = 1.0 / p[RATIO], x[ROTOR_SPEED], x[CURRENT]
     resistance = p[RESISTANCE] * (1.0 + ALPHA_R * (x[WINDING] - 25.0))
     constant = p[KT] * (1.0 + ALPHA_K * (x[HOUSING] - 25.0))
-    error = commanded(t, x, p, words[MOVE_WORD]) - current
+    command, _, _ = commanded(t, x, p, words[MOVE_WORD])
+    error = command - current
     asked = p[INDUCTANCE] * p[LOOP] * error + x[INTEGRATOR] + p[KT] * speed
     voltage = min(max(asked, -p[VOLTAGE]), p[VOLTAGE])
     dx[INTEGRATOR] = p[RESISTANCE] * p[LOOP] * error + (voltage - asked) * p[LOOP]
     dx[CURRENT] = (voltage - resistance * current - constant * speed) / p[INDUCTANCE]
-    sliding = np.tanh(speed / p[SOFTNESS])
-    stribeck = np.exp(-((speed / p[STRIBECK]) ** 2))
-    friction = p[ROTOR_VISCOUS] * speed + (p[COULOMB] + (p[STATIC] - p[COULOMB]) * stribeck) * sliding
-    turned, turning = x[ROTOR] / ratio - x[LINK], speed / ratio - x[LINK_SPEED]
-    force = p[STIFFNESS] * turned + p[DAMPING] * turning
-    contact = 0.0
-    touches = x[LINK] > p[WALL] if words[CONTACT] == BY_STATE else words[CONTACT] == TOUCHING
-    if touches:
-        contact = max(p[WALL_STIFFNESS] * (x[LINK] - p[WALL]) + p[WALL_DAMPING] * x[LINK_SPEED], 0.0)
-    resisting = p[GRAVITY] * np.cos(x[LINK]) + p[LINK_VISCOUS] * x[LINK_SPEED] + contact
+    sliding, slow = math.tanh(speed / p[SOFTNESS]), speed / p[STRIBECK]
+    dry = p[COULOMB] + (p[STATIC] - p[COULOMB]) * math.exp(-slow * slow)
+    force = carried(x, p)
+    side, contact, _, _ = modes(x, force, p, words)
+    resisting = p[GRAVITY] * math.cos(x[LINK]) + p[LINK_VISCOUS] * x[LINK_SPEED] + contact
     dx[LINK], dx[LINK_SPEED] = x[LINK_SPEED], (force - resisting) / p[LINK_INERTIA]
-    mesh = p[MESH] * abs(force) * sliding / ratio
-    dx[ROTOR], dx[ROTOR_SPEED] = speed, (constant * current - friction - force / ratio - mesh) / p[ROTOR_INERTIA]
-    loss, across = current * current * resistance, (x[WINDING] - x[HOUSING]) / WINDING_W
-    dx[WINDING] = (loss - across) / WINDING_C
-    dx[HOUSING] = (across - (x[HOUSING] - AMBIENT) / HOUSING_W) / HOUSING_C
+    taken = p[ROTOR_VISCOUS] * speed + dry * sliding + force * back * (1.0 + p[MESH] * side * sliding)
+    dx[ROTOR], dx[ROTOR_SPEED] = speed, (constant * current - taken) / p[ROTOR_INERTIA]
+    loss, across = current * current * resistance, (x[WINDING] - x[HOUSING]) * (1.0 / WINDING_W)
+    dx[WINDING] = (loss - across) * (1.0 / WINDING_C)
+    dx[HOUSING] = (across - (x[HOUSING] - AMBIENT) * (1.0 / HOUSING_W)) * (1.0 / HOUSING_C)
     dx[HEAT] = current * current
 
 
 @compiled
-def wall_values(t, x, values, p, words):
-    """Where the link meets the wall: its damper sets in with a jump."""
-    values[0] = x[LINK] - p[WALL]
+def joint_jacobian(t, x, columns, p, words):
+    """Derivatives of the joint's equations: a column of nine a state, then by time."""
+    for k in range(SIZE * (SIZE + 1)):
+        columns[k] = 0.0
+    back, speed, current = 1.0 / p[RATIO], x[ROTOR_SPEED], x[CURRENT]
+    resistance = p[RESISTANCE] * (1.0 + ALPHA_R * (x[WINDING] - 25.0))
+    constant = p[KT] * (1.0 + ALPHA_K * (x[HOUSING] - 25.0))
+    command, slope, free = commanded(t, x, p, words[MOVE_WORD])
+    asked = p[INDUCTANCE] * p[LOOP] * (command - current) + x[INTEGRATOR] + p[KT] * speed
+    open_ = 1.0 if abs(asked) <= p[VOLTAGE] else 0.0
+    by = (
+        (ROTOR, -free * p[KP] * back * back / p[KT], 0.0), (CURRENT, -1.0, 0.0), (INTEGRATOR, 0.0, 1.0),
+        (ROTOR_SPEED, -free * p[KD] * back * back / p[KT], p[KT]), (SIZE, slope, 0.0),
+    )  # fmt: skip
+    for state, error, more in by:
+        grown = p[INDUCTANCE] * p[LOOP] * error + more
+        columns[state * SIZE + INTEGRATOR] = p[RESISTANCE] * p[LOOP] * error + (open_ - 1.0) * grown * p[LOOP]
+        columns[state * SIZE + CURRENT] = open_ * grown / p[INDUCTANCE]
+    columns[CURRENT * SIZE + CURRENT] -= resistance / p[INDUCTANCE]
+    columns[ROTOR_SPEED * SIZE + CURRENT] -= constant / p[INDUCTANCE]
+    columns[WINDING * SIZE + CURRENT] = -p[RESISTANCE] * ALPHA_R * current / p[INDUCTANCE]
+    columns[HOUSING * SIZE + CURRENT] = -p[KT] * ALPHA_K * speed / p[INDUCTANCE]
+    sliding, slow = math.tanh(speed / p[SOFTNESS]), speed / p[STRIBECK]
+    turns = (1.0 - sliding * sliding) / p[SOFTNESS]
+    extra = (p[STATIC] - p[COULOMB]) * math.exp(-slow * slow)
+    force = carried(x, p)
+    side, _, stiff, damp = modes(x, force, p, words)
+    share = back * (1.0 + p[MESH] * side * sliding) / p[ROTOR_INERTIA]
+    stiffness, damping = p[STIFFNESS], p[DAMPING]
+    pulls = ((LINK, -stiffness), (LINK_SPEED, -damping), (ROTOR, stiffness * back), (ROTOR_SPEED, damping * back))
+    for state, pull in pulls:
+        columns[state * SIZE + LINK_SPEED] = pull / p[LINK_INERTIA]
+        columns[state * SIZE + ROTOR_SPEED] = -share * pull
+    columns[LINK * SIZE + LINK_SPEED] -= (stiff - p[GRAVITY] * math.sin(x[LINK])) / p[LINK_INERTIA]
+    columns[LINK_SPEED * SIZE + LINK_SPEED] -= (p[LINK_VISCOUS] + damp) / p[LINK_INERTIA]
+    columns[LINK_SPEED * SIZE + LINK] = columns[ROTOR_SPEED * SIZE + ROTOR] = 1.0
+    friction = p[ROTOR_VISCOUS] - 2.0 * slow / p[STRIBECK] * extra * sliding + (p[COULOMB] + extra) * turns
+    friction += force * back * p[MESH] * side * turns
+    columns[ROTOR_SPEED * SIZE + ROTOR_SPEED] -= friction / p[ROTOR_INERTIA]
+    columns[CURRENT * SIZE + ROTOR_SPEED] = constant / p[ROTOR_INERTIA]
+    columns[HOUSING * SIZE + ROTOR_SPEED] = p[KT] * ALPHA_K * current / p[ROTOR_INERTIA]
+    columns[CURRENT * SIZE + WINDING] = 2.0 * current * resistance / WINDING_C
+    columns[WINDING * SIZE + WINDING] = (current * current * p[RESISTANCE] * ALPHA_R - 1.0 / WINDING_W) / WINDING_C
+    columns[HOUSING * SIZE + WINDING] = 1.0 / (WINDING_W * WINDING_C)
+    columns[WINDING * SIZE + HOUSING] = 1.0 / (WINDING_W * HOUSING_C)
+    columns[HOUSING * SIZE + HOUSING] = -(1.0 / WINDING_W + 1.0 / HOUSING_W) / HOUSING_C
+    columns[CURRENT * SIZE + HEAT] = 2.0 * current
 
 
 @compiled
-def wall_handler(t, x, crossed, p, words):
-    """The link has met the wall, or left it."""
-    words[CONTACT] = TOUCHING if crossed[0] > 0.0 else APART
+def event_values(t, x, values, p, words):
+    """Where the link meets the wall, whose damper sets in with a jump, and where the mesh carries nothing."""
+    values[0] = x[LINK] - p[WALL]
+    values[1] = carried(x, p)
+
+
+@compiled
+def event_handler(t, x, crossed, p, words):
+    """The link has met the wall or left it; the mesh carries the other way."""
+    if crossed[0] != 0.0:
+        words[CONTACT] = TOUCHING if crossed[0] > 0.0 else APART
+    if crossed[1] != 0.0:
+        words[MESH_WAY] = FORWARD if crossed[1] > 0.0 else BACKWARD
 
 
 SPARSITY = np.zeros((SIZE, SIZE), dtype=bool)
@@ -159,11 +240,12 @@ def parameters(scene: JointScene, softness: float):
 
 
 def problem(scene: JointScene, *, softness: float = 0.5, events: bool = True) -> CompiledProblem:
-    """The scene as a compiled right-hand side; with events, the contact is one instead of a jump on the way."""
-    contact = Events(wall_values, (EITHER,), handler=wall_handler, names=("contact",)) if events else None
-    words = np.array([0, APART if events else BY_STATE])
-    return CompiledProblem(joint_rates, SIZE, parameters(scene, softness), words, sparsity=SPARSITY, events=contact,
-                           names=NAMES, segment_word=MOVE_WORD)  # fmt: skip
+    """The scene as a compiled right-hand side; with events, its bends and jumps are those."""
+    kinks = Events(event_values, (EITHER, EITHER), handler=event_handler, names=("contact", "mesh")) if events else None
+    way = FORWARD if scene.differs[GRAVITY] * math.cos(scene.moves[0][2]) >= 0.0 else BACKWARD
+    words = np.array([0, APART, way] if events else [0, BY_STATE, BY_STATE])
+    return CompiledProblem(joint_rates, SIZE, parameters(scene, softness), words, jacobian=joint_jacobian, events=kinks,
+                           sparsity=SPARSITY, names=NAMES, segment_word=MOVE_WORD)  # fmt: skip
 
 
 def start(scene: JointScene, *, softness: float = 0.5):
@@ -172,7 +254,7 @@ def start(scene: JointScene, *, softness: float = 0.5):
     x[LINK] = scene.moves[0][2]
     x[WINDING] = x[HOUSING] = AMBIENT
     x[ROTOR] = p[RATIO] * (x[LINK] + p[GRAVITY] * math.cos(x[LINK]) / p[STIFFNESS])
-    x[CURRENT] = commanded(0.0, x, p, 0)
+    x[CURRENT] = commanded(0.0, x, p, 0)[0]
     x[INTEGRATOR] = p[RESISTANCE] * x[CURRENT]
     return x
 

@@ -63,15 +63,15 @@ def rates(address: int, t: float, row: int, goal: int, block: Array, data: Any, 
 
 @nb.njit(**PART)
 def factor(matrix: Array, order: Any) -> None:
-    """Lower times upper triangle in place, rows exchanged; the diagonal is left inverted.
-
-    Zeros below a pivot are skipped: this is all the use that is made of sparsity.
+    """Lower times upper triangle in place, rows exchanged; the diagonal is left inverted. Zeros are left out.
 
     Args:
         matrix: (n, n), overwritten.
-        order: (n,), filled with the rows' order.
+        order: Filled with the rows' order (n), where each row's entries start, below and above the diagonal (2 n + 1),
+            and their columns; (n n + 3 n + 1,).
     """
-    n = len(order)
+    n = len(matrix)
+    found = 3 * n + 1  # scratch: the columns of the pivot's row
     for i in range(n):
         order[i] = i
     for k in range(n):
@@ -85,12 +85,30 @@ def factor(matrix: Array, order: Any) -> None:
                 matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
         inverse = 1.0 / matrix[k, k]
         matrix[k, k] = inverse
+        last = found
+        for j in range(k + 1, n):
+            if matrix[k, j] != 0.0:
+                order[last] = j
+                last += 1
         for i in range(k + 1, n):
             if matrix[i, k] != 0.0:
                 share = matrix[i, k] * inverse
                 matrix[i, k] = share
-                for j in range(k + 1, n):
-                    matrix[i, j] -= share * matrix[k, j]
+                for e in range(found, last):
+                    matrix[i, order[e]] -= share * matrix[k, order[e]]
+    last = found
+    for i in range(n):
+        order[n + 2 * i] = last
+        for j in range(i):
+            if matrix[i, j] != 0.0:
+                order[last] = j
+                last += 1
+        order[n + 2 * i + 1] = last
+        for j in range(n - 1, i, -1):  # what is found last is asked for last: the sums of several rows overlap
+            if matrix[i, j] != 0.0:
+                order[last] = j
+                last += 1
+    order[3 * n] = last
 
 
 @nb.njit(**PART)
@@ -102,16 +120,16 @@ def solve(matrix: Array, order: Any, block: Array, row: int, goal: int) -> None:
         block: Rows of vectors.
         row, goal: Right-hand side and answer, different rows.
     """
-    n = len(order)
+    n = len(matrix)
     for i in range(n):
         total = block[row, order[i]]
-        for j in range(i):
-            total -= matrix[i, j] * block[goal, j]
+        for e in range(order[n + 2 * i], order[n + 2 * i + 1]):
+            total -= matrix[i, order[e]] * block[goal, order[e]]
         block[goal, i] = total
     for i in range(n - 1, -1, -1):
         total = block[goal, i]
-        for j in range(i + 1, n):
-            total -= matrix[i, j] * block[goal, j]
+        for e in range(order[n + 2 * i + 1], order[n + 2 * i + 2]):
+            total -= matrix[i, order[e]] * block[goal, order[e]]
         block[goal, i] = total * matrix[i, i]
 
 

@@ -188,7 +188,7 @@ def _prepared(
     return _Run(
         method, np.append(problem.addresses(), stepper(method).address), (kept.numbers.copy(), kept.words.copy()),
         kept.block.copy(),
-        (kept.jacobian.copy(), np.empty((n, n)), np.zeros((n + 1, n))), np.empty(n, dtype=np.int64),
+        (kept.jacobian.copy(), np.empty((n, n)), np.zeros((n + 1, n))), np.empty(n * n + 3 * n + 1, dtype=np.int64),
         problem.groups(), carried, atol, settings, (ends, limits), wanted, kept.rows.copy(),
         np.array(events.kinds if events else (), dtype=np.int64),
         np.array((events.terminal or (False,) * m) if events else (), dtype=np.int64),

@@ -74,10 +74,10 @@ SOURCES = {
     "compiled_guard.py": 3022819764,
     "compiled_jacobian.py": 374258292,
     "compiled_output.py": 1554801868,
-    "compiled_steps.py": 3776724226,
+    "compiled_steps.py": 384317669,
     "layout.py": 2459304168,
     "rodas4_table.py": 1645622007,
-    "step_control.py": 747439562,
+    "step_control.py": 501471057,
 }
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
@@ -265,7 +265,7 @@ def advance(
         data: The functions' numbers and words.
         block: Vectors of the length of the state, (BLOCK_ROWS, n); row X is the state.
         matrices: Jacobian (n, n), its factors (n, n), and room for the exact one (n + 1, n).
-        order: Room for the factors' order, (n,).
+        order: Room for the factors' order, (n n + 3 n + 1,).
         pattern: Groups of columns that are differenced together, and the rows of each column: starts and indices.
         carried: Indices of states that no rate moves, but the account may.
         atol: Error allowed in a step where a state is near zero [the state's own unit], (n,).

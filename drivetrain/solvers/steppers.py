@@ -14,7 +14,7 @@ from drivetrain.solvers.layout import BLOCK_ROWS, CLOCK_SIZE, COUNT_SIZE, DORMAN
 # Numba's disk cache looks at this file alone: see the same constant in ``rosenbrock_kernel.py``.
 SOURCES = {
     "compiled_function.py": 3950826625,
-    "compiled_steps.py": 3776724226,
+    "compiled_steps.py": 384317669,
     "layout.py": 2459304168,
     "rodas4_table.py": 1645622007,
 }
@@ -28,8 +28,9 @@ def _rodas(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any,
            clock: Any, count: Any) -> None:  # fmt: skip
     # Of numbers and words only the place matters here: the right-hand side knows how many it has.
     rodas_step(
-        address, h, carray(block, (BLOCK_ROWS, n)), carray(jacobian, (n, n)), carray(matrix, (n, n)), carray(order, n),
-        (carray(numbers, 1), carray(words, 1)), carray(clock, CLOCK_SIZE), carray(count, COUNT_SIZE),
+        address, h, carray(block, (BLOCK_ROWS, n)), carray(jacobian, (n, n)), carray(matrix, (n, n)),
+        carray(order, n * n + 3 * n + 1), (carray(numbers, 1), carray(words, 1)),
+        carray(clock, CLOCK_SIZE), carray(count, COUNT_SIZE),
     )  # fmt: skip
 
 
