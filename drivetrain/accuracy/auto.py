@@ -6,17 +6,22 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from drivetrain.accuracy.conditions import task_of
 from drivetrain.accuracy.decision import Basis, tip_travel
 from drivetrain.accuracy.estimates import COSTS, Told, added, estimates
 from drivetrain.accuracy.proof import proved
 from drivetrain.accuracy.runs import ran
 from drivetrain.accuracy.variants import LABELS, without
+from drivetrain.arrays import Array
 from drivetrain.simulation.cost_results import AutoChoice, Change, Choice, Judged, Proof
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import Scene
 from drivetrain.solvers.solver import check_positive
+
+MOST_SETS = 100_000
 
 Progress = Callable[[int, int, str], None]
 
@@ -112,9 +117,8 @@ def cheapest(
 ) -> tuple[Choice, ...]:
     """The effects that may go together and save most.
 
-    Effects that alone pass the tolerance, or whose estimates are not valid, stay. Of the rest all go where their sum
-    is within it; where it is not, those go first that save most for the share of the tolerance that they use up, and
-    then every exchange of one that is kept for up to two that are gone is tried that saves more.
+    Effects whose estimates are not valid stay. Of the rest every set is tried that could save more than the best one
+    so far, dearest effects first; after a hundred thousand sets the best one so far is taken.
 
     Args:
         told: All estimates.
@@ -125,47 +129,48 @@ def cheapest(
     Returns:
         What is left out.
     """
-    fit = [one for one in told if one.valid and _within([one], limits, joints)]
-    if _within(fit, limits, joints):
-        return tuple(one.choice for one in fit)
-
-    def price(one: Told) -> float:
-        return costs.get(one.choice.kind, 1.0)
-
-    order = sorted(fit, key=lambda one: _used([one], limits, joints) / price(one))
-    gone: list[Told] = []
-    for one in order:
-        if _within([*gone, one], limits, joints):
-            gone.append(one)
-    better = True
-    while better:
-        better = False
-        for kept in [one for one in order if one not in gone]:
-            for swap in _swaps(gone):
-                rest = [one for one in gone if one not in swap]
-                if sum(map(price, swap)) < price(kept) and _within([*rest, kept], limits, joints):
-                    gone, better = [*rest, kept], True
-                    break
-            if better:
-                break
-    return tuple(one.choice for one in gone)
+    fit = [one for one in told if one.valid and _used([one], limits, joints) <= 1.0]
+    fit.sort(key=lambda one: (-costs.get(one.choice.kind, 1.0), _used([one], limits, joints)))
+    prices = [costs.get(one.choice.kind, 1.0) for one in fit]
+    after = [sum(prices[k:]) for k in range(len(fit) + 1)]
+    uses = [_uses([one], limits, joints) for one in fit]
+    search = _Search(prices, after, uses)
+    search.descend(0, 0.0, np.zeros(4 * len(joints) + 1), ())
+    return tuple(fit[k].choice for k in search.best)
 
 
-def _swaps(gone: Sequence[Told]) -> list[tuple[Told, ...]]:
-    pairs = [(a, b) for i, a in enumerate(gone) for b in gone[i + 1 :]]
-    return [*((one,) for one in gone), *pairs]
+class _Search:
+    """Sets of effects, depth first, each first left out and then kept."""
+
+    def __init__(self, prices: list[float], after: list[float], uses: list[Array]):
+        self.prices, self.after, self.uses = prices, after, uses
+        self.saved, self.best, self.sets = -1.0, tuple[int, ...](), 0
+
+    def descend(self, k: int, saved: float, used: Array, gone: tuple[int, ...]) -> None:
+        """Try what can be made of the effects from the k-th on."""
+        self.sets += 1
+        if saved > self.saved:
+            self.saved, self.best = saved, gone
+        if k == len(self.prices) or saved + self.after[k] <= self.saved or self.sets > MOST_SETS:
+            return
+        more = used + self.uses[k]
+        if more.max() <= 1.0:
+            self.descend(k + 1, saved + self.prices[k], more, (*gone, k))
+        self.descend(k + 1, saved, used, gone)
+
+
+def _uses(some: Sequence[Told], limits: Limits, joints: tuple[str, ...]) -> Array:
+    """Shares of the tolerance that estimates use up together: of every quantity of every joint, and of the tip."""
+    sums = added([one.changes for one in some], joints)
+    shares = [share / limits.share for change in sums.values() for share in change.shares]
+    tip = max((change.tip for change in sums.values()), default=0.0)
+    of_tip = tip / limits.tip if limits.tip > 0.0 else (math.inf if tip > 0.0 else 0.0)
+    return np.nan_to_num(np.array([*shares, of_tip]), nan=0.0, posinf=math.inf)
 
 
 def _used(some: Sequence[Told], limits: Limits, joints: tuple[str, ...]) -> float:
-    """Share of the tolerance that estimates use up together."""
-    sums = added([one.changes for one in some], joints)
-    shares = [share / limits.share for change in sums.values() for share in change.shares if not math.isnan(share)]
-    tip = max((change.tip for change in sums.values()), default=0.0)
-    return max([*shares, tip / limits.tip if limits.tip > 0.0 else (math.inf if tip > 0.0 else 0.0)], default=0.0)
-
-
-def _within(some: Sequence[Told], limits: Limits, joints: tuple[str, ...]) -> bool:
-    return _used(some, limits, joints) <= 1.0
+    """The largest of those shares."""
+    return float(_uses(some, limits, joints).max())
 
 
 def _largest(told: Sequence[Told], dropped: Collection[Choice], limits: Limits, proof: Proof) -> Choice:

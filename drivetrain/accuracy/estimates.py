@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from drivetrain.accuracy.variants import choices, place_of
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level
-from drivetrain.effects.bounds import bounded
+from drivetrain.effects.bounds import OVERSHOOT, bounded, rms_of
 from drivetrain.effects.effect import Effect, Estimate
 from drivetrain.effects.flexible_joint import FlexibleJoint
 from drivetrain.simulation.cost_results import Change, Choice
@@ -108,6 +108,7 @@ def _rotors(scene: Scene, task: Task, choice: Choice) -> Told:
         at_level(scene.body, RotorLevel.REFLECTED), scene.effects, scene.duration, scene.position, scene.speed
     )
     less = demanded(plan(other), demand.time)
+    slack = SWUNG if task.plan.body.springs else BESIDE
     changes, away = {}, 0.0
     for i, name in enumerate(scene.joints):
         conditions = task.conditions.get(name)
@@ -117,13 +118,17 @@ def _rotors(scene: Scene, task: Task, choice: Choice) -> Told:
         torque = float(error.max()) * conditions.torque_constant * abs(task.plan.body.ratios[i])
         turned = float(torque / conditions.loop_stiffness)
         away += turned * float(task.levers[i])
-        changes[name] = _changed(bounded(conditions, SLACK * error, "", deviation=turned), 0.0)
+        told = _changed(bounded(conditions, slack * error, "", deviation=turned), 0.0)
+        carried = np.abs(less.mesh_torque[:, i] - demand.mesh_torque[:, i])
+        share = slack * rms_of(carried, demand.time) / conditions.rms_torque if conditions.rms_torque else 0.0
+        changes[name] = replace(told, rms_torque=max(told.rms_torque, share))
     first = scene.joints[0]
     changes[first] = Change(*changes[first].shares, float(away))
     return Told(choice, changes, True, "the inverse run both ways")
 
 
-SLACK = 1.25  # the simulated motion lies beside the commanded one, on which the inverse run stands
+BESIDE = 1.25  # the simulated motion lies beside the commanded one, on which the inverse run stands
+SWUNG = 2.0 * OVERSHOOT * BESIDE  # a step of torque swings a spring to twice its size, and the loop answers that
 
 
 def _changed(estimate: Estimate, lever: float) -> Change:

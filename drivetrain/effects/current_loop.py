@@ -31,6 +31,8 @@ from drivetrain.errors import Fault, InputError
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"drive/current_loop_kernel.py": 1641158789}
 
+HOT = 200.0  # K over the air
+
 
 # long kernel: at an instant and over a step, with the slopes that the mechanics need
 @Compiled
@@ -246,5 +248,7 @@ class CurrentLoop(Effect):
         error = lagging(series, self.bandwidth)
         torque = conditions.torque_constant * abs(place.ratio) * float(np.ptp(series.current - error))
         away = 4.0 * torque / self.bandwidth / (math.e * 0.5 * conditions.loop_damping)
-        valid = self.bandwidth * conditions.move_time > 50.0
+        # Of a winding that hot the gains, which are those of the cold one, no longer cancel the pole.
+        hot = HOT < conditions.rise < math.inf
+        valid = self.bandwidth * conditions.move_time > 50.0 and not hot
         return bounded(conditions, error, "lag of the loop behind the task's current", deviation=away, valid=valid)

@@ -35,6 +35,8 @@ from drivetrain.errors import Fault, InputError
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"drive/spring_kernel.py": 1622032493}
 
+BESIDE = 1.25  # the load swings beside the command, and other springs with it
+
 
 @Compiled
 def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
@@ -162,11 +164,11 @@ class FlexibleJoint(Effect):
         The motor's answer to a swing faster than its loop is smaller than the swing. Valid while the load swings 25
         times faster than a move lasts, where the spring is softest.
         """
-        envelope = self.swing(conditions)
-        most = float((np.abs(series.torque) + envelope).max())
+        envelope = BESIDE * self.swing(conditions)
+        most = BESIDE * self._twist(float((np.abs(series.torque) + envelope).max()))
         error = envelope * conditions.mesh_share / (abs(place.ratio) * conditions.torque_constant)
         valid = self._frequency(conditions) * conditions.move_time > 25.0
-        return bounded(conditions, error, "swing of the load on the spring", deviation=self._twist(most), valid=valid)
+        return bounded(conditions, error, "swing of the load on the spring", deviation=most, valid=valid)
 
     def swing(self, conditions: Conditions) -> Array:
         """How far the spring's torque swings beside that of the task.
