@@ -1,0 +1,262 @@
+"""Engines and estimates held to account: energy, what is left out, halved steps, commands that have no inverse."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from hard_case import Figure, hard_case
+from scipy.integrate import solve_ivp
+
+from drivetrain.arm.arm import Arm
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.effects.commanded_motion import CommandedMotion
+from drivetrain.effects.current_loop import CurrentLoop
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.effect import Conditions, Effect, Place, TaskSeries
+from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.effects.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.supply_bus import StiffSupply
+from drivetrain.effects.tip_contact import TipContact
+from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.wall_spring import WallSpring
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.errors import InputError
+from drivetrain.motion.motion import Motion
+from drivetrain.simulation.engine import Engine
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.inverse import Inverse, demanded
+from drivetrain.simulation.plan import plan
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Inertia, Scene, joint_scene
+from drivetrain.simulation.study_scene import command_times, with_feed_forward
+from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Solver
+
+MOTOR = Motor("typical", 0.299, 0.0302, inductance=82e-6)
+GEAR = Gear("g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4)
+WAVE = np.linspace(0.0, 1.0, 201)
+SOME: tuple[Effect, ...] = (
+    DryFriction(Friction(coulomb=0.015, static=0.025, stribeck_speed=5.0), "motor"),
+    DryFriction(Friction(coulomb=0.7)),
+    ViscousFriction(Friction(viscous=0.2, viscous_negative=0.3)),
+    MeshLoss(GEAR),
+    FlexibleJoint(GEAR, 4.0),
+    WallSpring(30.0, 0.5, rest=0.1),
+    WindingHeat(ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0)),
+    CurrentLoop(MOTOR, 6283.0),
+)
+
+
+def subset(number: int) -> Scene:
+    """A joint with rotor, motor and a wave of current, and those effects whose bit is set."""
+    chosen = [effect for k, effect in enumerate(SOME) if number >> k & 1]
+    motor = [] if number >> 7 & 1 else [MotorCurrent(MOTOR)]
+    always = [FullRotor(3e-5, 100.0), GivenCurrent(WAVE, 4.0 * np.sin(2.0 * np.pi * WAVE)), StiffSupply(48.0)]
+    return joint_scene(Inertia(1.2, weight=3.0), [*always, *motor, *chosen], 1.0)
+
+
+def unaccounted(solver: Engine | Solver, numbers: range) -> float:
+    """Largest energy that is there and should not be, over what went through."""
+    worst = 0.0
+    for number in numbers:
+        run = simulate(subset(number), solver=solver, interval=0.02)
+        through = max(np.abs(run["joint.electrical_energy"]).max(), np.ptp(run["stored_energy"]))
+        worst = max(worst, float(np.abs(run["energy_error"]).max() / through))
+    return worst
+
+
+def euler_audit() -> float:
+    """The same of the plain joint, friction and rotor by semi-implicit Euler at 1 ms."""
+    q = v = put_in = lost = worst = through = 0.0
+    for k in range(1000):
+        torque = 4.0 * math.sin(2.0 * math.pi * k / 1000.0) * 3.02
+        drag = 0.7 * math.tanh(v / 0.01)
+        before = v
+        v += 1e-3 * (torque - drag - 3.0 * math.cos(q)) / 1.5
+        q += 1e-3 * v
+        put_in += 1e-3 * torque * before
+        lost += 1e-3 * drag * before
+        through = max(through, put_in)
+        worst = max(worst, abs(0.75 * v * v + 3.0 * math.sin(q) - put_in + lost))
+    return worst / through
+
+
+@hard_case(
+    "T43",
+    "energy in is energy stored and lost, whatever effects there are",
+    setup="all 256 subsets of 8 effects; E1 at 80 us (at 1 ms where no winding is in), E2 at 1e-7",
+    naive="one of them by semi-implicit Euler at 1 ms",
+)
+def test_energy_of_every_subset() -> list[Figure]:
+    return [
+        Figure("energy unaccounted for, E1", unaccounted(FixedStep(8e-5), range(256)), euler_audit(), at_most=1e-6),
+        Figure("at 1 ms", unaccounted(FixedStep(1e-3), range(128)), at_most=1e-6),
+        Figure("E2", unaccounted(Rodas4(1e-7), range(256)), at_most=1e-6),
+    ]
+
+
+def move(duration: float) -> CommandedMotion:
+    """A radian of fifth order, and a rest."""
+    u = np.linspace(0.0, 1.0, 101)
+    time = np.append(u * duration, duration + 0.2)
+    parts = (
+        np.append(u**3 * (10 - 15 * u + 6 * u * u), 1.0), np.append(30 * u**2 * (1 - u) ** 2, 0.0) / duration,
+        np.append(60 * u * (1 - u) * (1 - 2 * u), 0.0) / duration**2,
+    )  # fmt: skip
+    return CommandedMotion(Motion("move", ("joint",), time, *(part[:, None] for part in parts)))
+
+
+def moved(duration: float, weight: float, *more: Effect) -> Scene:
+    """A servo behind 100:1 on that move, with or without winding and spring."""
+    drive = [ReflectedRotor(3.3e-5, 100.0), PositionLoop(2080.0, 104.0, 0.0302), *more]
+    if not any(isinstance(effect, CurrentLoop) for effect in more):
+        drive.append(MotorCurrent(MOTOR))
+    effects = {"joint": tuple(drive), "scene": (move(duration), StiffSupply(500.0))}
+    return Scene(Inertia(1.0, weight=weight), effects, duration + 0.2, position=[0.0], speed=[0.0])
+
+
+def conditions(duration: float, weight: float) -> Conditions:
+    """What is known of the move before any simulation."""
+    rigid = moved(duration, weight)
+    demand = demanded(plan(rigid), command_times(rigid))
+    time, current, torque = demand.time, demand.current[:, 0], demand.mesh_torque[:, 0]
+    speed = demand.speed[:, 0]
+    series = TaskSeries(time, speed, demand.acceleration[:, 0], torque, current, np.abs(speed) < 1e-12)
+    mean = [math.sqrt(np.trapezoid(one**2, time) / time[-1]) for one in (current, torque)]
+    return Conditions(
+        float(np.abs(current).max()), mean[0], float(np.abs(torque).max()), mean[1], float(np.abs(speed).max()),
+        duration, 1.0, 0.33, series=series, torque_constant=0.0302, rise=50.0, loop_stiffness=2080.0,
+        loop_damping=104.0,
+    )  # fmt: skip
+
+
+@hard_case(
+    "T44",
+    "what leaving winding or spring out is estimated to change",
+    setup="moves of 0.2 to 4 s with and without 19.6 N m; loops of 1500 and 6283 rad/s, 1e4 to 1e6 N m/rad; 40 pairs",
+    naive="(L/R) / (time of the move) of the peak current",
+)
+def test_estimates() -> list[Figure]:
+    place, winding, quick, spring, naive = Place(0, "joint", ("joint",), (100.0,), (True,), 1), [], [], [], []
+    for duration in (0.2, 0.35, 1.0, 4.0):
+        for weight in (0.0, 19.6):
+            known, step = conditions(duration, weight), FixedStep(1e-4)
+            reduced = simulate(with_feed_forward(moved(duration, weight)), solver=step, interval=5e-4)
+            for bandwidth in (1500.0, 6283.0):
+                loop = CurrentLoop(MOTOR, bandwidth)
+                full = simulate(with_feed_forward(moved(duration, weight, loop)), solver=step, interval=5e-4)
+                actual = float(np.abs(full["joint.current"] - reduced["joint.current"]).max())
+                winding.append(loop.estimate(place, known).current * known.peak_current / actual)
+                naive.append(82e-6 / 0.299 / duration * known.peak_current / actual)
+                quick += winding[-1:] if duration <= 1.0 else []
+            for stiffness in (1e4, 1e5, 1e6):
+                joint = FlexibleJoint(Gear("g", 100.0, stiffness_1=stiffness), 0.04 * math.sqrt(stiffness))
+                full = simulate(with_feed_forward(moved(duration, weight, joint)), solver=step, interval=5e-4)
+                actual = float(np.abs(full["joint.position"] - reduced["joint.position"]).max())
+                estimate = joint.estimate(place, known)
+                spring += [estimate.deviation / actual] if estimate.valid else []
+    assert len(spring) >= 20  # of 24; the rest says of itself that it does not hold
+    # Under a load that changes slowly the position loop makes good what the winding lags behind, and the estimate of
+    # moves of 4 s is up to five times too large: on the safe side, and of a change of 1e-4 A.
+    return [
+        Figure("least of estimate / change of the current", min(winding), min(naive), at_least=0.8),
+        Figure("largest, moves up to 1 s", max(quick), at_most=3.0),
+        Figure("least of estimate / change of the link's place", min(spring), at_least=0.8),
+        Figure("largest", max(spring), at_most=3.0),
+    ]
+
+
+def springy() -> Scene:
+    """Spring, mesh, dry friction at both shafts, and a torque that jumps."""
+    gear = Gear("hd", 100.0, kind="spur", efficiency=0.8, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4)
+    push = GivenTorque([0.0, 0.1, 0.1, 0.4, 0.6], [0.3, 0.6, -0.2, 0.4, 0.0], "motor")
+    effects = [
+        FlexibleJoint(gear, 20.0), FullRotor(3e-5, 100.0), MeshLoss(gear), push,
+        DryFriction(Friction(coulomb=1.0, static=2.0)), DryFriction(Friction(coulomb=0.01, static=0.02), "motor"),
+    ]  # fmt: skip
+    return joint_scene(Inertia(1.0, weight=15.0), effects, 0.6)
+
+
+def bang_bang(rtol: float) -> float:
+    """scipy on two segments of 5 ms [rad]."""
+
+    def push(t: float) -> float:
+        return 840.0 if 0.5 <= t < 0.505 else -840.0 if 0.505 <= t < 0.51 else 0.0
+
+    return float(solve_ivp(lambda t, y: [y[1], push(t)], (0.0, 4.0), [0.0, 0.0], method="BDF", rtol=rtol).y[0, -1])
+
+
+@hard_case(
+    "T45",
+    "halved steps and tighter tolerances come nearer, and tell how far it still is",
+    setup="spring, mesh, friction at both shafts, a torque that jumps; E1 1 to 0.06 ms, E2 1e-4 to 1e-8",
+    naive="scipy's BDF on two pulses of 5 ms, rtol 1e-4 to 1e-8",
+)
+def test_refinement() -> list[Figure]:
+    scene, figures = springy(), []
+    exact = simulate(scene, solver=Rodas4(1e-11), interval=0.01)["joint.position"]
+    ladders: tuple[tuple[str, list[Engine | Solver]], ...] = (
+        ("E1", [FixedStep(1e-3 / 2**k) for k in range(5)]), ("E2", [Rodas4(10.0**-k) for k in range(4, 9)]),
+    )  # fmt: skip
+    for name, solvers in ladders:
+        runs = [simulate(scene, solver=solver, interval=0.01)["joint.position"] for solver in solvers]
+        errors = [float(np.abs(run - exact).max()) for run in runs]
+        told = [float(np.abs(a - b).max()) for a, b in pairwise(runs)]
+        grows = max(error / min(errors[:k]) for k, error in enumerate(errors) if k)
+        off = max(max(error / said, said / error) for error, said in zip(errors, told, strict=False))
+        if name == "E1":
+            rough = [bang_bang(10.0**-k) for k in (4, 6, 8)]
+            naive = abs(rough[0] - 0.021) / max(abs(rough[0] - rough[1]), 1e-300)
+        figures += [
+            # Where friction changes its mode within a step the error of fixed steps scatters; that of E2 falls strictly.
+            Figure(f"error over the least before, {name}", grows, at_most=10.0 if name == "E1" else 1.0),
+            Figure("error over what two runs differ by, or the reverse", off, naive if name == "E1" else None,
+                   at_most=10.0),
+        ]  # fmt: skip
+    return figures
+
+
+def slider(wall: bool, peak: float = math.inf) -> Scene:
+    """A mass of 2 kg that is commanded 0.2 m along x, with a wall at 0.1 m or without."""
+    home, screws = np.eye(4)[None], np.array([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
+    arm = Arm.from_screws(
+        home, screws, [2.0], np.eye(3)[None] * 1e-3, tip=np.eye(4), gravity=(0.0, 0.0, 0.0), joint_names=["joint"]
+    )
+    u = np.linspace(0.0, 1.0, 51)
+    parts = (u**3 * (10 - 15 * u + 6 * u * u), 30 * u**2 * (1 - u) ** 2, 60 * u * (1 - u) * (1 - 2 * u))
+    motion = CommandedMotion(Motion("in", ("joint",), u, *(0.2 * part[:, None] for part in parts)))
+    touch = (TipContact((0.1, 0.0, 0.0), (-1.0, 0.0, 0.0), 5e4, 100.0),) if wall else ()
+    drive = (
+        ReflectedRotor(1e-5, 200.0), PositionLoop(4000.0, 200.0, 0.05), MotorCurrent(Motor("m", 0.5, 0.05), peak),
+    )  # fmt: skip
+    return Scene(arm, {"joint": drive, "scene": (motion, *touch)}, 1.0)
+
+
+@hard_case(
+    "T46",
+    "a command pressed into a wall, handed to the inverse engine",
+    setup="0.2 m commanded with a wall of 5e4 N/m at 0.1 m, and a move beyond the peak current",
+    naive="torques of the command, the wall taken as it stands",
+)
+def test_no_inverse_in_contact() -> list[Figure]:
+    refused = 0
+    for scene, word in ((slider(True), "touches"), (slider(False, 0.05), "more than")):
+        try:
+            simulate(scene, solver=Inverse())
+        except InputError as error:
+            refused += word in str(error)
+    assert simulate(slider(False), solver=Inverse())["joint.current"].size  # it does what it can
+    felt = float(np.abs(simulate(slider(True))["joint.current"]).max())
+    pressed = 5e4 * 0.1 / (200.0 * 0.05)
+    said = f"neither, and {pressed / felt - 1.0:+.0%} of the current"
+    return [Figure("refused of 2", float(refused), 0.0, naive_says=said, at_least=2.0)]
