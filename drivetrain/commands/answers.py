@@ -67,10 +67,9 @@ def _curve(
         from drivetrain.report.outputs import write_files
         from drivetrain.sizing.curves import optimum_curve, varied
         from drivetrain.study.load import load_study
-        from drivetrain.units import quantity
 
         loaded, what = load_study(study), varied(vary)
-        ends = quantity(low, what.unit, "--from"), quantity(high, what.unit, "--to")
+        ends = _ends(low, high, what.unit)
         with working("selecting along the curve") as step:
             found = optimum_curve(loaded, what, ends, points=points, payload=payload, progress=step)
             page = curve_report(found)
@@ -82,13 +81,31 @@ def _curve(
         raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)
 
 
+def _ends(low: str, high: str, unit: str) -> tuple[float, float]:
+    """Both ends of a range, their faults at once."""
+    from drivetrain.errors import InputError
+    from drivetrain.units import quantity
+
+    read, faults = [], []
+    for text, option in ((low, "--from"), (high, "--to")):
+        try:
+            read.append(quantity(text, unit, option))
+        except InputError as error:
+            faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)
+    return read[0], read[1]
+
+
 @app.command("front")
 def _front(
     study: StudyFile,
     by: Annotated[str, typer.Option(help="Criteria, parted by commas: mass, price, energy, utilisation.")] = (
         "mass,energy"
     ),
-    time_limit: Annotated[float, typer.Option(help="Of the search [s]; what is left then is told.")] = 60.0,
+    time_limit: Annotated[
+        str, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is told.")
+    ] = "60 s",
     out: Annotated[Path | None, _out("front.html and front.json")] = None,
 ) -> None:
     """Find every set of drives that no other beats in mass, price, energy a cycle and utilisation at once."""
@@ -97,11 +114,13 @@ def _front(
         from drivetrain.report.outputs import write_files
         from drivetrain.sizing.front import pareto_front
         from drivetrain.study.load import load_study
+        from drivetrain.units import quantity
 
+        seconds = quantity(time_limit, "s", "--time-limit", above=0.0)
         loaded = load_study(study)
         with working("searching the front") as step:
             names = [name.strip() for name in by.split(",") if name.strip()]
-            found = pareto_front(loaded, names, time_limit=time_limit, progress=step)
+            found = pareto_front(loaded, names, time_limit=seconds, progress=step)
             files = {"front.html": front_report(found), "front.json": front_json(found)}
         say(front_sentence(found))
         for line in front_lines(found):

@@ -60,8 +60,7 @@ def optimum_curve(
         InputError: An unknown quantity or payload, a range that is empty or not possible, or fewer than two points.
     """
     what = varied(vary)
-    row = _Row(study, what, _payload(study, what, payload))
-    _check(row, span, points)
+    row = _Row(study, what, _checked(study, what, payload, span, points))
     tell = progress or (lambda done, total, text: None)
     grid = [float(value) for value in np.linspace(*span, points)]
     found: list[CurvePoint] = []
@@ -306,17 +305,22 @@ def _payload(study: Study, vary: Vary, name: str | None) -> str:
     return name
 
 
-def _check(row: _Row, span: tuple[float, float], points: int) -> None:
-    """A range that can be walked along."""
+def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, float], points: int) -> str:
+    """The payload that is varied, along a range that can be walked."""
     low, high = span
-    faults = []
+    faults, name = [], ""
+    try:
+        name = _payload(study, vary, payload)
+    except InputError as error:
+        faults.extend(error.faults)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         faults.append(Fault("span", "must rise from its first to its last value", span))
-    if row.vary in (Vary.CYCLE_TIME, Vary.VOLTAGE) and not low > 0.0:
-        faults.append(Fault("span", f"a {row.vary.replace('_', ' ')} must be positive", low))
-    if row.vary is Vary.PAYLOAD and low < 0.0:
+    if vary in (Vary.CYCLE_TIME, Vary.VOLTAGE) and not low > 0.0:
+        faults.append(Fault("span", f"a {vary.replace('_', ' ')} must be positive", low))
+    if vary is Vary.PAYLOAD and low < 0.0:
         faults.append(Fault("span", "a payload must be 0 or more", low))
     if points < 2:
         faults.append(Fault("points", "must be two or more", points))
     if faults:
         raise InputError(faults)
+    return name

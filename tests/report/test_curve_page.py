@@ -64,5 +64,7 @@ def test_command_tells_a_wrong_unit(tmp_path):
     study = str(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
     answer = CliRunner().invoke(app, ["curve", study, "--from", "0 s", "--out", str(tmp_path)])
     assert answer.exit_code == 2 and "kg" in answer.output
+    answer = CliRunner().invoke(app, ["curve", study, "--from", "0", "--to", "5 s", "--out", str(tmp_path)])
+    assert answer.exit_code == 2 and "--from" in answer.output and "--to" in answer.output
     answer = CliRunner().invoke(app, ["curve", study, "--vary", "payloads", "--out", str(tmp_path)])
     assert answer.exit_code == 2 and "payload" in answer.output

@@ -77,3 +77,6 @@ def test_command_writes_page_and_json(tmp_path):
     assert (tmp_path / "front.html").is_file() and json.loads((tmp_path / "front.json").read_text())["complete"]
     wrong = CliRunner().invoke(app, ["front", str(STUDY), "--out", str(tmp_path), "--by", "mas"])
     assert wrong.exit_code == 2 and "mass" in wrong.output
+    for text in ("5", "0 s", "3 kg"):
+        wrong = CliRunner().invoke(app, ["front", str(STUDY), "--time-limit", text])
+        assert wrong.exit_code == 2 and "--time-limit" in wrong.output

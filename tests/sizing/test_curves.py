@@ -124,3 +124,6 @@ def test_wrong_input_is_told(make):
         optimum_curve(study, "payload", (0.0, 1.0), payload="prt")
     with pytest.raises(InputError, match="carries none"):
         optimum_curve(replace(study, payloads=()), "payload", (0.0, 1.0))
+    with pytest.raises(InputError) as told:
+        optimum_curve(study, "payload", (0.0, -1.0), points=1, payload="prt")
+    assert [fault.place for fault in told.value.faults] == ["payload", "span", "points"]
