@@ -23,7 +23,8 @@ from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS
 from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCosts, RoadsCompared, SolverCosts
-from drivetrain.sizing.results import Evaluation, Verdict
+from drivetrain.sizing.results import Evaluation
+from drivetrain.study.verdicts import Verdict
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from drivetrain.report.best_sets import HEADINGS
+from drivetrain.report.colours import JOINT_COLOURS
 from drivetrain.report.figures_curve import NAMES, figure_curve
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
 from drivetrain.report.sections import Section, SheetTable
@@ -39,9 +41,10 @@ def curve_section(found: OptimumCurve) -> Section:
         picture = svg_text(
             figure_curve(found, name=f"curve-{found.vary}"), f"best set of drives over the {NAMES[found.vary]}"
         )
+    many = len({tuple(piece.drives.items()) for piece in found.pieces if piece.drives}) > len(JOINT_COLOURS)
     caption = (
-        "Each colour is one set of drives; grey lines are the breakpoints, dotted is the study's own value. Red: no "
-        "set fits. Amber dashes: the wanted reserve begins."
+        f"Each colour is one set of drives{', colours come again' if many else ''}; grey lines are the breakpoints, "
+        "dotted is the study's own value. Red: no set fits. Amber dashes: the wanted reserve begins."
     )
     word, css = ("proven", "pass") if found.proven else ("not all proven", "marginal")
     return Section(
@@ -137,9 +140,16 @@ def curve_lines(found: OptimumCurve) -> list[str]:
 
 
 def _worth(found: OptimumCurve, piece: CurvePiece) -> str:
-    unit = " kg" if found.study.objective == "mass" else ""
-    low, high = (number(point.objective) for point in (piece.points[0], piece.points[-1]))
-    return f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
+    """The objective over a piece, with its unit."""
+    unit = {"mass": "\u00a0kg", "energy": "\u00a0J"}.get(found.study.objective, "")
+    return f"{_between([point.objective for point in piece.points])}{unit}"
+
+
+def _between(values: list[float]) -> str:
+    """The range of some numbers; one number where both ends read the same."""
+    known = [value for value in values if math.isfinite(value)]
+    low, high = (number(min(known)), number(max(known))) if known else (DASH, DASH)
+    return low if low == high else f"{low} to {high}"
 
 
 def _changed(before: dict[str, Pair], now: dict[str, Pair]) -> list[str]:
@@ -158,15 +168,15 @@ def _table(found: OptimumCurve) -> SheetTable:
             rows.append((str(index + 1), *ends, "no set fits", DASH, DASH, DASH, DASH))
             continue
         used = max(point.criteria["utilisation"] for point in piece.points)
-        energies = [point.criteria["energy"] for point in piece.points]
-        energy = f"{number(min(energies))} to {number(max(energies))}"
+        energy = _between([point.criteria["energy"] for point in piece.points])
+        worth = _between([point.objective for point in piece.points])
         rows.append((
-            str(index + 1), *ends, _worth(found, piece), energy, percent(used), piece.low_ends_by or DASH,
+            str(index + 1), *ends, worth, energy, percent(used), piece.low_ends_by or DASH,
             piece.high_ends_by or DASH,
         ))  # fmt: skip
     headings = (
-        "piece", f"from [{unit}]", f"to [{unit}]", found.study.objective, "energy a cycle [J]", "highest utilisation",
-        "ends below by", "ends above by",
+        "piece", f"from [{unit}]", f"to [{unit}]", HEADINGS[found.study.objective], "energy a cycle [J]",
+        "highest utilisation", "ends below by", "ends above by",
     )  # fmt: skip
     return SheetTable(headings, tuple(rows), "Pieces", (0, 1, 2, 3, 4, 5))
 

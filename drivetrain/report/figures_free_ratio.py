@@ -11,7 +11,7 @@ from drivetrain.report.colours import BLUE, GREEN, INK, MUTED, ORANGE, VERMILLIO
 from drivetrain.report.quantities import number, printed_unit
 from drivetrain.report.svg import house_style
 from drivetrain.sizing.free_ratio_results import FreeJoint, FreeRatios
-from drivetrain.sizing.results import Verdict
+from drivetrain.study.verdicts import Verdict
 
 COLOURS = {
     Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: MUTED,

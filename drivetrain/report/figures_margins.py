@@ -7,7 +7,8 @@ from drivetrain.report.panel import Panel, panel
 from drivetrain.report.picture import TICK, Font, Key, Pen, Picture, legend_height
 from drivetrain.report.quantities import percent
 from drivetrain.report.scales import text_width
-from drivetrain.sizing.results import Check, Evaluation
+from drivetrain.sizing.results import Evaluation
+from drivetrain.study.verdicts import Check
 
 LARGEST_DRAWN = 2.0  # utilisations above this are told at the edge
 ROOM_BEYOND = 0.75

@@ -14,8 +14,9 @@ from drivetrain.report.panel import X_SPACING, Y_SPACING, Panel, cloud, panel, t
 from drivetrain.report.picture import LABEL, TICK, Font, Key, Pen, Picture, legend_height, tenths
 from drivetrain.report.quantities import convert, number, percent, printed_unit, shown_unit
 from drivetrain.report.scales import Scale, text_width, tick_texts
-from drivetrain.sizing.results import Check, JointResult
+from drivetrain.sizing.results import JointResult
 from drivetrain.study.study import JointTask, Study
+from drivetrain.study.verdicts import Check
 
 WIDTH, HEIGHT = 446.0, 404.0  # [points] of the picture
 LEFT, RIGHT, LOW = 52.0, 388.0, 332.0  # [points] of the plane in it

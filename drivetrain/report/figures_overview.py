@@ -11,7 +11,8 @@ from drivetrain.report.colours import BLUE, GREEN, MUTED, ORANGE, VERMILLION
 from drivetrain.report.figures_motor import Regions, motor_regions, outlines, view
 from drivetrain.report.quantities import convert, percent, printed_unit, shown_unit
 from drivetrain.report.svg import TIME_COLOURS, house_style, png_bytes
-from drivetrain.sizing.results import Evaluation, JointResult, Verdict
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.verdicts import Verdict
 
 _COLOURS = {Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "#5b6775"}
 

@@ -92,7 +92,12 @@ def front_lines(found: Front) -> list[str]:
         One line a set.
     """
     return [
-        ", ".join(f"{name} {_figure(point, name)}" for name in COLUMNS if _known(point, name)) for point in found.points
+        ", ".join(
+            f"{name} {criterion_text(name, point.criteria.get(name, math.nan))}"
+            for name in COLUMNS
+            if _known(point, name)
+        )
+        for point in found.points
     ]
 
 
@@ -147,8 +152,16 @@ def _known(point: DriveSet, name: str) -> bool:
     return not math.isnan(point.criteria.get(name, math.nan))
 
 
-def _figure(point: DriveSet, name: str) -> str:
-    value = point.criteria.get(name, math.nan)
+def criterion_text(name: str, value: float) -> str:
+    """A criterion with its unit.
+
+    Args:
+        name: Of the criterion.
+        value: In SI.
+
+    Returns:
+        Such as ``5.480 kg``; a dash where it is unknown.
+    """
     if name == "utilisation":
         return percent(value)
     return DASH if math.isnan(value) else f"{number(value, 4)}\u00a0{unit_of(name)}".rstrip("\u00a0")

@@ -36,9 +36,10 @@ from drivetrain.report.views import (
     used_rows,
 )
 from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
-from drivetrain.sizing.results import Evaluation, JointResult, Selection, Verdict
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.spread import Spread
 from drivetrain.study.study import JointTask, Study
+from drivetrain.study.verdicts import Verdict
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent

@@ -6,7 +6,7 @@ import math
 
 from drivetrain.report.best_sets import WORDS
 from drivetrain.report.quantities import number
-from drivetrain.report.sections import Section
+from drivetrain.report.sections import Section, SheetTable
 from drivetrain.sizing.results import Selection
 
 UNITS = {"mass": "\u00a0kg", "energy": "\u00a0J"}
@@ -34,8 +34,9 @@ def proof_section(selection: Selection) -> Section:
     """
     proven = selection.state is None or selection.proof.startswith("optimal")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
-    facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_search(selection))
-    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), facts=facts)
+    facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))
+    tables = _search(selection)
+    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), (), tables, facts=facts)
 
 
 def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
@@ -101,15 +102,19 @@ def _rules(selection: Selection) -> list[tuple[str, str]]:
     return facts
 
 
-def _search(selection: Selection) -> list[tuple[str, str]]:
-    """How the search went."""
-    limit = selection.study.wanted.time_limit
+def _limit(selection: Selection) -> list[tuple[str, str]]:
+    """Whether the time was enough."""
     reached = "not needed" if selection.state is None else "reached"
-    counted = [
+    return [("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")]
+
+
+def _search(selection: Selection) -> tuple[SheetTable, ...]:
+    """How the search went."""
+    rows = tuple(
         (WORK[name], f"{selection.counters[name]:,}".replace(",", "\u202f"))
         for name in WORK if selection.counters.get(name)
-    ]  # fmt: skip
-    return [("time limit of the search", f"{limit:g}\u00a0s, {reached}"), *counted]
+    )  # fmt: skip
+    return (SheetTable(("work", "count"), rows, "How the search went", (1,)),) if rows else ()
 
 
 def _raised(power: int) -> str:

@@ -11,8 +11,9 @@ import pandas as pd
 from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.report.sections import Extra
 from drivetrain.report.spread_section import spread_data
-from drivetrain.sizing.results import Check, DriveSet, Evaluation, JointResult, Selection, Verdict
+from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
 from drivetrain.sizing.spread import Spread
+from drivetrain.study.verdicts import Check, Verdict
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without

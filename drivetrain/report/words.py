@@ -6,8 +6,9 @@ import math
 
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
 from drivetrain.sizing.judge import ESSENTIAL
-from drivetrain.sizing.results import Check, Evaluation, JointResult, Selection, Verdict
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.study import DriveMass, Study
+from drivetrain.study.verdicts import Check, Verdict
 
 DRIVE_MASS = {
     DriveMass.ADDED: "The arm's links are bare: stator, rotor and gear of every drive load every joint before it.",
