@@ -17,7 +17,7 @@ from drivetrain.sizing.check_kernels import fast_enough, life
 from drivetrain.sizing.check_numbers import CLOSE, essential_lack, gear_too_weak
 from drivetrain.sizing.compiling import njit_face, njit_leaf, njit_loop, njit_part
 from drivetrain.sizing.load_kernels import LOAD_NUMBERS, PEAK_LOAD, JointBounds
-from drivetrain.sizing.load_loops import add_drive, least_average, least_peak
+from drivetrain.sizing.load_loops import add_drive, least_average, least_figures, least_peak
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
     CONTINUOUS,
@@ -67,7 +67,6 @@ from drivetrain.sizing.packed_task import (
     RATE_BEFORE,
     RMS_FACTOR,
     SPEED,
-    STEP_SHARE,
     STEP_SPEED,
     STEP_SQUARE,
     TEMPERATURE_MARGIN,
@@ -83,15 +82,15 @@ from drivetrain.sizing.vector_max import larger, smaller
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 557889461,
+    "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2873394249,
-    "load_kernels.py": 1892452345,
-    "torque_kernels.py": 3451220589,
-    "check_numbers.py": 3525281127,
-    "check_kernels.py": 4398126,
+    "load_loops.py": 4217972974,
+    "load_kernels.py": 2531705965,
+    "torque_kernels.py": 3940003373,
+    "check_numbers.py": 1283387322,
+    "check_kernels.py": 1820890624,
 }
 
 # Rows of the scratch of bounds.
@@ -130,24 +129,6 @@ def torque_range(
         shaft += given * least[t]
         least[t] = smaller(smaller(first, second), bend) + shaft
         most[t] = larger(larger(first, second), bend) + shaft
-
-
-@njit_loop
-def _least_figures(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
-    """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
-    weight, share, peak, square, between = row[WEIGHT], row[STEP_SHARE], 0.0, 0.0, 0.0
-    for t in range(len(least)):
-        magnitude = larger(larger(least[t], -most[t]), 0.0)
-        peak = larger(peak, magnitude)
-        square += weight[t] * magnitude * magnitude
-    low, high, low_after, high_after = least[:-1], most[:-1], least[1:], most[1:]
-    for t in range(len(low)):
-        a = larger(low[t], 0.0) + smaller(high[t], 0.0)
-        b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
-        same = (a * a + a * b + b * b) * (1.0 / 3.0)
-        turned = 0.25 * larger(a * a, b * b)  # the least of the same sum over one of the two
-        between += share[t] * (same if a * b > 0.0 else turned)
-    return peak, square, between
 
 
 @njit_leaf
@@ -209,7 +190,7 @@ def _gear_may_hold(task: PackedTask, joint: int, gear: int, bounds: JointBounds)
     return holds
 
 
-@njit_part
+@njit_leaf
 def _least_rises(m: Array, limits: Array, copper: float, loss: float, parts: int) -> tuple[float, float]:
     """Mean rises of winding and housing that cannot be undercut, infinite in a runaway.
 
@@ -249,7 +230,7 @@ def _least_rises(m: Array, limits: Array, copper: float, loss: float, parts: int
 def _motor_may_hold(task: PackedTask, joint: int, m: Array, g: Array, bounds: JointBounds) -> bool:
     """The motor's and the amplifier's limits, LOW and HIGH filled."""
     limits, row, least, most = task.tasks[joint], task.series[joint], bounds.scratch[LOW], bounds.scratch[HIGH]
-    peak, square, between = _least_figures(row, least, most)
+    peak, square, between = least_figures(row, least, most)
     if limits[MOVES] != 0.0:
         peak = max(peak, _least_start(row, limits, task.rests[joint], m, g, bounds.low, bounds.high))
     holds = not limits[PEAK_FACTOR] * peak > m[PEAK_TORQUE] * OVER

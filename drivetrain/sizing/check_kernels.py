@@ -110,14 +110,14 @@ from drivetrain.solvers.compiled_function import call
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 557889461,
+    "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2873394249,
-    "load_kernels.py": 1892452345,
-    "torque_kernels.py": 3451220589,
-    "check_numbers.py": 3525281127,
+    "load_loops.py": 4217972974,
+    "load_kernels.py": 2531705965,
+    "torque_kernels.py": 3940003373,
+    "check_numbers.py": 1283387322,
     "heat_state.py": 3087972387,
     "compiled_function.py": 3950826625,
 }
@@ -170,7 +170,7 @@ def gear_checks(task: PackedTask, joint: int, pair: int, load: JointLoad, full: 
     return worst
 
 
-@njit_part
+@njit_leaf
 def life(limits: Array, g: Array, mean: float) -> float:
     """``gear_life``.
 
@@ -186,7 +186,7 @@ def life(limits: Array, g: Array, mean: float) -> float:
     return np.inf if load == 0.0 else float(g[RATED_LIFE] / load)
 
 
-@njit_part
+@njit_leaf
 def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
     """The gear's limits of speed.
 
@@ -225,7 +225,7 @@ def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> fl
     return worst
 
 
-@njit_part
+@njit_leaf
 def fast_enough(limits: Array, m: Array, g: Array) -> bool:
     """Whether every limit of speed holds, to rounding.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.compiling import njit_leaf, njit_part
+from drivetrain.sizing.compiling import njit_leaf
 from drivetrain.sizing.load_kernels import CHECKS
 from drivetrain.sizing.packed_rows import CONTINUOUS, DIRECT_DRIVE, MOMENTARY, PEAK_TORQUE, REPEATED, ROTOR, UNKNOWN
 from drivetrain.sizing.packed_task import PEAK_FACTOR, Indices
@@ -55,7 +55,7 @@ def held(checks: Array, check: int, required: float, available: float) -> float:
     return used
 
 
-@njit_part
+@njit_leaf
 def essential_lack(m: Array, g: Array) -> int:
     """The first of the ESSENTIAL checks that cannot be made.
 
@@ -72,7 +72,7 @@ def essential_lack(m: Array, g: Array) -> int:
     return RMS_CURRENT if np.isnan(m[CONTINUOUS]) else -1
 
 
-@njit_part
+@njit_leaf
 def torque_unknown(m: Array, g: Array) -> bool:
     """Whether the sheets lack what the motor's torque is computed from.
 

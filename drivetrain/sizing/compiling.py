@@ -19,8 +19,8 @@ njit_entry: Any = _njit(**_ALL, cache=True)
 njit_face: Any = _njit(**_ALL, cache=True, inline="always")
 """Called from Python, kept on disk; in compiled code nothing but the call that it holds."""
 
-njit_part: Any = _njit(**_INSIDE)
-"""The same, a part of something larger."""
+njit_part: Any = _njit(**_ALL, inline="always")
+"""Compiled as a part of whoever uses it, which should be one: what takes a whole task has two hundred arguments."""
 
 njit_leaf: Any = _njit(**_INSIDE)
 """Compiled once for all in compiled code that use it."""

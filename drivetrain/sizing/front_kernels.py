@@ -14,6 +14,7 @@ from drivetrain.sizing.judge_kernels import ASK, FALLS, JUDGE, LOAD, POWER, may_
 from drivetrain.sizing.judge_kernels import EXACT as VERDICT
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.load_kernels import bound_joint, least_average, least_peak
+from drivetrain.sizing.load_loops import least_figures
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
     CONTINUOUS,
@@ -49,7 +50,6 @@ from drivetrain.sizing.packed_task import (
     RMS_FACTOR,
     SPEED,
     SPEED_FACTOR,
-    STEP_SHARE,
     STEP_SPEED,
     STEP_SQUARE,
     TEMPERATURE_MARGIN,
@@ -67,21 +67,22 @@ from drivetrain.sizing.warm_bound import resting_share
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "units.py": 562543157,
-    "compiling.py": 557889461,
+    "units.py": 4239343723,
+    "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2873394249,
-    "load_kernels.py": 1892452345,
-    "torque_kernels.py": 3451220589,
-    "check_numbers.py": 3525281127,
-    "check_kernels.py": 4398126,
-    "bound_kernels.py": 1655275469,
-    "judge_kernels.py": 3376758834,
-    "warm_bound.py": 2558181749,
+    "load_loops.py": 4217972974,
+    "load_kernels.py": 2531705965,
+    "torque_kernels.py": 3940003373,
+    "check_numbers.py": 1283387322,
+    "check_kernels.py": 1820890624,
+    "bound_kernels.py": 3999289047,
+    "judge_kernels.py": 2399876618,
+    "warm_bound.py": 285983250,
     "bearing_bound.py": 1668248093,
-    "propagation.py": 2785846717,
+    "sieve_kernel.py": 952213413,
+    "propagation.py": 1900986838,
 }
 
 MASS, PRICE, ENERGY, USED = range(4)
@@ -143,25 +144,6 @@ def cost_joint(
 def _share(required: float, available: float) -> float:
     """Required over available; 0 where nothing limits it."""
     return required / available if available > 0.0 and required > 0.0 else 0.0
-
-
-@njit_loop
-def _least_torques(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
-    """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
-    weight, share = row[WEIGHT], row[STEP_SHARE]
-    peak, square, between = 0.0, 0.0, 0.0
-    for t in range(len(least)):
-        magnitude = larger(larger(least[t], -most[t]), 0.0)
-        peak = larger(peak, magnitude)
-        square += weight[t] * magnitude * magnitude
-    low, high, low_after, high_after = least[:-1], most[:-1], least[1:], most[1:]
-    for t in range(len(low)):
-        a = larger(low[t], 0.0) + smaller(high[t], 0.0)
-        b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
-        same = (a * a + a * b + b * b) * (1.0 / 3.0)
-        turned = 0.25 * larger(a * a, b * b)  # the least of the same sum over one of the two
-        between += share[t] * (same if a * b > 0.0 else turned)
-    return peak, square, between
 
 
 @njit_loop
@@ -235,7 +217,7 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
     row, limits, bounds = task.series[joint], task.tasks[joint], memory.bounds
     least, most = bounds.scratch[LOW], bounds.scratch[HIGH]
-    peak, square, between = _least_torques(row, least, most)
+    peak, square, between = least_figures(row, least, most)
     winding, magnets, hottest = _coolest(task, joint, m, g, between)
     weak = constant_at(m, magnets)
     # Magnets that may be stronger without bound, or gone: no loss is certain.
@@ -274,9 +256,7 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
 
 
 @njit_entry
-def survivors(
-    values: Array, rest: Array, used: Array, zones: Array, zone_used: Array, kept: NDArray[np.bool_]
-) -> int:
+def survivors(values: Array, rest: Array, used: Array, zones: Array, zone_used: Array, kept: NDArray[np.bool_]) -> int:
     """Which candidates may be part of a set that no known one matches.
 
     Args:

@@ -55,23 +55,23 @@ from drivetrain.sizing.units import address_of_unit, call_judge, call_load
 
 __all__ = [
     "ASK", "ASKED", "FALLS", "HELD", "HOLDS", "LACKS", "JointBounds", "JointLoad", "bound_joint", "figures",
-    "holds_speed", "judge_all", "judge_exact", "judge_units", "least_energy", "load_force", "load_joint", "may_hold", "new_bounds",
-    "new_load", "pair_power",
+    "holds_speed", "judge_all", "judge_exact", "judge_units", "least_energy", "load_force", "load_joint", "may_hold",
+    "new_bounds", "new_load", "pair_power",
 ]  # fmt: skip
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "units.py": 562543157,
-    "compiling.py": 557889461,
+    "units.py": 4239343723,
+    "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2873394249,
-    "load_kernels.py": 1892452345,
-    "torque_kernels.py": 3451220589,
-    "check_numbers.py": 3525281127,
-    "check_kernels.py": 4398126,
-    "bound_kernels.py": 1655275469,
+    "load_loops.py": 4217972974,
+    "load_kernels.py": 2531705965,
+    "torque_kernels.py": 3940003373,
+    "check_numbers.py": 1283387322,
+    "check_kernels.py": 1820890624,
+    "bound_kernels.py": 3999289047,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
@@ -79,12 +79,6 @@ LACKS = 100  # added to the number of a check that could not be made
 EXACT, STAGES, FULL = 0, 1, 2
 JUDGE, POWER, LOAD = range(3)
 HELD, ASKED = -1, -2  # of ``judge_all``: pairs that hold, and those that the Python road is asked about
-
-
-@njit_part
-def _felled(used: float) -> bool:
-    """Whether a utilisation is above 1 beyond rounding, or not a number."""
-    return not used <= 1.0 + CLOSE
 
 
 @njit_leaf

@@ -26,10 +26,10 @@ from drivetrain.sizing.packed_task import INSTANTS, Indices, PackedTask
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 557889461,
+    "compiling.py": 2693116001,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2873394249,
+    "load_loops.py": 4217972974,
 }
 
 # Numbers of a load; then one average torque an exponent. NaN: not needed so far.

@@ -18,11 +18,12 @@ from drivetrain.sizing.packed_task import (
     MOVES,
     NEXT_WAY,
     SPEED,
+    STEP_SHARE,
     WAY,
     WEIGHT,
     Indices,
 )
-from drivetrain.sizing.vector_max import larger
+from drivetrain.sizing.vector_max import larger, smaller
 
 # Rows of a load's series; the last two hold the samples at rest alone, one after another.
 FORCE, DRIVING_LOAD, DRIVEN_LOAD, HELD_LOAD, START_LOAD, START_WAY, LOAD_SERIES = range(7)
@@ -207,3 +208,29 @@ def magnitude(values: Array) -> float:
     for t in range(len(values)):
         peak = larger(peak, abs(values[t]))
     return peak
+
+
+@njit_loop
+def least_figures(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
+    """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        least, most: Ends of the interval of the motor's torque [N m], (N,).
+
+    Returns:
+        [N m], [N^2 m^2 s], [N^2 m^2].
+    """
+    weight, share, peak, square, between = row[WEIGHT], row[STEP_SHARE], 0.0, 0.0, 0.0
+    for t in range(len(least)):
+        magnitude = larger(larger(least[t], -most[t]), 0.0)
+        peak = larger(peak, magnitude)
+        square += weight[t] * magnitude * magnitude
+    low, high, low_after, high_after = least[:-1], most[:-1], least[1:], most[1:]
+    for t in range(len(low)):
+        a = larger(low[t], 0.0) + smaller(high[t], 0.0)
+        b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
+        same = (a * a + a * b + b * b) * (1.0 / 3.0)
+        turned = 0.25 * larger(a * a, b * b)  # the least of the same sum over one of the two
+        between += share[t] * (same if a * b > 0.0 else turned)
+    return peak, square, between

@@ -19,21 +19,22 @@ from drivetrain.sizing.torque_kernels import constant_at, resistance
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "units.py": 562543157,
-    "compiling.py": 557889461,
+    "units.py": 4239343723,
+    "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2873394249,
-    "load_kernels.py": 1892452345,
-    "torque_kernels.py": 3451220589,
-    "check_numbers.py": 3525281127,
-    "check_kernels.py": 4398126,
-    "bound_kernels.py": 1655275469,
-    "judge_kernels.py": 3376758834,
-    "warm_bound.py": 2558181749,
+    "load_loops.py": 4217972974,
+    "load_kernels.py": 2531705965,
+    "torque_kernels.py": 3940003373,
+    "check_numbers.py": 1283387322,
+    "check_kernels.py": 1820890624,
+    "bound_kernels.py": 3999289047,
+    "judge_kernels.py": 2399876618,
+    "warm_bound.py": 285983250,
     "bearing_bound.py": 1668248093,
-    "propagation.py": 2785846717,
+    "sieve_kernel.py": 952213413,
+    "propagation.py": 1900986838,
 }
 
 FEW = 24  # candidates of a joint whose copper loss is counted one by one

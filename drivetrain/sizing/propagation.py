@@ -10,141 +10,54 @@ A joint whose load is decided has an interval without width; its cheapest candid
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.bearing_bound import WIDER, bearing_may_hold, least_bearing
-from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part, njit_unit
-from drivetrain.sizing.judge_kernels import (
-    ASK,
-    EXACT,
-    FALLS,
-    JUDGE,
-    LOAD,
-    POWER,
-    JointBounds,
-    JointLoad,
-    bound_joint,
-    judge_units,
-    least_energy,
-    may_hold,
-    new_bounds,
-    new_load,
-)
+from drivetrain.sizing.bearing_bound import WIDER, least_bearing
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
+from drivetrain.sizing.judge_kernels import ASK, EXACT, FALLS, JUDGE, LOAD, POWER, bound_joint
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.packed_task import PackedTask
-from drivetrain.sizing.units import address_of_unit, call_judge, call_load, call_power, call_sieve
-from drivetrain.sizing.warm_bound import stays_cool
+from drivetrain.sizing.sieve_kernel import (
+    JUDGED,
+    PASSES,
+    SIEVE,
+    TESTED,
+    UNKNOWN,
+    Choices,
+    Indices,
+    Memory,
+    Setting,
+    new_memory,
+)
+from drivetrain.sizing.units import call_judge, call_load, call_power, call_sieve
 
-Indices = NDArray[np.int64]
+__all__ = [
+    "ASKED", "EMPTY", "JUDGED", "OPEN", "PASSES", "TESTED", "TOO_DEAR", "Choices", "Indices", "Memory", "Setting",
+    "interval", "new_memory", "propagate", "range_of_numbers", "set_power", "settle",
+]  # fmt: skip
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "units.py": 562543157,
-    "compiling.py": 557889461,
+    "units.py": 4239343723,
+    "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
     "packed_task.py": 1550225454,
     "vector_max.py": 2907682659,
-    "load_loops.py": 2873394249,
-    "load_kernels.py": 1892452345,
-    "torque_kernels.py": 3451220589,
-    "check_numbers.py": 3525281127,
-    "check_kernels.py": 4398126,
-    "bound_kernels.py": 1655275469,
-    "judge_kernels.py": 3376758834,
-    "warm_bound.py": 2558181749,
+    "load_loops.py": 4217972974,
+    "load_kernels.py": 2531705965,
+    "torque_kernels.py": 3940003373,
+    "check_numbers.py": 1283387322,
+    "check_kernels.py": 1820890624,
+    "bound_kernels.py": 3999289047,
+    "judge_kernels.py": 2399876618,
+    "warm_bound.py": 285983250,
+    "sieve_kernel.py": 952213413,
     "bearing_bound.py": 1668248093,
 }
 
 OPEN, EMPTY, TOO_DEAR, ASKED = range(4)
-UNKNOWN = -1
-TESTED, JUDGED, PASSES, COUNTS = range(4)
-
-
-class Choices(NamedTuple):
-    """The candidates that are left at each joint, and what is known of them; n joints.
-
-    Attributes:
-        pool: Pairs by joint, those of joint j from ``first[j]``, ``size[j]`` of them, cheapest first.
-        cost: What each costs at least, in the order of the pool.
-        first, size: (n,).
-        least: What each joint costs at least, (n,).
-        known: Pair of each joint that is known to hold with its load decided, -1 for none, (n,).
-    """
-
-    pool: Indices
-    cost: Array
-    first: Indices
-    size: Indices
-    least: Array
-    known: Indices
-
-
-class Setting(NamedTuple):
-    """What a search minimises, and what hangs together.
-
-    Attributes:
-        share: What each pair adds to the objective whatever it does, (P,).
-        energy: What one joule a cycle adds.
-        loads: Whether the drive of joint k changes what is asked of joint j, (j, k).
-    """
-
-    share: Array
-    energy: float
-    loads: NDArray[np.bool_]
-
-
-class Memory(NamedTuple):
-    """Memory that every pass fills again.
-
-    Attributes:
-        low, high: Smallest and largest number of the drives left at each joint, (n, NUMBERS).
-        torque: Ends of the interval on one joint [N m], (2, N).
-        bounds: Of one joint.
-        load: Of one joint.
-        bearing: What the output bearing of one joint carries at least, (3,).
-        power: Of one drive [W], (N,).
-        verdicts: What was judged of the pairs of joints that no other drive loads: HOLDS, FALLS or UNKNOWN, (P,).
-        suspects: Pairs that once fell although the bounds let them pass, (P,).
-        exact: Whether a cost is that of the candidate at work, while costs are settled, (P,).
-        counts: Work done: candidates tested, candidates judged, passes, (COUNTS,).
-        units: Addresses of the kernels that judge, (3,).
-    """
-
-    low: Array
-    high: Array
-    torque: Array
-    bounds: JointBounds
-    load: JointLoad
-    bearing: Array
-    power: Array
-    verdicts: Indices
-    suspects: NDArray[np.bool_]
-    exact: NDArray[np.bool_]
-    counts: Indices
-    units: Indices
-
-
-def new_memory(task: PackedTask) -> Memory:
-    """Memory for the propagation of one task.
-
-    Args:
-        task: The packed study.
-
-    Returns:
-        Nothing in it yet.
-    """
-    n, _, samples = task.series.shape
-    empty = np.zeros((n, NUMBERS))
-    counts = np.zeros(COUNTS, dtype=np.int64)
-    load, power = new_load(task), np.zeros(samples)
-    verdicts = np.full(len(task.pairs), UNKNOWN, dtype=np.int64)
-    torque, suspects = np.zeros((2, samples)), np.zeros(len(task.pairs), dtype=np.bool_)
-    bounds, bearing = new_bounds(task), np.zeros(3)
-    return Memory(empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, suspects, suspects.copy(), counts, judge_units(task, load))
 
 
 @njit_leaf
@@ -212,49 +125,6 @@ def interval(task: PackedTask, setting: Setting, joint: int, low: Array, high: A
                 bottom[t] += at - wide
                 top[t] += at + wide
     return decided
-
-
-# long kernel: one joint's candidates in one pass, with what was ruled out closed up in place
-@njit_unit
-def sieve(
-    task: PackedTask, setting: Setting, choices: Choices, joint: int, limit: float, full: bool, memory: Memory
-) -> bool:
-    """Rule out the candidates of one joint that cannot be part of a set within a limit.
-
-    Args:
-        task: The packed study.
-        setting: What pairs cost, and which drives load which joints.
-        choices: The candidates; those of the joint are closed up.
-        joint: Index of the joint, its bounds in memory.
-        limit: Candidates that cost as much or more are out.
-        full: Test all candidates; else, where energy does not count, only those up to the cheapest that may hold.
-        memory: Bounds.
-
-    Returns:
-        Whether any is left.
-    """
-    begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
-    pool, cost = choices.pool, choices.cost
-    kept, lazy = begin, not full and setting.energy == 0.0
-    for at in range(begin, end):
-        pair = pool[at]
-        asked = setting.share[pair]
-        if setting.energy == 0.0 and asked >= limit:
-            break
-        if kept == begin or not lazy:
-            memory.counts[TESTED] += 1
-            if not bearing_may_hold(task, joint, pair, memory.bearing):
-                continue
-            if not (may_hold(task, joint, pair, memory.bounds) and stays_cool(task, joint, pair, memory.bounds)):
-                continue
-            if setting.energy != 0.0:
-                asked += setting.energy * least_energy(task, joint, pair, memory.bounds)
-                if asked >= limit:
-                    continue
-        pool[kept], cost[kept] = pair, asked
-        kept += 1
-    choices.size[joint] = kept - begin
-    return kept > begin
 
 
 @njit_leaf
@@ -369,6 +239,7 @@ def _all_decided(setting: Setting, memory: Memory) -> bool:
     return True
 
 
+@njit_entry
 def propagate(
     task: PackedTask, setting: Setting, choices: Choices, limit: float, full: int, passes: int, memory: Memory
 ) -> tuple[int, int]:
@@ -386,17 +257,6 @@ def propagate(
     Returns:
         OPEN; EMPTY and the joint at which nothing is left; TOO_DEAR; ASKED and the joint.
     """
-    sieves = address_of_unit(sieve, task, setting, choices, 0, limit, True, memory)
-    code, joint = _propagate(sieves, task, setting, choices, limit, full, passes, memory)
-    return code, joint
-
-
-@njit_entry
-def _propagate(
-    sieves: int, task: PackedTask, setting: Setting, choices: Choices, limit: float, full: int, passes: int,
-    memory: Memory,
-) -> tuple[int, int]:  # fmt: skip
-    """``propagate``, with the address of ``sieve``."""
     n = task.first.size - 1
     for joint in range(n):
         range_of_numbers(task, choices, joint, memory.low, memory.high)
@@ -409,7 +269,7 @@ def _propagate(
             least_bearing(task, setting.loads, joint, memory.low, memory.high, memory.bearing)
             room = limit - (_sum(choices.least) - choices.least[joint])
             tested = choices.size[joint] <= full
-            if not call_sieve(sieves, task, setting, choices, joint, room, tested, memory):
+            if not call_sieve(memory.units[SIEVE], task, joint, (setting, choices, room, tested), memory):
                 return EMPTY, joint
             alone = not _loaded(setting.loads, joint)
             # Short of a whole set the bounds are nearly as good as a judgement, and hundreds of times cheaper.

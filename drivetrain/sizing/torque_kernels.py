@@ -8,7 +8,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive import heat_state
-from drivetrain.sizing.compiling import njit_leaf, njit_loop, njit_part
+from drivetrain.sizing.compiling import njit_leaf, njit_loop
 from drivetrain.sizing.load_loops import DRIVEN_LOAD, DRIVING_LOAD, HELD_LOAD, START_LOAD, START_WAY
 from drivetrain.sizing.packed_rows import (
     CONSTANT,
@@ -57,7 +57,7 @@ TOTAL, START, SLOPE, HEAT, ROWS = 0, 1, 2, 3, 3 + heat_state.ROWS
 WINDING = HEAT + heat_state.WINDING
 
 
-@njit_part
+@njit_leaf
 def resistance(m: Array, temperature: float) -> float:
     """``winding_resistance``.
 
@@ -71,7 +71,7 @@ def resistance(m: Array, temperature: float) -> float:
     return m[RESISTANCE] * (1.0 + m[COPPER] * (temperature - m[REFERENCE]))
 
 
-@njit_part
+@njit_leaf
 def constant_at(m: Array, temperature: float) -> float:
     """``torque_constant``.
 
@@ -85,7 +85,7 @@ def constant_at(m: Array, temperature: float) -> float:
     return m[CONSTANT] * (1.0 + m[MAGNET] * (temperature - m[REFERENCE]))
 
 
-@njit_part
+@njit_leaf
 def breakaway(m: Array, way: float) -> float:
     """``breakaway_torque`` of a motor's shaft.
 
@@ -262,7 +262,7 @@ def heat_losses(row: Array, m: Array, ratio: float, curved: bool, scratch: Array
         losses[t] = 0.5 * (first[t] + second[t])
 
 
-@njit_part
+@njit_leaf
 def heat_numbers(m: Array, ambient: float, shares: Array, x: Array) -> None:
     """What ``heat_state`` asks of a motor.
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numba as nb
 from numba import types
+from numba.core import cgutils
 from numba.core.types import unliteral
 from numba.extending import intrinsic
 
@@ -100,17 +101,24 @@ def call_load(typing: Any, address: Any, task: Any, joint: Any, drives: Any, loa
 
 
 @_intrinsic
-def call_sieve(
-    typing: Any, address: Any, task: Any, setting: Any, choices: Any, joint: Any, limit: Any, full: Any, memory: Any
-) -> Any:
+def call_sieve(typing: Any, address: Any, task: Any, joint: Any, wanted: Any, memory: Any) -> Any:
     """Inside compiled code: rule out the candidates of a joint.
 
     Args:
         typing: Filled in by the compiler.
         address: Of the kernel.
-        task, setting, choices, joint, limit, full, memory: What it takes.
+        task, joint, memory: What it takes.
+        wanted: Setting, choices, limit, and whether all are tested.
 
     Returns:
         What the compiler needs to know.
     """
-    return _called(types.boolean, address, task, setting, choices, joint, limit, full, memory)
+    kinds = (task, *wanted.types[:2], unliteral(joint), *wanted.types[2:], memory)
+    write = _generator(types.boolean, kinds)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        setting, choices, limit, full = cgutils.unpack_tuple(builder, args[3])
+        given = [args[1], setting, choices, args[2], limit, full, args[4]]
+        return write(context, builder, signature, [args[0], *given])
+
+    return types.boolean(types.int64, task, unliteral(joint), wanted, memory), generate

@@ -15,6 +15,7 @@ from drivetrain.arrays import Array
 from drivetrain.sizing.bound_kernels import HIGH, LOW, OVER
 from drivetrain.sizing.compiling import njit_leaf, njit_loop, njit_part
 from drivetrain.sizing.load_kernels import JointBounds
+from drivetrain.sizing.load_loops import least_figures
 from drivetrain.sizing.packed_rows import (
     CONTINUOUS,
     COULOMB,
@@ -41,38 +42,17 @@ from drivetrain.sizing.packed_task import (
     RATE_BEFORE,
     RMS_FACTOR,
     SPEED,
-    STEP_SHARE,
     STEP_SPEED,
     STEP_SQUARE,
     TEMPERATURE_MARGIN,
     VOLTAGE_FACTOR,
     VOLTS,
-    WEIGHT,
     PackedTask,
 )
 from drivetrain.sizing.torque_kernels import constant_at, resistance
 from drivetrain.sizing.vector_max import larger, smaller
 
 STEPS = 8  # of the ladder; each adds a few percent of the one before
-
-
-@njit_loop
-def _least_figures(row: Array, least: Array, most: Array) -> tuple[float, float, float]:
-    """Largest magnitude, sum of weight times square, and mean square between samples that cannot be undercut."""
-    weight, share = row[WEIGHT], row[STEP_SHARE]
-    peak, square, between = 0.0, 0.0, 0.0
-    for t in range(len(least)):
-        magnitude = larger(larger(least[t], -most[t]), 0.0)
-        peak = larger(peak, magnitude)
-        square += weight[t] * magnitude * magnitude
-    low, high, low_after, high_after = least[:-1], most[:-1], least[1:], most[1:]
-    for t in range(len(low)):
-        a = larger(low[t], 0.0) + smaller(high[t], 0.0)
-        b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
-        same = (a * a + a * b + b * b) * (1.0 / 3.0)
-        turned = 0.25 * larger(a * a, b * b)  # the least of the same sum over one of the two
-        between += share[t] * (same if a * b > 0.0 else turned)
-    return peak, square, between
 
 
 @njit_part
@@ -148,7 +128,7 @@ def stays_cool(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> 
     m, g, limits = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]], task.tasks[joint]
     if np.isnan(m[INNER]) or np.isnan(m[MAX_WINDING]) or m[MAGNET] > 0.0:
         return True
-    peak, square, between = _least_figures(task.series[joint], bounds.scratch[LOW], bounds.scratch[HIGH])
+    peak, square, between = least_figures(task.series[joint], bounds.scratch[LOW], bounds.scratch[HIGH])
     share, loss, ambient = resting_share(m, len(task.shares), limits[DURATION]), 0.0, limits[AMBIENT]
     if limits[CURVED] == 0.0:
         turning = abs(g[RATIO])
