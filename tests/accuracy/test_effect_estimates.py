@@ -23,7 +23,8 @@ from drivetrain.effects.cogging import Cogging
 from drivetrain.effects.commanded_motion import CommandedMotion
 from drivetrain.effects.current_loop import CurrentLoop
 from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.effect import Effect, TaskSeries
+from drivetrain.effects.effect import Effect
+from drivetrain.effects.estimate import TaskSeries
 from drivetrain.effects.flexible_joint import FlexibleJoint
 from drivetrain.effects.mesh_loss import MeshLoss
 from drivetrain.effects.position_loop import PositionLoop

@@ -1,0 +1,151 @@
+"""The commands simulate and accuracy on a small study: pages, files, exit codes, resumption, faults all at once."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from drivetrain.cli import app
+from drivetrain.errors import InputError
+from drivetrain.simulation.recording import load_recording
+from drivetrain.study.load import load_study
+
+STUDY = """\
+schema_version: 1
+name: two links
+arm: planar-2r
+drive_mass: included
+motions:
+  swing:
+    unit: deg
+    profile: quintic
+    speed: 200 deg/s
+    acceleration: 800 deg/s^2
+    waypoints: [[0, 0], [40, 30], [0, 0]]
+    dwell: 50 ms
+cycle: [{motion: swing}]
+supply: {voltage: 48 V}
+amplifier: {current_basis: dc, peak_current: 40 A}
+motors:
+  big: {kind: brushless, current_basis: dc, winding_basis: line_line, torque_constant: 0.08 N m/A, resistance: 0.4 ohm,
+        inductance: 0.2 mH, rotor_inertia: 40 g cm^2, resistance_winding_housing: 1 K/W,
+        resistance_housing_ambient: 3 K/W, source: invented}
+gears:
+  steady: {kind: strain_wave, ratio: 100, efficiency: 80 %, inertia: 3 g cm^2, stiffness_1: 3e4 N m/rad,
+           source: invented}
+joints:
+  default: {drive: {motor: big, gear: steady}}
+"""
+
+
+def write(folder: Path, more: str = "") -> Path:
+    path = folder / "study.yaml"
+    path.write_text(STUDY + more, encoding="utf-8")
+    return path
+
+
+def run(*words: object) -> tuple[int, str]:
+    done = CliRunner().invoke(app, [str(word) for word in words])
+    return done.exit_code, done.output
+
+
+def test_simulate_writes_page_and_recording(tmp_path: Path) -> None:
+    code, output = run("simulate", write(tmp_path), "--out", tmp_path / "out", "--step", "1 ms")
+    assert code in (0, 1), output
+    assert "Plan of two links" in output and "verdict" in output
+    page = (tmp_path / "out" / "simulation.html").read_text(encoding="utf-8")
+    for word in ("The run", "Plan", "Loops", "anti-resonance", "<svg"):
+        assert word in page
+    recording = load_recording(tmp_path / "out" / "recording.npz")
+    assert recording.stopped_by is None
+    errors = [np.abs(recording[f"{j}.position"] - recording[f"{j}.command_position"]).max()
+              for j in recording.ending("command_position")]  # fmt: skip
+    assert 0.0 < max(errors) < 0.02
+
+
+def test_simulate_goes_on_from_a_recording(tmp_path: Path) -> None:
+    study = write(tmp_path)
+    whole, first, second = tmp_path / "whole", tmp_path / "first", tmp_path / "second"
+    assert run("simulate", study, "--out", whole, "--effects", "mesh_loss,heat", "--step", "1 ms")[0] in (0, 1)
+    run("simulate", study, "--out", first, "--effects", "mesh_loss,heat", "--step", "1 ms", "--duration", "200 ms")
+    code, output = run(
+        "simulate", study, "--out", second, "--effects", "mesh_loss,heat", "--step", "1 ms", "--resume",
+        first / "recording.npz",
+    )  # fmt: skip
+    assert code in (0, 1), output
+    ended = [load_recording(folder / "recording.npz") for folder in (whole, second)]
+    for name in ended[0].ending("current"):
+        assert ended[1][f"{name}.current"][-1] == pytest.approx(ended[0][f"{name}.current"][-1], rel=1e-9, abs=1e-12)
+
+
+def test_simulate_by_the_inverse_engine_and_with_effects_chosen(tmp_path: Path) -> None:
+    study = write(tmp_path, "simulation: {effects: auto, tolerance: 2 %, step: 1 ms}\n")
+    code, output = run("simulate", study, "--out", tmp_path / "auto")
+    assert code in (0, 1) and "effects: auto within 2 % left out" in output and "proven" in output
+    code, output = run("simulate", study, "--out", tmp_path / "inverse", "--solver", "inverse", "--effects", "none")
+    assert code == 0 and "Inverse" in output
+
+
+def test_accuracy_tells_effects_solvers_and_roads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from drivetrain.accuracy import solver_cost
+
+    kept = solver_cost.solver_cost.__kwdefaults__
+    quick = kept | {
+        "steps": (2e-3, 1e-3),
+        "precisions": (1e-4,),
+        "references": (1e-6, 1e-7),
+        "explicit": (),
+        "rounds": 1,
+    }
+    monkeypatch.setattr(solver_cost.solver_cost, "__kwdefaults__", quick)
+    code, output = run(
+        "accuracy", write(tmp_path, "simulation: {step: 1 ms}\n"), "--tolerance", "5%", "--out", tmp_path
+    )
+    assert code in (0, 1), output
+    assert "without joint spring" in output and "auto at 5 %" in output and "cheapest solver" in output
+    page = (tmp_path / "accuracy.html").read_text(encoding="utf-8")
+    for word in ("Effects", "effects: auto", "Solvers", "Inverse against forward", "Loops"):
+        assert word in page
+    found = json.loads((tmp_path / "accuracy.json").read_text(encoding="utf-8"))
+    assert found["job"] == "accuracy" and found["auto"]["tolerance"] == 0.05
+    assert {row["effect"] for row in found["effects"]["left_out"]} >= {"mesh loss", "joint spring", "rotor as a body"}
+    errors = [run["error"] for run in found["solvers"]["runs"]]
+    assert found["solvers"]["settled"] < min(errors) < 0.05
+    for joint in found["inverse_forward"].values():
+        assert joint["rms"][1] == pytest.approx(joint["rms"][0], rel=0.05)
+
+
+def test_faults_of_the_section_and_the_command_line_all_at_once(tmp_path: Path) -> None:
+    bad = write(tmp_path, "simulation: {effects: [springs, heet], tolerance: -1, slver: fixed, step: 1}\n")
+    with pytest.raises(InputError) as told:
+        load_study(bad)
+    problems = str(told.value)
+    for place in ("simulation.slver", "simulation.effects", "simulation.tolerance", "simulation.step"):
+        assert place in problems
+    assert "heat" in problems
+    code, output = run(
+        "simulate", write(tmp_path), "--effects", "heet", "--solver", "rk4", "--step", "-1 ms", "--out", tmp_path / "no"
+    )
+    assert code == 2
+    for word in ("--effects", "--solver", "--step"):
+        assert word in output
+    assert not (tmp_path / "no").exists()
+    assert run("simulate", write(tmp_path), "--from", "30 deg")[0] == 2
+    assert run("simulate", "planar-2r", "--solver", "inverse", "--out", tmp_path / "no")[0] == 2
+
+
+def test_a_study_says_what_it_wants_of_its_simulation(tmp_path: Path) -> None:
+    told = load_study(write(tmp_path, "simulation: {effects: none, tolerance: 3 %, tip_tolerance: 1 mm}\n")).simulation
+    assert told.effects == () and told.tolerance == pytest.approx(0.03) and told.tip_tolerance == pytest.approx(1e-3)
+    assert load_study(write(tmp_path)).simulation.effects == ("all",)
+
+
+def test_a_load_table_cannot_be_simulated() -> None:
+    study = Path(__file__).resolve().parents[2] / "examples" / "one_axis" / "study.yaml"
+    for command in ("simulate", "accuracy"):
+        code, output = run(command, study)
+        assert code == 2 and "arm" in output
