@@ -3,9 +3,9 @@
 Each scene is first shown to be the same: this package's adaptive engine at rtol 1e-10 against scipy's step control on
 the equations that MuJoCo itself evaluates. Then every method runs at several settings, all of them in turn, several
 times; the median of the process time counts. MuJoCo steps in C (``mujoco.rollout``), its model, data and controls made
-ready; here a run includes the start, a recording of all signals every 20 ms, and the energy audit.
+ready; here a run includes the start, a recording of all signals every 10 ms, and the energy audit.
 
-    python benchmarks/mujoco_motor.py [--repeats 7] [--picture mujoco_motor.png] [--check]
+    python benchmarks/mujoco_motor.py [--repeats 7] [--picture out/mujoco_motor.png] [--check]
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Measure, print the tables, draw the picture; with --check the exit code says whether MuJoCo is ever faster."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--repeats", type=int, default=7, help="runs of each setting, the median counts, default 7")
-    parser.add_argument("--picture", type=Path, default=Path("mujoco_motor.png"), help="where the diagram goes")
+    parser.add_argument("--picture", type=Path, default=Path("out/mujoco_motor.png"), help="where the diagram goes")
     parser.add_argument("--check", action="store_true", help="exit 1 where MuJoCo takes less time at an equal error")
     options = parser.parse_args(arguments)
     mujoco.set_mju_user_warning(lambda text: None)  # of steps that are too long: their errors are left out below
@@ -190,6 +190,7 @@ def draw(found: dict[str, list[Run]], picture: Path) -> None:
         ax.set_ylim(1e-8, 1.0)
         ax.grid(alpha=0.3)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=7)
+    picture.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(picture, dpi=110)
 
 

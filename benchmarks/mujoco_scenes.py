@@ -40,7 +40,7 @@ from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 
 WHAT = ("position", "current")
-INTERVAL = 0.02  # s, between two instants that are compared
+INTERVAL = 0.01  # s, between two instants that are compared
 INTEGRATORS = ("Euler", "implicitfast", "implicit", "discrete", "RK4")
 RESISTANCE, INDUCTANCE, CONSTANT, ROTOR, RATIO = 0.299, 8.2e-5, 0.0302, 3.3e-5, 100.0
 MASS, REACH, OWN, DRAG, G = 2.0, 0.5, 0.7, 1.0, 9.80665  # a pendulum: kg, m, kg m^2, N m s/rad, m/s^2

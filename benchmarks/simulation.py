@@ -1,17 +1,21 @@
 """What a simulated second costs: a six-axis arm with all its effects, one flexible joint, and each effect alone.
 
-    python benchmarks/simulation.py
+    python benchmarks/simulation.py [--picture out/simulation_cost.png] [--check]
 
 Seconds are those of this process alone, the best of several runs, at fixed steps of a millisecond.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
+import sys
 import time
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 import drivetrain as dt
 from drivetrain.drive.friction import Friction
@@ -37,6 +41,7 @@ from drivetrain.simulation.scene import Scene, joint_scene
 
 DURATION = 10.0  # s
 RUNS = 7
+TARGET = 500.0  # simulated seconds a second, with all effects
 RATIOS = (100.0, 100.0, 100.0, 80.0, 80.0, 80.0)
 ROTORS = (6e-5, 6e-5, 4e-5, 8e-6, 8e-6, 8e-6)  # kg m^2
 CONSTANTS = (0.12, 0.12, 0.12, 0.08, 0.08, 0.08)  # N m/A
@@ -101,22 +106,44 @@ def microseconds(scene: Scene) -> tuple[float, Recording]:
     return 1e6 * best / run.counters["steps"], run
 
 
-def main() -> None:
-    """Print the tables."""
-    names, before = list(joint_effects(0)), 0.0
+def main(arguments: list[str] | None = None) -> int:
+    """Print the tables, draw the picture; with --check the exit code says whether the target is met."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--picture", type=Path, default=Path("out/simulation_cost.png"), help="where the picture goes")
+    parser.add_argument("--check", action="store_true", help=f"exit 1 below {TARGET:g} simulated seconds a second")
+    options = parser.parse_args(arguments)
+    names, costs = list(joint_effects(0)), []
     print("UR5 with full rotors, computed torque; effects added one after another, in all six joints")
     print(f"{'':28}{'us a step':>10}{'added':>8}{'s a second':>12}")
     for count in range(len(names) + 1):
         cost, run = microseconds(six_axes(names[:count]))
         label = f"+ {names[count - 1]}" if count else "rotors and servo"
-        print(f"{label:28}{cost:10.2f}{cost - before if count else 0.0:8.2f}{1e3 / cost:12.0f}")
-        before = cost
+        print(f"{label:28}{cost:10.2f}{cost - costs[-1] if count else 0.0:8.2f}{1e3 / cost:12.0f}")
+        costs.append(cost)
         assert run.stopped_by is None
     print("\nOne joint with sticking friction and mesh loss")
     for flexible in (False, True):
         cost, _ = microseconds(one_joint(flexible))
         print(f"{'flexible' if flexible else 'rigid':28}{cost:10.2f}{'':8}{1e3 / cost:12.0f}")
+    draw(["rotors and servo", *(f"+ {name}" for name in names)], costs, options.picture)
+    print(f"\n{options.picture}")
+    return 0 if 1e3 / costs[-1] >= TARGET or not options.check else 1
+
+
+def draw(labels: list[str], costs: list[float], picture: Path) -> None:
+    """Time of a step against the number of effects; what is absent costs nothing."""
+    figure = Figure(figsize=(8.0, 3.6), layout="constrained")
+    ax = figure.subplots()
+    ax.barh(labels, costs, color="C0", label="all effects down to here")
+    ax.axvline(1e3 / TARGET, color="C3", ls="--", label=f"{TARGET:g} simulated seconds a second")
+    for row, cost in enumerate(costs):
+        ax.text(cost, row, f" {cost:.2f} us, {1e3 / cost:.0f} s a second", va="center")
+    ax.invert_yaxis()
+    ax.set_xlabel("time of a step of 1 ms, UR5, effects in all six joints [us]")
+    figure.legend(loc="outside upper center", ncols=2)
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(picture, dpi=110)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -54,4 +54,6 @@ def sliding_torque(coulomb: float, static: float, fall: float, exponent: float, 
         return static
     share = speed / fall
     power = share * share if exponent == 2.0 else share**exponent
+    if power > 700.0:  # numbers too small for their full digits take processors a hundred times as long
+        return coulomb
     return coulomb + (static - coulomb) * math.exp(-power)

@@ -16,10 +16,11 @@ from drivetrain.drive.friction import Friction, breakaway_torque, friction_torqu
 from drivetrain.drive.friction_kernel import friction_numbers, sliding_torque
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, TaskSeries
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/friction_kernel.py": 4258720363}
+SOURCES = {"drive/friction_kernel.py": 1646447732}
 
 
 @Compiled
