@@ -51,6 +51,8 @@ class GivenTorque(Effect):
     account = _account
 
     def __post_init__(self) -> None:
+        if self.side not in ("joint", "motor"):
+            raise InputError(Fault("GivenTorque.side", "must be joint or motor", self.side))
         time, torque = checked_array(self.time, (None,), "time"), checked_array(self.torque, (None,), "torque")
         if len(time) != len(torque) or not len(time) or (np.diff(time) < 0.0).any():
             raise InputError(Fault("time", "must be instants that never fall, one a torque [s]", time[:5].tolist()))

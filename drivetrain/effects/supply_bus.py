@@ -83,7 +83,9 @@ def _settle(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, word
     volts, out = x[words[row + 1]], row + 2 + 2 * joints
     if h <= 0.0:
         feed = min(max(drawn, 0.0), power) if volts <= nominal * (1.0 + 1e-9) else 0.0
-        burnt = volts * volts / resistance if volts > threshold else 0.0
+        burnt = volts * volts / resistance
+        if volts <= threshold * (1.0 + 1e-9):  # at the threshold it is switched on and off, and burns what comes back
+            burnt = min(max(-drawn, 0.0), burnt) if volts >= threshold * (1.0 - 1e-9) else 0.0
         signals[words[out]] = feed
         signals[words[out + 1]] = burnt
         signals[words[out + 2]] = drawn

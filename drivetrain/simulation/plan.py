@@ -80,6 +80,8 @@ def plan(scene: Scene) -> Plan:
         InputError: Signals that nobody gives or two set, loops, mechanics that contradict themselves, joints without
             inertia, meshes that jam, samples too fast to wait for.
     """
+    if not isinstance(scene, Scene):
+        raise InputError(Fault("scene", "must be a scene", type(scene).__name__, "scene_of makes one of a study"))
     ratios = ratios_of(scene)
     body = mechanics(scene, ratios)
     whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c)

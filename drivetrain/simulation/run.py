@@ -66,6 +66,9 @@ def simulate(
     engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
     if not isinstance(engine, Engine):
         raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
+    if not isinstance(resume, Recording | None):
+        hint = "load_recording reads one from its file"
+        raise InputError(Fault("resume", "must be a recording", type(resume).__name__, hint))
     check_positive("interval", interval, "s")
     ready = scene if isinstance(scene, Plan) else planned(scene)
     if duration is not None:

@@ -68,6 +68,7 @@ class Scene:
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
+        _check_kinds(self.body, self.effects)
         check_positive("duration", self.duration, "s")
         faults = []
         kept: dict[str, tuple[Effect, ...]] = {}
@@ -108,6 +109,21 @@ class Scene:
         return (self.body.turning,)
 
 
+def _check_kinds(body: object, effects: object) -> None:
+    """A body, and effects by name: what is neither has nothing that could be looked at further."""
+    faults = []
+    if not isinstance(body, Arm | Inertia):
+        faults.append(Fault("body", "must be an arm or an Inertia", body, "dt.load_arm reads an arm from its name"))
+    if not isinstance(effects, Mapping):
+        hint = "such as {'joint_1': (effect, effect), 'scene': (effect,)}"
+        faults.append(Fault("effects", "must be effects by the name of their joint", effects, hint))
+    else:
+        several = [(name, one) for name, one in effects.items() if not isinstance(one, Effect | Iterable)]
+        faults += [Fault(f"effects[{name!r}]", "must be effects", one) for name, one in several]
+    if faults:
+        raise InputError(faults)
+
+
 def joint_scene(
     inertia: Inertia | float, effects: Iterable[Effect], duration: float, *, position: Any = 0.0, speed: Any = 0.0
 ) -> Scene:
@@ -126,7 +142,9 @@ def joint_scene(
         InputError: Numbers that are none, or effects that are none.
     """
     body = inertia if isinstance(inertia, Inertia) else Inertia(inertia)
-    listed = tuple(effects)
+    if not isinstance(effects, Effect | Iterable):
+        raise InputError(Fault("effects", "must be a list of effects", effects))
+    listed = (effects,) if isinstance(effects, Effect) else tuple(effects)
     own = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "joint")
     whole = tuple(effect for effect in listed if getattr(effect, "scope", "joint") == "scene")
     named = {body.name: own, **({WHOLE: whole} if whole else {})}

@@ -11,6 +11,7 @@ from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.effects.rotor import ReflectedRotor
 from drivetrain.effects.supply_bus import StiffSupply, SupplyBus
 from drivetrain.errors import InputError
+from drivetrain.simulation.adaptive_engine import AdaptiveStep
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene
@@ -18,12 +19,12 @@ from drivetrain.simulation.scene import Inertia, Scene
 MOTOR = Motor(key="m", resistance=0.5, torque_constant=0.1)
 
 
-def braking(bus: SupplyBus, *, step: float = 1e-3):
+def braking(bus: SupplyBus, *, step: float = 1e-3, adaptive: bool = False):
     """A rotor of 50 J brought from 100 rad/s to rest in a second, its motor feeding back."""
     given = GivenCurrent(np.array([0.0, 1.0, 1.0]), np.array([-10.0, -10.0, 0.0]))
     joint = (ReflectedRotor(0.0, 1.0), MotorCurrent(MOTOR), given)
     scene = Scene(Inertia(0.01), {"joint": joint, "scene": (bus,)}, 1.2, speed=[100.0])
-    return simulate(scene, solver=FixedStep(step), interval=0.01)
+    return simulate(scene, solver=AdaptiveStep() if adaptive else FixedStep(step), interval=0.01)
 
 
 def test_what_is_fed_back_is_in_the_capacitor() -> None:
@@ -46,6 +47,16 @@ def test_the_resistor_caps_the_voltage_and_burns_the_rest() -> None:
     assert capped.series["scene.bus_voltage"].values.max() == pytest.approx(56.0, abs=0.01)
     assert capped.series["scene.brake_resistor_energy"].values[-1] > 5.0
     assert abs(capped.series["energy_error"].values).max() < 1e-3
+
+
+def test_at_the_threshold_the_resistor_burns_what_comes_back_in_either_engine() -> None:
+    """Switched on and off it burns far less than the 630 W of being on all the time."""
+    bus = SupplyBus(48.0, 0.002, threshold=56.0, resistance=5.0)
+    fixed, adaptive = braking(bus, step=1e-4), braking(bus, adaptive=True)
+    burnt = fixed.series["scene.brake_resistor_energy"].values[-1]
+    # The adaptive engine's powers are read at instants and summed between them.
+    assert adaptive.series["scene.brake_resistor_energy"].values[-1] == pytest.approx(burnt, rel=0.02)
+    assert abs(adaptive.series["energy_error"].values).max() < 0.02 * burnt
 
 
 def test_a_weak_source_lets_the_bus_sink() -> None:

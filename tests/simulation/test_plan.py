@@ -170,6 +170,25 @@ def test_wrong_joints_scopes_and_numbers_are_told_together() -> None:
     assert "elbow_joint" in told and "Odometer" in told and "glue" in told and "position" in told
 
 
+def test_what_is_no_scene_no_body_and_no_effects_is_told() -> None:
+    nonsense: Any = "ur5"
+    with pytest.raises(InputError) as told:
+        Scene(nonsense, nonsense, 1.0)
+    assert [fault.place for fault in told.value.faults] == ["body", "effects"]
+    for wrong in (None, 5):
+        anything: Any = wrong
+        with pytest.raises(InputError, match="effects"):
+            joint_scene(1.0, anything, 1.0)
+        with pytest.raises(InputError, match="effects"):
+            Scene(Inertia(1.0), {"joint": anything}, 1.0)
+        with pytest.raises(InputError, match="scene"):
+            plan(anything)
+    with pytest.raises(InputError, match="resume"):
+        simulate(joint_scene(1.0, [], 1.0), resume=nonsense)
+    with pytest.raises(InputError, match="joint or motor"):
+        GivenTorque(np.array([0.0]), np.array([1.0]), side="moter")
+
+
 def test_mechanics_that_contradict_are_told() -> None:
     spring = FlexibleJoint(Gear("s", 100.0, stiffness_1=1e4))
     with pytest.raises(InputError, match="no rotor inertia"):
