@@ -143,7 +143,7 @@ def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
         proof = "no set fits: " + "; ".join(check.remark for check in lacking)
     elif not tree.finished:
         proof = f"not proven: the search stopped after {tree.counters['nodes']} nodes without a set that fits"
-    advice = tuple(f"{check.remark}." for check in lacking)
+    advice = _put_aside(tree.problem, lacking)
     return Selection(
         study, {}, evaluation, math.nan, proof, FallenBeside(tree.problem, near.pairs), {},
         advice or _broken_rules(tree.problem) or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
@@ -161,9 +161,17 @@ def _lacking(problem: Problem) -> tuple[Check, ...]:
         if len(unknown):
             terms = " and ".join(name for name, _ in problem.wanted.weights)
             remark = f"none of the {len(unknown)} candidates of {task.name} has a known {terms}"
-        elif task.passed_over:
-            remark += f" ({'; '.join(task.passed_over)})"
         found.append(Check(f"candidates of {task.name}", 1.0, 0.0, "1", math.inf, Verdict.FAIL, remark=remark))
+    return tuple(found)
+
+
+def _put_aside(problem: Problem, lacking: tuple[Check, ...]) -> tuple[str, ...]:
+    """What keeps joints from having any candidate, with the rules of the study that put them aside."""
+    tasks, found = problem.packed.study.joints, []
+    without = [task for task, known in zip(tasks, problem.known, strict=True) if not len(known)]
+    for check, task in zip(lacking, without, strict=True):
+        rules = f" ({'; '.join(task.passed_over)})" if task.passed_over and not task.pairs else ""
+        found.append(f"{check.remark}{rules}.")
     return tuple(found)
 
 
