@@ -83,10 +83,11 @@ def _curve(
 
 def _ends(low: str, high: str, unit: str) -> tuple[float, float]:
     """Both ends of a range, their faults at once."""
-    from drivetrain.errors import InputError
+    from drivetrain.errors import Fault, InputError
     from drivetrain.units import quantity
 
-    read, faults = [], []
+    read: list[float] = []
+    faults: list[Fault] = []
     for text, option in ((low, "--from"), (high, "--to")):
         try:
             read.append(quantity(text, unit, option))

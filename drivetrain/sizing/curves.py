@@ -308,7 +308,8 @@ def _payload(study: Study, vary: Vary, name: str | None) -> str:
 def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, float], points: int) -> str:
     """The payload that is varied, along a range that can be walked."""
     low, high = span
-    faults, name = [], ""
+    faults: list[Fault] = []
+    name = ""
     try:
         name = _payload(study, vary, payload)
     except InputError as error:
