@@ -17,6 +17,8 @@ WORDS = {
     "mass": "mass of all drives",
 }  # fmt: skip
 
+NO_USE = 1e6  # a ratio by formula beyond this says only that the load turns nothing to speak of
+
 
 def free_ratio_report(found: FreeRatios) -> str:
     """The best ratios as a page.
@@ -54,7 +56,7 @@ def free_ratio_sentence(found: FreeRatios) -> str:
     text = f"With the best ratios the {WORDS[found.goal]} of the arm is {value}"
     more = found.alone / found.value - 1.0 if found.value else math.nan
     if math.isfinite(more):
-        small = f"{100.0 * more:.2g} %" if abs(more) >= 1e-6 else "less than a ten-thousandth of a percent"
+        small = f"{number(100.0 * more, 2)} %" if abs(more) >= 1e-6 else "less than a ten-thousandth of a percent"
         text += f"; with every joint at the best for its own motor it is {small} more"
     return text + "."
 
@@ -84,7 +86,7 @@ def _value(found: FreeRatios, value: float) -> str:
 
 
 def _loss(share: float) -> str:
-    return DASH if math.isnan(share) else f"{100.0 * share:.2g}\u00a0%"
+    return DASH if math.isnan(share) else f"{number(100.0 * share, 2)}\u00a0%"
 
 
 def _table(found: FreeRatios) -> SheetTable:
@@ -92,7 +94,7 @@ def _table(found: FreeRatios) -> SheetTable:
     for one in found.joints:
         mass = one.gear.mass
         rows.append((
-            one.joint, one.motor, number(one.best), number(one.alone), number(one.low),
+            one.joint, one.motor, number(one.best), DASH if one.alone > NO_USE else number(one.alone), number(one.low),
             number(one.high), one.ended_by, with_unit(one.gear.repeated_peak_torque, "N m"), with_unit(mass, "kg"),
             Chip(str(one.verdict), CSS[one.verdict]),
         ))  # fmt: skip

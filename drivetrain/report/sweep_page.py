@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import pandas as pd
 
+from drivetrain.report.best_sets import HEADINGS
 from drivetrain.report.figures_sweep import sweep_svg
 from drivetrain.report.quantities import DASH, number, percent
 from drivetrain.report.sections import Chip, Section, SheetTable
@@ -13,6 +14,7 @@ from drivetrain.report.sheet import sheet
 from drivetrain.study.study import Study
 
 MOST_ROWS = 500
+SAME = "as the last above"
 LABELS = {"mass": "mass of all drives [kg]", "price": "price of all drives", "energy": "energy a cycle [J]"}
 _CSS = {"PASS": "pass", "MARGINAL": "marginal", "FAIL": "fail"}
 
@@ -33,8 +35,12 @@ def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> s
     fits = int(results["feasible"].sum())
     lead = f"{fits} of {len(results)} points fit."
     shown = results.head(MOST_ROWS)
-    headings = (*names, "verdict", label, "largest utilisation", "nearest limit", "drives or what is wrong")
-    table = SheetTable(headings, tuple(_row(row, names) for _, row in shown.iterrows()))
+    headings = (
+        *names, "verdict", HEADINGS.get(study.objective, "objective"), "highest utilisation", "nearest limit",
+        "drives or what is wrong",
+    )  # fmt: skip
+    numeric = (len(names) + 1, len(names) + 2)
+    table = SheetTable(headings, _rows(shown, names), numeric=numeric)
     notes = ("The shards hold every point; " + f"the first {MOST_ROWS} are shown here.",) * (len(results) > MOST_ROWS)
     figures = ((picture, "Each mark is one point; crosses: nothing fits there."),) if picture else ()
     return sheet(
@@ -42,7 +48,21 @@ def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> s
     )
 
 
-def _row(row: pd.Series, names: Sequence[str]) -> tuple[str | Chip, ...]:
+def _rows(results: pd.DataFrame, names: Sequence[str]) -> tuple[tuple[str | Chip, ...], ...]:
+    """The points; of drives only what differs from the last point above that has some."""
+    rows, before = [], dict[str, str]()
+    for _, row in results.iterrows():
+        told = str(row["drives"] or "")
+        drives = dict(part.partition(": ")[::2] for part in told.split("; ")) if told else {}
+        changed = [f"{joint}: {pair}" for joint, pair in drives.items() if before.get(joint) != pair]
+        same = bool(before) and len(changed) < len(drives)
+        text = "; ".join(changed) or SAME
+        rows.append(_row(row, names, f"{SAME} but {text}" if same and changed else text if drives else ""))
+        before = drives or before
+    return tuple(rows)
+
+
+def _row(row: pd.Series, names: Sequence[str], drives: str) -> tuple[str | Chip, ...]:
     """One point as texts."""
     verdict = str(row["verdict"])
     nearest = " of ".join(part for part in (row["binding_check"], row["binding_joint"]) if part)
@@ -52,5 +72,5 @@ def _row(row: pd.Series, names: Sequence[str]) -> tuple[str | Chip, ...]:
         number(row["objective"]) if row["feasible"] else DASH,
         percent(row["utilisation"]) if row["utilisation"] == row["utilisation"] else DASH,
         nearest or DASH,
-        str(row["fault"] or row["drives"] or row["proof"]),
+        str(row["fault"] or drives or row["proof"]),
     )

@@ -8,9 +8,11 @@ import runpy
 from pathlib import Path
 
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
+from drivetrain.study.load import load_study
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = sorted(path.parent.name for path in ROOT.glob("examples/*/study.yaml"))
@@ -40,6 +42,18 @@ def test_example_gives_the_report_of_the_gallery(name: str, tmp_path: Path, monk
             assert (check["utilisation"] is None) == (old["utilisation"] is None), f"{joint}: make gallery"
             if old["utilisation"] is not None:
                 assert check["utilisation"] == pytest.approx(old["utilisation"], rel=1e-6, abs=1e-9), "make gallery"
+
+
+def test_trade_offs_are_of_the_same_task() -> None:
+    folder = ROOT / "examples" / "ur5_pick_and_place"
+    plain, more = (yaml.safe_load((folder / f"{name}.yaml").read_text("utf-8")) for name in ("study", "tradeoffs"))
+    assert set(more) - set(plain) == {"tolerances", "selection"}
+    assert {k: v for k, v in more.items() if k in plain and k != "name"} == {
+        k: v for k, v in plain.items() if k != "name"
+    }
+    kept = json.loads((ROOT / "reports" / "ur5_pick_and_place_tradeoffs" / "result.json").read_text(encoding="utf-8"))
+    assert load_study(folder / "tradeoffs.yaml").digest == kept["digest"], "the study changed: make gallery"
+    assert {"front", "curves", "robustness"} <= set(kept)
 
 
 @pytest.mark.parametrize("page", [*CHAPTER, *RUNS], ids=lambda page: page.stem)
