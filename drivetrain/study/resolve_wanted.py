@@ -53,7 +53,9 @@ def resolve_trade_offs(
     """
     curves = form.selection.curves
     carried = () if cycle is None else cycle.payload_names
-    heavy = cycle is None or (form.arm is not None and any(payloads[name].mass > 0.0 for name in carried))
+    # A payload that is missing here is one whose own faults are told.
+    weighs = [name not in payloads or payloads[name].mass > 0.0 for name in carried]
+    heavy = cycle is None or (form.arm is not None and any(weighs))
     for index, curve in enumerate(curves):
         place = ("selection", "curves", index)
         if curve.vary == "payload" and not heavy:
