@@ -20,11 +20,11 @@ from drivetrain.sizing.load_kernels import load_joint, new_load
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.packed_task import Packed
 from drivetrain.sizing.problem import problem
-from drivetrain.sizing.results import Verdict
 from drivetrain.sizing.search_tree import Tree
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.mounting import carrier_link, carrying, drive_body, emptied, joint_axis, mount_point
 from drivetrain.study.study import DriveMass
+from drivetrain.study.verdicts import Verdict
 
 DEPTH = 32  # multiply-adds of a number between its load and its store
 

@@ -148,7 +148,6 @@ if TYPE_CHECKING:
     from drivetrain.sizing.ratio import ratio_studies as ratio_studies
     from drivetrain.sizing.ratio import ratio_study as ratio_study
     from drivetrain.sizing.results import DriveSet as DriveSet
-    from drivetrain.sizing.results import Verdict as Verdict
     from drivetrain.sizing.robust_selection import robust_select as robust_select
     from drivetrain.sizing.search import select as select
     from drivetrain.sizing.trade_offs import trade_offs as trade_offs
@@ -172,6 +171,7 @@ if TYPE_CHECKING:
     from drivetrain.study.schema import json_schema as json_schema
     from drivetrain.study.study import Wanted as Wanted
     from drivetrain.study.tolerances import Tolerances as Tolerances
+    from drivetrain.study.verdicts import Verdict as Verdict
     from drivetrain.sweep.points import read_sweep as read_sweep
     from drivetrain.sweep.run import run_sweep as run_sweep
     from drivetrain.sweep.shards import read_results as read_results
@@ -318,7 +318,7 @@ _HOME = {
     "ratio_studies": "sizing.ratio",
     "ratio_study": "sizing.ratio",
     "DriveSet": "sizing.results",
-    "Verdict": "sizing.results",
+    "Verdict": "study.verdicts",
     "robust_select": "sizing.robust_selection",
     "select": "sizing.search",
     "robustness": "sizing.uncertainty",

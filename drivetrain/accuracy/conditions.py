@@ -20,7 +20,8 @@ from drivetrain.dynamics.kinematics import body_jacobian
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.effects.bounds import mean_of, rms_of
 from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.effect import Conditions, Effect, Place, TaskSeries
+from drivetrain.effects.effect import Effect, Place
+from drivetrain.effects.estimate import Conditions, TaskSeries
 from drivetrain.effects.mesh_loss import MeshLoss
 from drivetrain.effects.position_loop import PositionLoop
 from drivetrain.effects.viscous_friction import ViscousFriction

@@ -25,7 +25,8 @@ from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.checks_motor import ELECTRIC_CHECKS, motor_peak_torque, motor_speed
 from drivetrain.sizing.demand import JointDemand
 from drivetrain.sizing.operation import Operation
-from drivetrain.sizing.results import Check, Evaluation, JointResult
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.verdicts import Check
 
 CHECKS = (motor_speed, motor_peak_torque, *ELECTRIC_CHECKS)
 """Checks of a study that simulated currents, voltages and temperatures can be held against."""

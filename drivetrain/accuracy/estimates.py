@@ -14,7 +14,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level
 from drivetrain.effects.bounds import OVERSHOOT, bounded, rms_of
-from drivetrain.effects.effect import Effect, Estimate
+from drivetrain.effects.effect import Effect
+from drivetrain.effects.estimate import Estimate
 from drivetrain.effects.flexible_joint import FlexibleJoint
 from drivetrain.simulation.cost_results import Change, Choice
 from drivetrain.simulation.inverse import demanded

@@ -13,7 +13,8 @@ import numpy as np
 from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.spring_kernel import spring, spring_numbers
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Role, Shape, Signal
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shape, Signal
+from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.

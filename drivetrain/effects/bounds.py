@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.effects.effect import Conditions, Estimate, TaskSeries
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 
 OVERSHOOT = 1.2  # of a position loop damped critically, behind a step of torque: 1 + exp(-2), and a little
 JUMP = 1e-9  # s: two samples so close are the two sides of a jump

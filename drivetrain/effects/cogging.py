@@ -11,7 +11,8 @@ import numpy as np
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Signal, TaskSeries
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.errors import Fault, InputError
 
 

@@ -13,23 +13,13 @@ from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded, lagging
-from drivetrain.effects.effect import (
-    Compiled,
-    Conditions,
-    Effect,
-    Estimate,
-    Place,
-    Ports,
-    Role,
-    State,
-    TaskSeries,
-    TimeScale,
-)
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, State, TimeScale
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/current_loop_kernel.py": 1641158789}
+SOURCES = {"drive/current_loop_kernel.py": 3017137500}
 
 HOT = 200.0  # K over the air
 

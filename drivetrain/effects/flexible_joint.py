@@ -17,19 +17,8 @@ from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.spring_kernel import spring, spring_numbers
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded, swinging
-from drivetrain.effects.effect import (
-    Compiled,
-    Conditions,
-    Effect,
-    Estimate,
-    Place,
-    Ports,
-    Role,
-    Shape,
-    Signal,
-    TaskSeries,
-    TimeScale,
-)
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shape, Signal, TimeScale
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.

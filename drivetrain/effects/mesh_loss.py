@@ -11,7 +11,8 @@ import numpy as np
 from drivetrain.drive.gear import Gear, mesh_factors
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Shape, TaskSeries
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Shape
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 
 
 @Compiled

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from drivetrain.effects.effect import NOTHING, Conditions, Effect, Estimate, Place, Ports, Shape
+from drivetrain.effects.effect import NOTHING, Effect, Place, Ports, Shape
+from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.errors import Fault, InputError
 
 

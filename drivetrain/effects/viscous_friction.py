@@ -11,7 +11,8 @@ import numpy as np
 from drivetrain.drive.friction import Friction
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, Role, Signal, TaskSeries
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 
 
 @Compiled

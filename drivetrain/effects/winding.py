@@ -10,17 +10,8 @@ from typing import Any
 from drivetrain.drive.electrical import current_reach
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import (
-    Compiled,
-    Conditions,
-    Effect,
-    Estimate,
-    Place,
-    Ports,
-    Role,
-    State,
-    TimeScale,
-)
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, State, TimeScale
+from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.

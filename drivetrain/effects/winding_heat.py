@@ -14,7 +14,8 @@ import numpy as np
 
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Conditions, Effect, Estimate, Place, Ports, State, TimeScale
+from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.errors import Fault, InputError
 
 SHARE = 0.005  # of the winding's time constant, between two steps

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from drivetrain.arrays import Array
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.sizing.results import Check, Verdict, worst
+from drivetrain.study.verdicts import Check, Verdict, worst
 
 QUANTITIES = ("peak current", "RMS current", "RMS torque", "winding temperature", "tip deviation")
 """What a decision rests on; the last is of the whole scene, the others of each joint."""

@@ -12,9 +12,10 @@ from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.judge import ESSENTIAL
 from drivetrain.sizing.nearest import SUPPLY, Nearest
-from drivetrain.sizing.results import Check, Evaluation, Verdict
+from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.smallest_change import Steps, first_passing
 from drivetrain.study.change import TaskChange, changed
+from drivetrain.study.verdicts import Check, Verdict
 
 SLOWEST = 10.0  # times the cycle's length; slower is another task
 HIGHEST = 10.0  # times the supply's voltage

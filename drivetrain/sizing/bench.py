@@ -20,9 +20,10 @@ from drivetrain.sizing.evaluate import evaluated
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
 from drivetrain.sizing.operation import Operation, operation
-from drivetrain.sizing.results import Check, Evaluation, Verdict
+from drivetrain.sizing.results import Evaluation
 from drivetrain.study.change import TaskChange
 from drivetrain.study.study import Study
+from drivetrain.study.verdicts import Check, Verdict
 
 AS_IT_IS = TaskChange()
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.results import Check, Verdict
+from drivetrain.study.verdicts import Check, Verdict
 
 
 class Limit(NamedTuple):

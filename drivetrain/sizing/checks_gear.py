@@ -5,7 +5,7 @@ from __future__ import annotations
 from drivetrain.drive.gear import Gear, gear_life, torque_exponent
 from drivetrain.sizing.checks import Limit, Peak, held, reported
 from drivetrain.sizing.operation import Operation
-from drivetrain.sizing.results import Check
+from drivetrain.study.verdicts import Check
 
 HOUR = 3600.0  # s
 

@@ -11,7 +11,7 @@ from drivetrain.drive.motor import Motor, stall_torque
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.sizing.checks import Limit, held, judged, peak, reported
 from drivetrain.sizing.operation import Operation
-from drivetrain.sizing.results import Check, Verdict
+from drivetrain.study.verdicts import Check, Verdict
 
 NO_SHORT_TIME = "the sheet prints no short-time limit"
 

@@ -9,7 +9,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Supply
 from drivetrain.sizing.checks import Limit, held, peak
-from drivetrain.sizing.results import Check
+from drivetrain.study.verdicts import Check
 
 
 def supply_checks(

@@ -13,9 +13,10 @@ from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import joint_result, placed
 from drivetrain.sizing.objectives import criteria, weighted
 from drivetrain.sizing.operation import operation
-from drivetrain.sizing.results import Check, Evaluation, JointResult
+from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import DriveMass, Study
+from drivetrain.study.verdicts import Check
 
 Pair = tuple[str, str]
 Given = tuple[str, str | None]

@@ -11,7 +11,7 @@ from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.packed_task import Packed
-from drivetrain.sizing.results import Check, Verdict
+from drivetrain.study.verdicts import Check, Verdict
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,8 @@ from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
 from drivetrain.sizing.judge_kernels import ASKED, HELD, LACKS, judge_all, new_load
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.packed_task import Indices, Packed, chosen_numbers
-from drivetrain.sizing.results import Fallen, Verdict
+from drivetrain.sizing.results import Fallen
+from drivetrain.study.verdicts import Verdict
 
 NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
 

@@ -8,8 +8,8 @@ from enum import StrEnum
 from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.gear_family import GearFamily
-from drivetrain.sizing.results import Verdict
 from drivetrain.study.study import Study
+from drivetrain.study.verdicts import Verdict
 
 
 class Goal(StrEnum):

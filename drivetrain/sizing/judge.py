@@ -11,7 +11,8 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.checks_gear import GEAR_CHECKS
 from drivetrain.sizing.checks_motor import ELECTRIC_CHECKS, SPEED_CHECKS, TORQUE_CHECKS
 from drivetrain.sizing.operation import Operation
-from drivetrain.sizing.results import Check, JointResult, Verdict
+from drivetrain.sizing.results import JointResult
+from drivetrain.study.verdicts import Check, Verdict
 
 STAGES = (GEAR_CHECKS, SPEED_CHECKS, TORQUE_CHECKS, ELECTRIC_CHECKS)
 """From cheap to dear: what needs no motor torque, what needs no temperature, and the rest."""

@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterable, Mapping
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.results import Check, JointResult
+from drivetrain.sizing.results import JointResult
 from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import Study, Wanted
+from drivetrain.study.verdicts import Check
 
 TERMS = ("mass", "price", "energy")
 """What an objective may be made of; a set's ``utilisation`` is told beside them."""

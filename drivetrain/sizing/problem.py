@@ -17,9 +17,10 @@ from drivetrain.sizing.objectives import weight_of
 from drivetrain.sizing.packed_task import Packed, chosen_numbers
 from drivetrain.sizing.power_bound import least_power
 from drivetrain.sizing.propagation import Choices, Indices, Memory, Setting, new_memory, set_power
-from drivetrain.sizing.results import Evaluation, Verdict
+from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.spare_parts import Rule, rules_of
 from drivetrain.study.study import DriveMass, Wanted
+from drivetrain.study.verdicts import Verdict
 
 CLOSE = 1e-9  # to the limit: what is nearer is asked of the exact road
 

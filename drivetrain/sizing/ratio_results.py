@@ -11,8 +11,8 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.matching import LoadMatch, RatioRange
-from drivetrain.sizing.results import Verdict
 from drivetrain.study.study import Study
+from drivetrain.study.verdicts import Verdict
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,48 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.study.study import Study
-
-
-class Verdict(StrEnum):
-    """What a check says. NOT CHECKED means that data are missing; it never counts as a pass."""
-
-    PASS = "PASS"
-    MARGINAL = "MARGINAL"
-    FAIL = "FAIL"
-    NOT_CHECKED = "NOT CHECKED"
-
-
-@dataclass(frozen=True)
-class Check:
-    """One limit held against the task.
-
-    Attributes:
-        name: Of the check, such as ``motor peak torque``.
-        required: What the task asks, safety factor included [unit]; None when it could not be computed.
-        available: What the part can do [unit]; None when the sheet does not say.
-        unit: Of both, SI with the usual prefixes (``N m``, ``A``, ``rad/s``, ``C``, ``h``).
-        utilisation: Required over available, or the equivalent for temperatures and lives; 1 is the limit; None when
-            not checked.
-        verdict: See ``Verdict``.
-        time: Instant in the cycle at which it is closest to its limit [s]; None when it belongs to no instant.
-        source: Where the limit comes from.
-        remark: What a reader should know: why it was not checked, an assumption, the mend.
-    """
-
-    name: str
-    required: float | None
-    available: float | None
-    unit: str
-    utilisation: float | None
-    verdict: Verdict
-    time: float | None = None
-    source: str = ""
-    remark: str = ""
+from drivetrain.study.verdicts import Check, Verdict, worst
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,22 +89,6 @@ class JointResult:
         """The check closest to, or furthest over, its limit; None when nothing was checked."""
         judged = [check for check in self.checks if check.utilisation is not None]
         return max(judged, key=lambda check: check.utilisation or 0.0, default=None)
-
-
-def worst(verdicts: object) -> Verdict:
-    """The worst of some verdicts: FAIL, then MARGINAL, then PASS; NOT CHECKED only when nothing was checked.
-
-    Args:
-        verdicts: An iterable of verdicts.
-
-    Returns:
-        One verdict for all.
-    """
-    found = set(verdicts)  # type: ignore[call-overload]
-    for verdict in (Verdict.FAIL, Verdict.MARGINAL, Verdict.PASS):
-        if verdict in found:
-            return verdict
-    return Verdict.NOT_CHECKED
 
 
 @dataclass(frozen=True, eq=False)

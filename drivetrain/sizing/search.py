@@ -16,10 +16,11 @@ from drivetrain.sizing.evaluate import evaluated
 from drivetrain.sizing.nearest import nearest_set
 from drivetrain.sizing.packed_task import pack
 from drivetrain.sizing.problem import Problem, problem
-from drivetrain.sizing.results import Check, DriveSet, Evaluation, Selection, Verdict
+from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.sizing.search_tree import Found, Tell, Tree
 from drivetrain.sizing.spare_parts import narrowed_by
 from drivetrain.study.study import Study, Wanted
+from drivetrain.study.verdicts import Check, Verdict
 
 OPTIMAL = "optimal"
 ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none

@@ -19,9 +19,10 @@ from drivetrain.sizing.bench import Bench, Worst, with_ratio, worst_of
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.judge import judge
 from drivetrain.sizing.ratio_results import NearGear
-from drivetrain.sizing.results import Evaluation, Verdict, worst
+from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.why_not_results import SmallestChange
 from drivetrain.study.change import TaskChange, changed
+from drivetrain.study.verdicts import Verdict, worst
 
 MOST = 10.0  # times slower, times the voltage, times the ratio or a tenth of it: beyond, it is another task
 STEPS, RATIO_STEPS = 32, 64

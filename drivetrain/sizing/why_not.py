@@ -14,13 +14,14 @@ from drivetrain.sizing.bench import Bench, lacking, worst_of
 from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.evaluate import NO_GEAR, Pair
 from drivetrain.sizing.judge import joint_result, judge
-from drivetrain.sizing.results import JointResult, Selection, Verdict
+from drivetrain.sizing.results import JointResult, Selection
 from drivetrain.sizing.search import select
 from drivetrain.sizing.smallest_change import smallest_changes
 from drivetrain.sizing.why_not_results import PairAnswer, SmallestChange, Standing, WhyNot
 from drivetrain.study.mounting import drive_mass
 from drivetrain.study.put_aside import put_aside
 from drivetrain.study.study import DriveMass, JointTask, Study
+from drivetrain.study.verdicts import Verdict
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from drivetrain.sizing.ratio_results import NearGear
-from drivetrain.sizing.results import Check, JointResult, Selection
+from drivetrain.sizing.results import JointResult, Selection
 from drivetrain.study.study import Study
+from drivetrain.study.verdicts import Check
 
 
 class Standing(StrEnum):

@@ -8,7 +8,8 @@ import pytest
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.effect import Conditions, Effect, Place
+from drivetrain.effects.effect import Effect, Place
+from drivetrain.effects.estimate import Conditions
 from drivetrain.effects.flexible_joint import FlexibleJoint
 from drivetrain.effects.given_torque import GivenTorque
 from drivetrain.effects.mesh_loss import MeshLoss

@@ -15,8 +15,9 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.sizing.results import Check, Evaluation, Fallen, JointResult, JointSeries, Selection, Verdict
+from drivetrain.sizing.results import Evaluation, Fallen, JointResult, JointSeries, Selection
 from drivetrain.study.study import GearAssumption, JointTask, MotorAssumption, Mount, Safety, Study
+from drivetrain.study.verdicts import Check, Verdict
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow")
 SIZES = (3.0, 2.5, 2.0)

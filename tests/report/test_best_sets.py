@@ -18,8 +18,9 @@ from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
 from drivetrain.report.table import verdict_lines
 from drivetrain.report.words import objective_text
-from drivetrain.sizing.results import Check, DriveSet, Evaluation, Selection, Verdict
+from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.study.study import Wanted
+from drivetrain.study.verdicts import Check, Verdict
 
 
 @pytest.fixture

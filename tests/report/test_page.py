@@ -16,7 +16,8 @@ from drivetrain.report.fallen_columns import fallen_columns
 from drivetrain.report.page import html_report
 from drivetrain.report.views import anchor, check_rows, nearest_misses
 from drivetrain.report.words import MODEL_LIMITS, check_sentence, headline, overall_sentence
-from drivetrain.sizing.results import Check, Evaluation, Selection, Verdict
+from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.study.verdicts import Check, Verdict
 
 VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr"}
 

@@ -13,13 +13,12 @@ from drivetrain.arm.coupling import belts_over, differential, placed, with_coupl
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.drive.friction import Friction
-from drivetrain.errors import InputError
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.load_basis import loading_drives
-from drivetrain.sizing.results import Verdict
 from drivetrain.sizing.search import select
 from drivetrain.study.study import Mount
+from drivetrain.study.verdicts import Verdict
 
 GROUP = (1, 2)
 NAMES = ("j2", "j3")

@@ -12,8 +12,9 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.results import Check, Evaluation, JointResult, Verdict
+from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.study import GearAssumption, MotorAssumption, Safety
+from drivetrain.study.verdicts import Check, Verdict
 
 LOAD = 0.4  # kg m^2 at the gear's output
 TOP = 4.0  # rad/s

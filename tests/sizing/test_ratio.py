@@ -16,8 +16,8 @@ from drivetrain.drive.matching import scaled_gear
 from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.ratio import NEAR_GEARS, chosen_drives, ratio_studies, ratio_study
-from drivetrain.sizing.results import Verdict
 from drivetrain.study.study import DriveMass, Mount
+from drivetrain.study.verdicts import Verdict
 
 JOINT = "j2"
 

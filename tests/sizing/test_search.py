@@ -12,9 +12,9 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.results import Verdict
 from drivetrain.sizing.search import select
 from drivetrain.study.study import DriveMass, Mount, Wanted
+from drivetrain.study.verdicts import Verdict
 
 
 def random_catalog(make, rng, motors=3, gears=3, strong=1.0):

@@ -17,10 +17,10 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.packed_task import pack
 from drivetrain.sizing.problem import Problem, problem
-from drivetrain.sizing.results import Check, Verdict
 from drivetrain.sizing.search import select
 from drivetrain.sizing.search_tree import Tree
 from drivetrain.study.study import DriveMass, JointTask, Mount, Safety, Study, Wanted
+from drivetrain.study.verdicts import Check, Verdict
 
 OBJECTIVES = (
     (("mass", 1.0),),

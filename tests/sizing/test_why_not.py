@@ -15,11 +15,11 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.bench import Bench, Worst, worst_of
 from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.results import Check, Verdict
 from drivetrain.sizing.smallest_change import first_passing
 from drivetrain.sizing.why_not import why_not
 from drivetrain.sizing.why_not_results import Standing
 from drivetrain.study.change import TaskChange, changed
+from drivetrain.study.verdicts import Check, Verdict
 
 
 def weak_catalog(make):
