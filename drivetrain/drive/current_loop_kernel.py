@@ -114,7 +114,7 @@ def loop_step(current: float, integral: float, h: float, volts: float, loop: Loo
         trial = min(trial, left)
         limit = held_at(current, integral, volts, kp, command, forward)
         i, z, mean = stretch(current, integral, trial, limit, loop)
-        if trial > SMALLEST * h:
+        if trial > SMALLEST * h and volts < math.inf:
             i_half, z_half, _ = stretch(current, integral, 0.5 * trial, limit, loop)
             same = held_at(i, z, volts, kp, command, forward) == limit
             if not (same and held_at(i_half, z_half, volts, kp, command, forward) == limit):

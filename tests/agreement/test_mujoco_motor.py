@@ -47,8 +47,8 @@ NAMES = ("voltage", "bristles", "without inductance", "with inductance")
 def test_the_equations_are_the_same(both, twins, name: str) -> None:
     """MuJoCo's own accelerations and current rates under scipy's step control, against the adaptive engine."""
     ours = both.run_ours(twins[name], AdaptiveStep(Rodas4(1e-9)))
-    # Both hold 1e-9 a step; LuGre friction bends at each reversal, which costs either some digits.
-    assert both.error(ours, both.reference(twins[name], rtol=1e-9)) < 1e-7
+    # Tolerances of a step are 1e-9 and 1e-10; over some thousand steps, jumps and reversals, errors add up.
+    assert both.error(ours, both.reference(twins[name])) < 1e-7
 
 
 @pytest.mark.parametrize("name", NAMES)
