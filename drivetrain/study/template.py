@@ -84,6 +84,8 @@ objective: mass # or price, energy, or a mix by the kg, the unit of price, the J
 #   time_limit: 30 s # then the best found is told with the gap that is left
 #   most_motor_types: 3 # fewer spare parts: different motors over all joints, at most; most_gear_types likewise
 #   same_family: [[{pair}]] # groups of joints whose motors, and whose gears, are of one maker's series
+#   front: [mass, energy] # also in the report: the sets that no other beats in both
+#   curves: [payload, 'cycle_time: 3 s..8 s'] # and the best drives over a payload, a pace, voltage or ambient
 
 # By how much what is built may differ: plus and minus, or a standard deviation. The report then tells with what
 # probability each check holds; `selection: {{holds: 99 %}}` chooses a set that holds so often.
