@@ -273,7 +273,7 @@ class JointCurrents:
         inverse, forward: [A], (N,).
         moving: Where the joint is commanded to move, (N,).
         peaks, rms: Of both roads [A].
-        apart_moving, apart_resting: RMS of the difference over the RMS of the inverse road [-]; NaN where it never does.
+        apart_moving, apart_resting: RMS of the difference over that of the inverse road [-]; NaN where it never does.
         note: What the difference comes from, in words.
     """
 

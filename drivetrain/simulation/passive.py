@@ -110,7 +110,7 @@ def recorded_times(duration: float, interval: float) -> Array:
         [s], (N,).
 
     Raises:
-        InputError: One of them is not positive, the duration is absurd, or there would be more instants than can be kept.
+        InputError: One of them is not positive, the duration is absurd, or there are more instants than can be kept.
     """
     check_positive("duration", duration, "s")
     check_positive("interval", interval, "s")
