@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
+from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, SKY, VERMILLION
 from drivetrain.report.quantities import printed_unit
 from drivetrain.report.svg import house_style
 from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCost, EffectCosts, RoadsCompared, SolverCosts
@@ -146,8 +146,8 @@ def figure_roads(found: RoadsCompared, *, name: str = "roads") -> Figure:
             low, high = _span(told.inverse, told.forward)
             rests = np.logical_not(told.moving).tolist()
             axes.fill_between(told.time, low, high, where=rests, color=FAINT, step="mid", linewidth=0.0)
-            axes.plot(told.time, told.forward, color=BLUE, linewidth=1.6, label="simulated")
-            axes.plot(told.time, told.inverse, color=ORANGE, linewidth=0.9, label="by sizing")
+            axes.plot(told.time, told.forward, color=SKY, linewidth=2.8, label="simulated")
+            axes.plot(told.time, told.inverse, color=INK, linewidth=0.8, label="by sizing")
             axes.set_ylim(low, high)
             axes.set_ylabel(f"{joint.replace('_', ' ')}\n[A]".replace(" joint", ""))
         column[-1].set_xlabel("time [s]; shaded: the joint rests")
