@@ -9,7 +9,6 @@ import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-
 LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
 
 

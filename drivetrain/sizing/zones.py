@@ -45,7 +45,7 @@ class Zones:
             return False
         beaten = (point <= self.points + slack).all(axis=1)
         self.points = np.vstack([self.points[~beaten], point])
-        self.keys = [old for old, out in zip(self.keys, beaten, strict=True) if not out] + [key]
+        self.keys = [old for old, out in zip(self.keys, np.atleast_1d(beaten), strict=True) if not out] + [key]
         self._cut(point)
         return True
 

@@ -10,7 +10,6 @@ from drivetrain.dynamics.flexibility import rotor_inertias
 from drivetrain.dynamics.mass_and_bias import Places, mass_and_bias, working_rows
 from drivetrain.dynamics.packed import link_frames, packed
 
-
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")
 
 
