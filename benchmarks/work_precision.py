@@ -5,7 +5,8 @@ are judged by the same error of what a drive is chosen by: that of the motor cur
 its peak, and ten times that of its RMS value, whichever is larger (a current within 1 % goes with an RMS within 0.1 %).
 What is compared at equal error is the cheapest setting of each method that reaches it. Scipy's methods call the
 compiled function from Python; the package's run compiled, explicit ones too, so that method and language can be told
-apart. Times are the processor's: those of the wall on a machine that does nothing else. RODAS has what a user of it would give: the exact Jacobian, and the contact as an event.
+apart. Times are the processor's: those of the wall on a machine that does nothing else. RODAS has what a user of it
+would give: the exact Jacobian, and contact and mesh as events.
 
     python benchmarks/work_precision.py [--softness 0.5] [--repeats 5] [--picture work_precision.png] [--check]
 """
