@@ -9,6 +9,7 @@ from typing import Protocol
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.advice import advice_on
+from drivetrain.sizing.asked_for import check_asked, check_keys
 from drivetrain.sizing.beside_set import FallenBeside, alternatives
 from drivetrain.sizing.choices import all_choices
 from drivetrain.sizing.demand import Workload
@@ -68,9 +69,12 @@ def select(
         fell beside the drives; when nothing fits the nearest set and what would mend it.
 
     Raises:
-        InputError: ``resume`` is of another study, or asks for something else.
+        InputError: Wishes that make no sense of the study; ``resume`` is of another study, or asks for something else.
     """
+    check_asked(study, wanted)
     tell = _teller(progress)
+    if not isinstance(resume, Selection | None):
+        raise InputError(Fault("resume", "must be a selection", type(resume).__name__))
     if resume is not None and resume.state is None:
         return resume
     tree = _new_tree(study, wanted, work) if resume is None else _old_tree(study, wanted, resume)
@@ -91,7 +95,11 @@ def select(
 def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tree:
     """A search that begins."""
     asked = study if wanted is None else replace(study, wanted=wanted)
-    return Tree(problem(pack(asked, None if work is None else replace(work, study=asked)), asked.wanted))
+    try:
+        return Tree(problem(pack(asked, None if work is None else replace(work, study=asked)), asked.wanted))
+    except KeyError:
+        check_keys(asked)
+        raise
 
 
 def _old_tree(study: Study, wanted: Wanted | None, resume: Selection) -> Tree:

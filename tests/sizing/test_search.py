@@ -11,6 +11,7 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
+from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.search import select
 from drivetrain.study.study import DriveMass, Mount, Wanted
@@ -239,3 +240,23 @@ def test_progress_is_told(make):
     bar = Bar()
     select(feasible_study(make, joints=2), progress=bar)
     assert bar.steps == len(told) >= 1
+
+
+def test_wishes_that_make_no_sense_are_told_together(make):
+    study = feasible_study(make)
+    weights = (("mass", math.nan), ("weight", 1.0))
+    wanted = Wanted(weights, most_motor_types=0, same_family=(("j1", "j9"),), sets=0, time_limit=math.nan)
+    with pytest.raises(InputError) as told:
+        select(study, wanted=wanted)
+    places = [fault.place.removeprefix("wanted.") for fault in told.value.faults]
+    assert places == ["sets", "most_motor_types", "time_limit", "weights.mass", "weights", "same_family"]
+    first, *others = study.joints
+    strange = replace(study, joints=(replace(first, pairs=(("m9", "g9"),)), *others))
+    with pytest.raises(InputError, match="m9") as told:
+        select(strange)
+    assert len(told.value.faults) == 2
+    for nonsense in ("study", None):
+        with pytest.raises(InputError, match="study"):
+            select(nonsense)
+    with pytest.raises(InputError, match="resume"):
+        select(study, resume="later")
