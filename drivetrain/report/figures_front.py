@@ -37,7 +37,7 @@ def figure_front(found: Front, *, chosen: DriveSet | None = None, name: str = "f
     pairs = _pairs(found.names)
     with house_style(name):
         figure = Figure(figsize=(7.6, 4.4 if len(pairs) == 1 else 3.6 * ((len(pairs) + 1) // 2)))
-        rows, columns = ((1, 1) if len(pairs) == 1 else ((len(pairs) + 1) // 2, 2))
+        rows, columns = (1, 1) if len(pairs) == 1 else ((len(pairs) + 1) // 2, 2)
         panels = list(figure.subplots(rows, columns, squeeze=False).ravel())
         shade = _shade(found)
         values = _values(found.points, shade)
