@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -272,8 +272,8 @@ class Study:
     catalog: Catalog
     wanted: Wanted = Wanted()
     tolerances: Tolerances = EXACT
-    simulation: Simulation = Simulation()
-    trade_offs: TradeOffs = TradeOffs()
+    simulation: Simulation = field(default_factory=Simulation)
+    trade_offs: TradeOffs = field(default_factory=TradeOffs)
     notes: tuple[str, ...] = ()
 
     @property
