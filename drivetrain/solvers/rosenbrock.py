@@ -234,15 +234,15 @@ class _RodasStepper(Stepper):
 
     def _shorten(self, h: float, error: float) -> None:
         self.work.rejected += 1
-        self._h = h * (max(0.1, 0.8 * error**-0.25) if error < math.inf else 0.1)
+        self._h = h * (max(0.1, 0.9 * error**-0.25) if error < math.inf else 0.1)
         if self._h < max(self._settings.smallest_step, 1e-15 * abs(self.t), 1e-300):
             hint = "loosen rtol and atol, or look for a jump in the right-hand side: jumps belong into breakpoints"
             raise SolverStopped(f"no step is short enough at {self.t:.9g} s; {hint}")
 
     def _grow(self, h: float, error: float, refused: bool) -> None:
-        factor = 0.8 * max(error, 1e-10) ** -0.25
+        factor = 0.9 * max(error, 1e-10) ** -0.25
         if self._last:
-            factor = min(factor, 0.8 * (h / self._last[0]) * (self._last[1] / max(error, 1e-10) ** 2) ** 0.25)
+            factor = min(factor, 0.9 * (h / self._last[0]) * (self._last[1] / max(error, 1e-10) ** 2) ** 0.25)
         factor = min(max(factor, 0.2), 1.0 if refused else 6.0)
         self._h = max(self._h, h * factor) if h < self._h and factor >= 1.0 else h * factor
         self._last = h, max(error, 1e-2)

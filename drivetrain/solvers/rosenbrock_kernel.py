@@ -77,7 +77,7 @@ SOURCES = {
     "compiled_steps.py": 384317669,
     "layout.py": 2459304168,
     "rodas4_table.py": 1645622007,
-    "step_control.py": 191224645,
+    "step_control.py": 501471057,
 }
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]

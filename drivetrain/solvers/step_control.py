@@ -51,9 +51,9 @@ from drivetrain.solvers.layout import (
 
 _EPSILON = float(np.finfo(np.float64).eps)
 _TINY = 1e-100  # [s]
-_SAFETY, _SHRINK, _GROW = 0.8, 0.1, 6.0
-_SUSPECT, _OFTEN = 3, 4  # refusals in a row, and refusals at all, after which a jump is looked for
-_NEAR, _MOST_JUMPS = 1000.0, 12  # jumps found within so many steps of one another, and how many of them
+_SAFETY, _SHRINK, _GROW = 0.9, 0.1, 6.0
+_SUSPECT, _OFTEN = 3, 10  # refusals in a row, and refusals at all, after which a jump is looked for
+_NEAR, _MOST_JUMPS = 100.0, 12  # jumps found within so many steps of one another, and how many of them
 _ARRIVES = 1.1  # a step that would leave less than this much of itself is stretched to the end
 
 
