@@ -18,6 +18,8 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
+from drivetrain.effects.field_types import side_faults
+from drivetrain.errors import InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"drive/friction_kernel.py": 1646447732}
@@ -54,6 +56,11 @@ class DryFriction(Effect):
     side: str = "joint"
 
     compute = _compute
+
+    def __post_init__(self) -> None:
+        faults = side_faults(self)
+        if faults:
+            raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
         """Reads the shaft's speed, adds the bounds.

@@ -33,6 +33,20 @@ def type_faults(effect: Any) -> list[Fault]:
     return faults
 
 
+def side_faults(effect: Any) -> list[Fault]:
+    """A side that is none.
+
+    Args:
+        effect: With a field ``side``.
+
+    Returns:
+        One fault, or none.
+    """
+    if effect.side in ("joint", "motor"):
+        return []
+    return [Fault(f"{type(effect).__name__}.side", "must be joint or motor", effect.side)]
+
+
 def nan_faults(effect: Any) -> list[Fault]:
     """Numbers among the fields that are none, or too large to calculate with: what an effect's own checks let pass.
 

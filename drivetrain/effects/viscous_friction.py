@@ -13,6 +13,8 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
+from drivetrain.effects.field_types import side_faults
+from drivetrain.errors import InputError
 
 
 @Compiled
@@ -48,6 +50,11 @@ class ViscousFriction(Effect):
 
     compute = _compute
     account = _account
+
+    def __post_init__(self) -> None:
+        faults = side_faults(self)
+        if faults:
+            raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
         """Reads the shaft's speed, adds torque and damping, tells its loss.

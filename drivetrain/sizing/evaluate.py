@@ -37,6 +37,9 @@ def evaluate(study: Study, drives: Mapping[str, Given] | None = None) -> Evaluat
     Raises:
         InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
     """
+    if not isinstance(study, Study):
+        problem, hint = "must be a study", "load_study reads one from its file"
+        raise InputError(Fault("study", problem, type(study).__name__, hint))
     return evaluated(workload(study), given_drives(study, drives or {}))
 
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from drivetrain.drive.friction import Friction
+from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.given_torque import GivenTorque
 from drivetrain.effects.holding_brake import HoldingBrake
 from drivetrain.effects.rotor import ReflectedRotor
+from drivetrain.effects.viscous_friction import ViscousFriction
 from drivetrain.errors import InputError
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
@@ -46,3 +49,9 @@ def test_faults_come_together() -> None:
     with pytest.raises(InputError) as error:
         HoldingBrake(0.0, -1.0, engages=(-1.0,), closing=-1.0, opening=float("nan"))
     assert len(error.value.faults) == 5
+
+
+@pytest.mark.parametrize("kind", [DryFriction, ViscousFriction])
+def test_a_side_that_is_none_is_refused(kind: type) -> None:
+    with pytest.raises(InputError, match="must be joint or motor"):
+        kind(Friction(coulomb=1.0), side="middle")

@@ -329,3 +329,8 @@ def test_a_direct_drive_may_be_named_as_in_a_study(one_axis):
 def test_what_is_no_pair_of_keys_is_told(one_axis, drives):
     with pytest.raises(InputError, match="motor key"):
         evaluate(one_axis, drives)
+
+
+def test_what_is_no_study_is_refused() -> None:
+    with pytest.raises(InputError, match="must be a study"):
+        evaluate(None)  # type: ignore[arg-type]
