@@ -151,13 +151,19 @@ class FlexibleJoint(Effect):
         """The swing of the load on the spring as a torque at the motor, and the twist under both.
 
         The motor's answer to a swing faster than its loop is smaller than the swing. Valid while the load swings 25
-        times faster than a move lasts, where the spring is softest.
+        times faster than a move lasts, where the spring is softest, and while the spring is at least twice as stiff as
+        the loop: behind a softer one the link moves further than its spring alone twists.
         """
         envelope = BESIDE * self.swing(conditions)
         most = BESIDE * self._twist(float((np.abs(series.torque) + envelope).max()))
         error = envelope * conditions.mesh_share / (abs(place.ratio) * conditions.torque_constant)
-        valid = self._frequency(conditions) * conditions.move_time > 25.0
+        valid = self._frequency(conditions) * conditions.move_time > 25.0 and self._outlasts_the_loop(conditions)
         return bounded(conditions, error, "swing of the load on the spring", deviation=most, valid=valid)
+
+    def _outlasts_the_loop(self, conditions: Conditions) -> bool:
+        """Whether the spring is twice as stiff as the position loop; where no loop is told, the motor holds."""
+        loop = conditions.loop_stiffness
+        return math.isinf(loop) or (self.gear.stiffness_1 or math.inf) >= 2.0 * loop
 
     def swing(self, conditions: Conditions) -> Array:
         """How far the spring's torque swings beside that of the task.
