@@ -9,7 +9,8 @@ from typing import Any
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
-from drivetrain.errors import Fault, InputError
+from drivetrain.effects.loop_gains import gain_faults
+from drivetrain.errors import InputError
 
 
 @Compiled
@@ -108,26 +109,3 @@ class CascadeLoop(Effect):
         """
         outer = (TimeScale("position loop", 1.0 / self.position_gain),) if self.position_gain > 0.0 else ()
         return (*outer, TimeScale("integral", self.integral_time)) if self.integral_time < math.inf else outer
-
-
-def gain_faults(loop: Any) -> list[Fault]:
-    """What is wrong with the gains of a cascade, continuous or sampled.
-
-    Args:
-        loop: With ``position_gain``, ``speed_gain``, ``integral_time`` and ``peak_current``.
-
-    Returns:
-        Its faults.
-    """
-    kind = type(loop).__name__
-    faults = [
-        Fault(f"{kind}.{name}", "must not be negative and finite", getattr(loop, name))
-        for name in ("position_gain", "speed_gain")
-        if not 0.0 <= getattr(loop, name) < math.inf
-    ]
-    faults += [
-        Fault(f"{kind}.{name}", f"must be positive [{unit}]", getattr(loop, name))
-        for name, unit in (("integral_time", "s"), ("peak_current", "A"))
-        if not getattr(loop, name) > 0.0
-    ]
-    return faults

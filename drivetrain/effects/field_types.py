@@ -9,7 +9,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import fields
 from typing import Any
 
-from drivetrain.errors import LARGEST, Fault
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import LARGEST, Fault, InputError
 
 
 def type_faults(effect: Any) -> list[Fault]:
@@ -45,6 +48,26 @@ def side_faults(effect: Any) -> list[Fault]:
     if effect.side in ("joint", "motor"):
         return []
     return [Fault(f"{type(effect).__name__}.side", "must be joint or motor", effect.side)]
+
+
+def checked_table(time: Any, values: Any, name: str) -> tuple[Array, Array]:
+    """Instants and the values that stand at them.
+
+    Args:
+        time: Never falling [s], (N,).
+        values: In their own unit, (N,).
+        name: Of the values, for the error.
+
+    Returns:
+        Both as arrays that cannot be changed.
+
+    Raises:
+        InputError: No numbers, other lengths, or instants that fall.
+    """
+    instants, found = checked_array(time, (None,), "time"), checked_array(values, (None,), name)
+    if len(instants) != len(found) or not len(instants) or (np.diff(instants) < 0.0).any():
+        raise InputError(Fault("time", f"must be instants that never fall, one a {name} [s]", instants[:5].tolist()))
+    return instants, found
 
 
 def nan_faults(effect: Any) -> list[Fault]:

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
+from drivetrain.effects.field_types import checked_table, side_faults
 from drivetrain.effects.tables import table_numbers, table_value
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"effects/tables.py": 931185917}
@@ -51,11 +52,10 @@ class GivenTorque(Effect):
     account = _account
 
     def __post_init__(self) -> None:
-        if self.side not in ("joint", "motor"):
-            raise InputError(Fault("GivenTorque.side", "must be joint or motor", self.side))
-        time, torque = checked_array(self.time, (None,), "time"), checked_array(self.torque, (None,), "torque")
-        if len(time) != len(torque) or not len(time) or (np.diff(time) < 0.0).any():
-            raise InputError(Fault("time", "must be instants that never fall, one a torque [s]", time[:5].tolist()))
+        faults = side_faults(self)
+        if faults:
+            raise InputError(faults)
+        time, torque = checked_table(self.time, self.torque, "torque")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "torque", torque)
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.field_types import checked_table
 from drivetrain.effects.tables import table_numbers, table_value
-from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"effects/tables.py": 931185917}
@@ -40,9 +40,7 @@ class GivenVoltage(Effect):
     compute = _compute
 
     def __post_init__(self) -> None:
-        time, voltage = checked_array(self.time, (None,), "time"), checked_array(self.voltage, (None,), "voltage")
-        if len(time) != len(voltage) or not len(time) or (np.diff(time) < 0.0).any():
-            raise InputError(Fault("time", "must be instants that never fall, one a voltage [s]", time[:5].tolist()))
+        time, voltage = checked_table(self.time, self.voltage, "voltage")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "voltage", voltage)
 

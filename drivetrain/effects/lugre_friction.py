@@ -15,6 +15,7 @@ from typing import Any
 from drivetrain.drive.exponentials import first, second
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal, State, TimeScale
+from drivetrain.effects.field_types import side_faults
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
@@ -117,8 +118,7 @@ class LuGreFriction(Effect):
         ]
         if self.static is not None and not self.coulomb <= self.static < math.inf:
             faults.append(Fault("LuGreFriction.static", "must be at least the coulomb torque [N m]", self.static))
-        if self.side not in ("joint", "motor"):
-            faults.append(Fault("LuGreFriction.side", "must be joint or motor", self.side))
+        faults += side_faults(self)
         if faults:
             raise InputError(faults)
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.cascade_loop import gain_faults
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.loop_gains import gain_faults
 from drivetrain.errors import Fault, InputError
 
 MOST_DELAY = 3  # samples
