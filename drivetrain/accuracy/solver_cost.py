@@ -85,7 +85,7 @@ def solver_cost(
         engines = [FixedStep(finest / 4.0), FixedStep(finest / 8.0)]
         name = f"{FIXED} at {1e3 * finest / 8.0:.3g} ms, as the adaptive one stops: {error.faults[0].problem}"
         best = _references(ready, scene, basis, engines, tell, total)
-    settled = distance(best[0][0], *best[1])
+    settled, _ = distance(best[0][0], *best[1])
     runs = []
     for done, (family, setting, engine) in enumerate(listed):
         tell(done + 2, total, f"{family} at {setting:g}")
@@ -137,12 +137,12 @@ def _run(
         begin = clock.perf_counter()
         simulate(ready, solver=engine, interval=scene.duration)
         taken.append(clock.perf_counter() - begin)
-    apart = distance(decision(recording, scene, basis), *best)
-    return SolverRun(family, setting, apart, statistics.median(taken), work(recording.counters))
+    apart, where = distance(decision(recording, scene, basis), *best)
+    return SolverRun(family, setting, apart, statistics.median(taken), work(recording.counters), where=where)
 
 
-def distance(one: Decision, best: Decision, travel: float) -> float:
-    """The largest share by which two decisions differ in any quantity of any joint.
+def distance(one: Decision, best: Decision, travel: float) -> tuple[float, str]:
+    """The largest share by which two decisions differ in any quantity of any joint, and in which.
 
     Args:
         one: Of a run.
@@ -150,6 +150,8 @@ def distance(one: Decision, best: Decision, travel: float) -> float:
         travel: How far the tip is commanded to go [m], beside which its deviation counts.
 
     Returns:
-        [-].
+        Share [-], and the quantity in words.
     """
-    return max(told.largest(travel) for told in change(one, best).values())
+    apart = {joint: told.largest(travel) for joint, told in change(one, best).items()}
+    joint = max(apart, key=lambda name: apart[name])
+    return apart[joint], f"{change(one, best)[joint].leading(travel)} of {joint}"

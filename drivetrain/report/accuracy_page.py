@@ -174,7 +174,7 @@ def _solvers(found: SolverCosts) -> Section:
     rows = tuple(
         (
             run.family, told_setting(run.family, run.setting), _error(run.error, found.settled),
-            with_unit(run.seconds, "s"), number(float(run.work)), run.note,
+            run.where or DASH, with_unit(run.seconds, "s"), number(float(run.work)), run.note,
         )
         for run in found.runs
     )  # fmt: skip
@@ -182,9 +182,9 @@ def _solvers(found: SolverCosts) -> Section:
         f"The same scene with every solver, held against the {found.reference}. Two tolerances of that reference agree "
         f"to {number(found.settled, 2)} in every decision quantity: errors below twice that are not told."
     )
-    headings = ("solver", "step or tolerance", "largest error", "time", "work", "")
+    headings = ("solver", "step or tolerance", "largest error", "in", "time", "work", "")
     return Section("Solvers", "solvers", lead=(lead,), figures=((picture, "Work and precision."),),
-                   tables=(SheetTable(headings, rows, "", (1, 2, 3, 4)),))  # fmt: skip
+                   tables=(SheetTable(headings, rows, "", (1, 2, 4, 5)),))  # fmt: skip
 
 
 def _error(error: float, settled: float) -> str:

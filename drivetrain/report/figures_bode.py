@@ -46,8 +46,9 @@ def figure_bode(axis: ServoAxis, timing: ServoTiming, design: LoopDesign, title:
                 for axes in (gain, phase):
                     axes.axvline(value / TURN, color=MUTED, linewidth=0.9, linestyle=(0, (1, 1.5)))
                 gain.annotate(
-                    f"{text} {number(value / TURN)} Hz", (value / TURN, HIGHEST), (2, -3), textcoords="offset points",
+                    f"{text} {number(value / TURN)} Hz", (value / TURN, HIGHEST), (3, -3), textcoords="offset points",
                     rotation=90, ha="left", va="top", fontsize=7, color=MUTED,
+                    bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
                 )  # fmt: skip
         gain.set_xscale("log")
         gain.set_xlim(at[0] / TURN, at[-1] / TURN)
@@ -69,7 +70,8 @@ def _texts(design: LoopDesign) -> tuple[str, str]:
     """What the two lines are, with their margins."""
 
     def told(loop: str, phase: float, gain: float) -> str:
-        return f"{loop} loop: phase margin {math.degrees(phase):.0f}°, gain margin {20.0 * math.log10(gain):.1f} dB"
+        decibels = f"{20.0 * math.log10(gain):.1f} dB" if math.isfinite(gain) else "without limit"
+        return f"{loop} loop: phase margin {math.degrees(phase):.0f}°, gain margin {decibels}"
 
     return (
         told("speed", design.speed_phase_margin, design.speed_gain_margin),

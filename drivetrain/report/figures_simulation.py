@@ -98,7 +98,7 @@ def _limit(axes: Axes, own: Array, shown: Array, limit: float | None) -> None:
                 axes.axhline(side, color=VERMILLION, linewidth=1.0)
     else:
         axes.annotate(
-            f"at most {100.0 * largest / limit:.0f} % of the limit", (1.0, 1.0), (-2, -2), ha="right", va="top",
+            f"at most {100.0 * largest / limit:.0f} % of the limit", (1.0, 1.0), (-2, 2), ha="right", va="bottom",
             xycoords="axes fraction", textcoords="offset points", fontsize=7, color=MUTED,
         )  # fmt: skip
 

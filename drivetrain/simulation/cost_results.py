@@ -85,8 +85,25 @@ class Change:
         Returns:
             A share [-]; NaN shares, of what no sheet tells, are left out.
         """
-        shares = (*self.shares, self.tip / tip_scale if tip_scale > 0.0 else 0.0)
-        return max((abs(share) for share in shares if not math.isnan(share)), default=0.0)
+        return max(self._sizes(tip_scale).values(), default=0.0)
+
+    def leading(self, tip_scale: float) -> str:
+        """Which quantity the largest share belongs to.
+
+        Args:
+            tip_scale: As for ``largest`` [m].
+
+        Returns:
+            In words.
+        """
+        sizes = self._sizes(tip_scale)
+        return max(sizes, key=lambda name: sizes[name], default="tip")
+
+    def _sizes(self, tip_scale: float) -> dict[str, float]:
+        words = ("peak current", "RMS current", "RMS torque", "winding temperature")
+        named = dict(zip(words, self.shares, strict=True))
+        named["tip"] = self.tip / tip_scale if tip_scale > 0.0 else 0.0
+        return {name: abs(share) for name, share in named.items() if not math.isnan(share)}
 
     @property
     def shares(self) -> tuple[float, float, float, float]:
@@ -239,6 +256,7 @@ class SolverRun:
         seconds: Wall time, the median of some runs [s].
         work: Evaluations of the right-hand side or solved steps.
         note: Why it did not end; empty where it did.
+        where: The decision quantity that is furthest off, and its joint.
     """
 
     family: str
@@ -247,6 +265,7 @@ class SolverRun:
     seconds: float
     work: int
     note: str = ""
+    where: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,7 +62,7 @@ class Plan:
             *_table("States", ((name, self.units[name]) for name in self.memory.states)),
             *_table("Order", ((f"{k}. {one.kind.__name__}", _where(one)) for k, one in enumerate(self.groups, 1))),
             *_table("Signals", _signal_rows(self.signals)),
-            *_table("Time scales", ((who, f"{scale.name}: {scale.seconds:.3g} s") for who, scale in self.time_scales)),
+            *_table("Time scales", _scale_rows(self.time_scales)),
             *_table("Left out", ((text, "") for text in self.left_out)),
         ])  # fmt: skip
 
@@ -208,6 +208,15 @@ def _breakpoints(instances: Sequence[Instance], scene: Scene) -> Array:
 def _time_scales(instances: Sequence[Instance]) -> tuple[tuple[str, TimeScale], ...]:
     scales = [(one.title, scale) for one in instances for scale in one.effect.time_scales(one.place)]
     return tuple(sorted(scales, key=lambda pair: (pair[1].seconds, pair[0])))
+
+
+def _scale_rows(scales: Sequence[tuple[str, TimeScale]]) -> list[tuple[str, str]]:
+    """A row for what is equally fast at several joints."""
+    same: dict[tuple[str, str, str], list[str]] = {}
+    for who, scale in scales:
+        kind, _, joint = who.partition(" of ")
+        same.setdefault((kind, scale.name, f"{scale.seconds:.3g} s"), []).append(joint)
+    return [(f"{kind}, {name}: {told}", ", ".join(filter(None, at))) for (kind, name, told), at in same.items()]
 
 
 def _left_out(scene: Scene, instances: Sequence[Instance]) -> tuple[str, ...]:
