@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +14,9 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.solvers.solver import check_positive
 
 
-class Stabilisation(ABC):
-    """Base of the ways; each may add to what the rows ask for, or put the state back after a step."""
+class Stabilisation:
+    """Base of the ways: asks for what the rows ask for and puts nothing back; each may do otherwise."""
 
-    @abstractmethod
     def drift(self, rows: Rows, qd: Array, held: Array) -> Array:
         """What accelerations must undo: the drift of the rows, and perhaps more.
 
@@ -30,8 +28,8 @@ class Stabilisation(ABC):
         Returns:
             d of ``A qdd = -d`` [m/s^2 or 1/s^2], (N, k).
         """
+        return rows.drift
 
-    @abstractmethod
     def put_back(
         self, arm: Arm, constraints: tuple[Constraint, ...], q: Array, qd: Array
     ) -> tuple[Array, Array] | None:
@@ -45,6 +43,7 @@ class Stabilisation(ABC):
         Returns:
             Positions and speeds, (1, n) each; None to leave them.
         """
+        return None
 
 
 @dataclass(frozen=True)
@@ -63,19 +62,6 @@ class Projection(Stabilisation):
         check_positive("Projection.tolerance", self.tolerance, "m")
         if isinstance(self.most, bool) or not isinstance(self.most, int) or self.most < 1:
             raise InputError(Fault("Projection.most", "must be a whole number from 1", self.most))
-
-    def drift(self, rows: Rows, qd: Array, held: Array) -> Array:
-        """That of the rows.
-
-        Args:
-            rows: At the state.
-            qd: Speeds [rad/s or m/s], (N, n).
-            held: Whether a row holds a position, (k,).
-
-        Returns:
-            [m/s^2 or 1/s^2], (N, k).
-        """
-        return rows.drift
 
     def put_back(
         self, arm: Arm, constraints: tuple[Constraint, ...], q: Array, qd: Array
@@ -135,50 +121,7 @@ class Baumgarte(Stabilisation):
         leaving = (rows.jacobian @ qd[:, :, None])[..., 0]
         return rows.drift + self.rate * np.where(held, 2.0, 1.0) * leaving + self.rate**2 * rows.error
 
-    def put_back(
-        self, arm: Arm, constraints: tuple[Constraint, ...], q: Array, qd: Array
-    ) -> tuple[Array, Array] | None:
-        """Nothing is put back.
-
-        Args:
-            arm: The arm.
-            constraints: What holds it.
-            q, qd: Positions and speeds [rad or m, and per s], (1, n).
-
-        Returns:
-            None.
-        """
-        return None
-
 
 @dataclass(frozen=True)
 class Drifting(Stabilisation):
     """Nothing is done: to see what the others are good for."""
-
-    def drift(self, rows: Rows, qd: Array, held: Array) -> Array:
-        """That of the rows.
-
-        Args:
-            rows: At the state.
-            qd: Speeds [rad/s or m/s], (N, n).
-            held: Whether a row holds a position, (k,).
-
-        Returns:
-            [m/s^2 or 1/s^2], (N, k).
-        """
-        return rows.drift
-
-    def put_back(
-        self, arm: Arm, constraints: tuple[Constraint, ...], q: Array, qd: Array
-    ) -> tuple[Array, Array] | None:
-        """Nothing is put back.
-
-        Args:
-            arm: The arm.
-            constraints: What holds it.
-            q, qd: Positions and speeds [rad or m, and per s], (1, n).
-
-        Returns:
-            None.
-        """
-        return None
