@@ -11,30 +11,25 @@ import numba as nb
 import numpy as np
 
 from drivetrain.drive.gear import Gear, wind_up
-from drivetrain.drive.spring_kernel import spring, spring_numbers
+from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers, touch
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shape, Signal
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/spring_kernel.py": 1622032493}
+SOURCES = {"drive/spring_kernel.py": 1054907783}
 
-PIECES = 8  # in which a step is looked at, so that flanks that meet within it are seen
 
 
 @nb.njit(error_model="numpy", nogil=True)
-def _flank(numbers: Any, at: int, twist: float, rate: float) -> tuple[float, float, float, float]:
-    """Torque, slope, damping in touch, and energy at a twist."""
-    deep = abs(twist) - numbers[at + 6]
-    if deep <= 0.0:
-        return 0.0, 0.0, 0.0, 0.0
-    side = 1.0 if twist > 0.0 else -1.0
-    push, slope, energy = spring(numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], deep)
-    whole = push + numbers[at + 5] * side * rate
-    if whole <= 0.0:  # the flanks part faster than the spring follows
-        return 0.0, 0.0, 0.0, energy
-    return side * whole, slope, numbers[at + 5], energy
+def _met(numbers: Any, at: int, twist: float, rate: float, h: float, damping: float) -> tuple[float, float, float]:
+    """Torque, slope and damping at an instant, or in the mean over a step."""
+    pieces = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4]
+    flanks = -numbers[at + 6], numbers[at + 6]
+    if h > 0.0:
+        return mean_touch(pieces, flanks, damping, twist, rate, h)
+    return touch(pieces, flanks, damping, twist, rate)
 
 
 @Compiled
@@ -42,15 +37,9 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
     for k in range(words[0]):
         row = 2 + k * words[1]
         at = words[row]
-        twist, rate = signals[words[row + 1]], signals[words[row + 2]]
-        pieces = PIECES if h > 0.0 else 1
-        torque, slope, damping = 0.0, 0.0, 0.0
-        for j in range(pieces):
-            away = h * ((j + 0.5) / pieces - 0.5)
-            push, steep, damp, _ = _flank(numbers, at, twist + away * rate, rate)
-            torque += push / pieces
-            slope += steep / pieces
-            damping += damp / pieces
+        torque, slope, damping = _met(
+            numbers, at, signals[words[row + 1]], signals[words[row + 2]], h, numbers[at + 5]
+        )
         signals[words[row + 3]] += torque
         signals[words[row + 4]] += damping
         signals[words[row + 5]] += slope
@@ -62,14 +51,12 @@ def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         row = 2 + k * words[1]
         at = words[row]
         twist, rate = signals[words[row + 1]], signals[words[row + 2]]
-        torque, _, _, energy = _flank(numbers, at, twist, rate)
-        deep = abs(twist) - numbers[at + 6]
-        elastic = 0.0
-        if deep > 0.0:
-            elastic, _, _ = spring(
-                numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], deep
-            )
-            elastic = elastic if twist > 0.0 else -elastic
+        torque, _, _ = _met(numbers, at, twist, rate, h, numbers[at + 5])
+        elastic, _, _ = _met(numbers, at, twist, rate, h, 0.0)
+        deep = max(abs(twist) - numbers[at + 6], 0.0)
+        _, _, energy = spring(
+            numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], deep
+        )
         signals[words[row + 6]] = energy
         signals[words[row + 7]] = (torque - elastic) * rate
         signals[words[row + 8]] = torque
@@ -144,6 +131,14 @@ class Backlash(Effect):
         return Shape(
             ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
         )
+
+    def kinked(self) -> bool:
+        """Its torque bends and jumps at the flanks.
+
+        Returns:
+            True.
+        """
+        return True
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
         """Of the link's place: half of the play. What the flanks' meeting does to the current is not bounded.

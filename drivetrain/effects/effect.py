@@ -303,6 +303,14 @@ class Effect(ABC):
         """
         return self
 
+    def kinked(self) -> bool:
+        """Whether what it adds to a gear's or to the tip's forces bends with the motion, so that a step looks again.
+
+        Returns:
+            No, for most.
+        """
+        return False
+
     @property
     def period(self) -> float | None:
         """Time between two samples [s]; None: it is continuous."""

@@ -10,11 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear, wind_up
-from drivetrain.drive.spring_kernel import spring, spring_numbers
+from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded, swinging
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shape, Signal, TimeScale
@@ -22,21 +23,27 @@ from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/spring_kernel.py": 1622032493}
+SOURCES = {"drive/spring_kernel.py": 1054907783}
 
 BESIDE = 1.25  # the load swings beside the command, and other springs with it
+
+
+@nb.njit(error_model="numpy", nogil=True)
+def _answer(numbers: Any, at: int, twist: float, rate: float, h: float) -> tuple[float, float, float]:
+    """Torque of spring and damper, slope and damping, at an instant or in the mean over a step."""
+    if h > 0.0 and numbers[at + 3] < math.inf:
+        pieces = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4]
+        return mean_touch(pieces, (0.0, 0.0), numbers[at + 5], twist, rate, h)
+    torque, slope, _ = spring(numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], twist)
+    return torque + numbers[at + 5] * rate, slope, numbers[at + 5]
 
 
 @Compiled
 def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
     for k in range(words[0]):
         row = 2 + k * words[1]
-        at = words[row]
-        torque, slope, _ = spring(
-            numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], signals[words[row + 1]]
-        )
-        damping = numbers[at + 5]
-        signals[words[row + 3]] += torque + damping * signals[words[row + 2]]
+        torque, slope, damping = _answer(numbers, words[row], signals[words[row + 1]], signals[words[row + 2]], h)
+        signals[words[row + 3]] += torque
         signals[words[row + 4]] += damping
         signals[words[row + 5]] += slope
 
@@ -115,6 +122,14 @@ class FlexibleJoint(Effect):
         return Shape(
             ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
         )
+
+    def kinked(self) -> bool:
+        """Its torque bends where there is more than one stiffness.
+
+        Returns:
+            Whether there is.
+        """
+        return spring_numbers(self.gear)[3] < math.inf
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         """None that is known without the inertias on both sides.

@@ -7,15 +7,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numba as nb
 import numpy as np
 
 from drivetrain.arrays import checked_array
+from drivetrain.drive.spring_kernel import mean_touch, touch
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
 from drivetrain.errors import Fault, InputError
 
+# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
+SOURCES = {"drive/spring_kernel.py": 1054907783}
+
 _GIVEN = s.TIP_GIVEN[:6]  # place and speed
 _TAKEN = (*s.TIP_TAKEN[:3], *s.TIP_TAKEN[6:])  # force, and how it falls with speed and place
+
+
+@nb.njit(error_model="numpy", nogil=True)
+def _met(numbers: Any, at: int, deep: float, into: float, h: float, damp: float) -> tuple[float, float, float]:
+    """Force, slope and damping of the wall, at an instant or in the mean over a step."""
+    pieces, flanks = (numbers[at + 3], numbers[at + 3], numbers[at + 3], math.inf, math.inf), (-math.inf, 0.0)
+    if h > 0.0:
+        return mean_touch(pieces, flanks, damp, deep, into, h)
+    return touch(pieces, flanks, damp, deep, into)
 
 
 @Compiled
@@ -27,11 +41,8 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         for i in range(3):
             deep -= numbers[at + i] * signals[words[row + 1 + i]]
             into -= numbers[at + i] * signals[words[row + 4 + i]]
-        if deep <= 0.0:
-            continue
-        stiff, damp = numbers[at + 3], numbers[at + 4]
-        force = stiff * deep + damp * into
-        if force <= 0.0:  # it leaves faster than the wall follows
+        force, stiff, damp = _met(numbers, at, deep, into, h, numbers[at + 4])
+        if stiff == 0.0:
             continue
         entry = 0
         for i in range(3):
@@ -52,13 +63,11 @@ def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         for i in range(3):
             deep -= numbers[at + i] * signals[words[row + 1 + i]]
             into -= numbers[at + i] * signals[words[row + 4 + i]]
-        force, spring = 0.0, 0.0
-        if deep > 0.0:
-            spring = numbers[at + 3] * deep
-            force = max(spring + numbers[at + 4] * into, 0.0)
+        force, _, _ = _met(numbers, at, deep, into, h, numbers[at + 4])
+        spring, _, _ = _met(numbers, at, deep, into, h, 0.0)
         signals[words[row + 22]] = force
         signals[words[row + 23]] = (force - spring) * into
-        signals[words[row + 24]] = 0.5 * spring * max(deep, 0.0)
+        signals[words[row + 24]] = 0.5 * numbers[at + 3] * max(deep, 0.0) ** 2
 
 
 @dataclass(frozen=True)
@@ -96,6 +105,14 @@ class TipContact(Effect):
             faults.append(Fault("TipContact.damping", "must not be negative [N s/m]", self.damping))
         if faults:
             raise InputError(faults)
+
+    def kinked(self) -> bool:
+        """Its force bends and jumps at the wall.
+
+        Returns:
+            True.
+        """
+        return True
 
     def ports(self, place: Place) -> Ports:
         """Reads place and speed of the tip, adds force and how it falls with both, tells energy and loss.

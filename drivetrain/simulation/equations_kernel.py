@@ -21,8 +21,10 @@ from drivetrain.dynamics.passes import MASS, WIDTH
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all
 from drivetrain.simulation.friction_kernel import Rubbing, solve_friction
-from drivetrain.simulation.tip_kernel import add_tip, tell_tip
+from drivetrain.simulation.tip_kernel import add_tip, tell_tip, tip_agrees, try_tip
 
+AGREED = 1e-12  # of a spring's torque that a solution may be off
+PATIENCE, MOST = 6, 60  # solutions before chords help, and at most
 STIFF_FROM = 1.5  # inertia with springs and dampers in it, over that without: a step no longer follows what they do
 
 
@@ -178,8 +180,11 @@ def _spring(n: Any, w: Any, h: float, theta: float, i: int, m: int, late: float)
 
 # long kernel: every kind of force of a joint, once
 @part
-def _assemble(n: Any, w: Any, h: float, theta: float) -> bool:
-    """The linear system of the step, and the bounds of friction; whether there is any friction."""
+def _assemble(n: Any, w: Any, h: float, theta: float, asked: int) -> bool:
+    """The linear system of the step, and the bounds of friction; whether there is any friction.
+
+    ``asked`` is where the speeds stand at which springs and surroundings of the tip were asked; all else at the guess.
+    """
     joints, c, taken = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS] + w[f.ADDED_FROM]
     speeds, guess, right, bias = w[f.AT_STATE] + c, row_of(w, f.GUESS), row_of(w, f.RIGHT), row_of(w, f.BIAS)
     relative, surface, matrix, mass = row_of(w, f.RELATIVE), row_of(w, f.SURFACE), w[f.AT_MATRIX], w[f.AT_MASS]
@@ -205,11 +210,12 @@ def _assemble(n: Any, w: Any, h: float, theta: float) -> bool:
         rubs = _bounds(n, w, i, m, ratio)
         rubbing = rubbing or rubs
         if m != i:
-            _spring(n, w, h, theta, i, m, late_motor - late)
+            late = n[asked + m] - n[asked + i] - (n[speeds + m] - n[speeds + i])
+            _spring(n, w, h, theta, i, m, late)
         elif n[w[f.AT_LEVELS] + i * f.LEVELS + f.DRIVING] != 0.0 or n[w[f.AT_LEVELS] + i * f.LEVELS + f.DRIVEN] != 0.0:
             _carried(n, w, h, i, theta * soft, torque)
     if w[f.TIP]:
-        add_tip(n, w, h, theta)
+        add_tip(n, w, h, theta, asked)
     stiff = 0
     for i in range(c):
         if n[matrix + i * c + i] > STIFF_FROM * n[w[f.AT_SIGNALS] + mass + i * c + i]:
@@ -246,6 +252,8 @@ def compute(n: Any, w: Any, t: float, h: float, rates: Any) -> None:
     for k in range(s + w[f.ADDED_FROM], s + w[f.ADDED_TO]):
         n[k] = 0.0
     call_all(w[f.COMPUTES], w[f.AT_COMPUTES], t, h, rates, n, w)
+    if w[f.REPEATS]:
+        call_all(w[f.REPEATS], w[f.AT_REPEATS], t, h, rates, n, w)
 
 
 @part
@@ -256,6 +264,86 @@ def _friction(n: Any, w: Any, h: float) -> int:
         w[f.AT_MODES],
     )  # fmt: skip
     return solve_friction(at, h, n, w)
+
+
+@part
+def _try(n: Any, w: Any, t: float, h: float, theta: float, rates: Any) -> None:
+    """Ask springs and surroundings of the tip again, at the motion that the solution makes."""
+    joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]
+    trial, speeds, change = row_of(w, f.TRIAL), w[f.AT_STATE] + c, row_of(w, f.CHANGE)
+    taken = s + w[f.ADDED_FROM]
+    for i in range(c):
+        n[trial + i] = n[speeds + i] + theta * n[change + i]
+    for i in range(joints):
+        m = w[w[f.AT_MOTORS] + i]
+        if m != i:
+            rate = n[trial + m] - n[trial + i]
+            n[s + f.DEFLECTION * joints + i] = n[w[f.AT_STATE] + m] + theta * h * rate
+            n[s + f.DEFLECTION_SPEED * joints + i] = rate
+            for j in range(f.GEAR_TORQUE, f.GEAR_STIFFNESS + 1):
+                n[taken + j * joints + i] = 0.0
+    if w[f.TIP]:
+        try_tip(n, w, theta * h)
+        for k in range(f.TIP_FORCES):
+            n[s + w[f.AT_TIP_TAKEN] + k] = 0.0
+    call_all(w[f.REPEATS], w[f.AT_REPEATS], t, h, rates, n, w)
+
+
+@part
+def _agrees(n: Any, w: Any, h: float, theta: float, attempt: int) -> bool:
+    """Whether springs answer what the solution expects of them, to rounding; notes between which rates that lies.
+
+    A spring's torque only grows with its rate, and its rate only falls with its torque: what answers more than expected
+    turns too fast, what answers less too slowly.
+    """
+    joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]
+    trial, change, good = row_of(w, f.TRIAL), row_of(w, f.CHANGE), True
+    for i in range(joints):
+        m, taken = w[w[f.AT_MOTORS] + i], s + w[f.ADDED_FROM] + i
+        if m == i:
+            continue
+        rows, at = w[f.AT_CARRIED] + m * c, w[f.AT_TRIED] + 4 * m
+        expected = n[row_of(w, f.CARRIED) + m] + n[rows + m] * n[change + m] + n[rows + i] * n[change + i]
+        torque, rate = n[taken + f.GEAR_TORQUE * joints], n[s + f.DEFLECTION_SPEED * joints + i]
+        slope = n[taken + f.GEAR_DAMPING * joints] + theta * h * n[taken + f.GEAR_STIFFNESS * joints]
+        slope = max(slope, n[rows + m] / theta)
+        size = abs(n[trial + m]) + abs(n[trial + i]) + abs(n[s + f.DEFLECTION * joints + i]) / (theta * h)
+        if attempt == 0:
+            n[at] = -math.inf
+            n[at + 2] = math.inf
+        if abs(torque - expected) <= AGREED * (abs(torque) + abs(expected)) + 2e-15 * slope * size:
+            continue
+        good = False
+        side = 2 if torque > expected else 0
+        n[at + side] = rate
+        n[at + side + 1] = torque
+        low, high = n[at], n[at + 2]
+        if attempt >= PATIENCE and attempt % 2 and low < high and low > -math.inf and high < math.inf:
+            # Newton's method goes round in circles: a chord stays between the two.
+            n[taken + f.GEAR_DAMPING * joints] = (n[at + 3] - n[at + 1]) / (high - low)
+            n[taken + f.GEAR_STIFFNESS * joints] = 0.0
+    return good and (w[f.TIP] == 0 or tip_agrees(n, w, theta * h))
+
+
+@part
+def _settled(n: Any, w: Any, t: float, h: float, theta: float, rates: Any, done: int) -> int:
+    """Solve again until springs and surroundings of the tip answer what the solution expects of them.
+
+    Newton's method; where nothing bends within the step the first look agrees. It ends after ``MOST`` solutions, which
+    are told.
+    """
+    total = done
+    for attempt in range(MOST):
+        _try(n, w, t, h, theta, rates)
+        if _agrees(n, w, h, theta, attempt):
+            return total
+        _assemble(n, w, h, theta, row_of(w, f.TRIAL))
+        done = _friction(n, w, h)
+        if done < 0:
+            return done
+        total += done
+    w[f.UNSETTLED] += 1
+    return total
 
 
 @part
@@ -280,7 +368,7 @@ def solve_step(n: Any, w: Any, t: float, h: float, theta: float, rates: Any) -> 
     _mechanics(n, w, middle)
     show_states(n, w, theta * h)
     compute(n, w, middle, h, rates)
-    rubbing = _assemble(n, w, h, theta)
+    rubbing = _assemble(n, w, h, theta, row_of(w, f.GUESS))
     c, modes, relative = w[f.COORDINATES], w[f.AT_MODES], row_of(w, f.RELATIVE)
     for i in range(c):
         w[modes + 2 * c + i] = 0
@@ -289,7 +377,10 @@ def solve_step(n: Any, w: Any, t: float, h: float, theta: float, rates: Any) -> 
             w[modes + i] = 1 if speed > 0.0 else -1
         if not rubbing or n[w[f.AT_LEVELS] + i * f.LEVELS + f.ACTIVE] == 0.0:
             w[modes + i] = 1
-    return _friction(n, w, h)
+    done = _friction(n, w, h)
+    if w[f.REPEATS] and done > 0:
+        return _settled(n, w, middle, h, theta, rates, done)
+    return done
 
 
 @part
@@ -310,7 +401,7 @@ def solve_instant(n: Any, w: Any, t: float, rates: Any) -> int:
     _mechanics(n, w, t)
     show_states(n, w, 0.0)
     compute(n, w, t, 0.0, rates)
-    _assemble(n, w, 1.0, 0.0)
+    _assemble(n, w, 1.0, 0.0, row_of(w, f.GUESS))
     modes, relative, change = w[f.AT_MODES], row_of(w, f.RELATIVE), row_of(w, f.CHANGE)
     for i in range(c):
         speed = n[relative + i]

@@ -24,7 +24,10 @@ NUMBERS, WORDS, RATES_CALLS, AT_TIP_SIGNALS = range(45, 49)
 MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE, STIFF, AT_ENERGY_SIGNALS = range(49, 56)
 # Payloads: how many entries of instant and ten numbers of the last link, and where they begin.
 PAYLOADS, AT_PAYLOADS = range(56, 58)
-HEADER = 58
+# Laws of gears and of the tip's surroundings that bend within a step, called again until the step agrees with them
+# (0: none); four numbers a coordinate, from where to where a spring's rate has been tried; steps that never agreed.
+REPEATS, AT_REPEATS, AT_TRIED, UNSETTLED = range(58, 62)
+HEADER = 62
 
 # Fields of signals, in the order of ``effects.signals``: known before, told after, taken by the mechanics.
 POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE = range(7)
@@ -37,12 +40,15 @@ FIELDS_GIVEN, FIELDS_TAKEN = 16, 20
 
 # Rows of the vectors, one number a coordinate.
 BIAS, TURNED_BIAS, GUESS, LAST, RIGHT, CHANGE, RELATIVE, CARRIED, FRICTION, MARGIN, SMOOTH = range(11)
-PLACES, SURFACE = range(11, 13)
-VECTORS = 13
+PLACES, SURFACE, TRIAL = range(11, 14)
+VECTORS = 14
 # Levels of friction, a row a coordinate: joint side hold forward, backward, slide forward, backward; motor side the
 # same; mesh driving, driven; whether there is any.
 HOLD, SLIDE, MOTOR, DRIVING, DRIVEN, ACTIVE = 0, 2, 4, 8, 9, 10
 LEVELS = 11
+
+# Of the tip: its frame in the last link's, place, speed and turning at the guess, and the force that a solution expects.
+TIP_PLACE, TIP_SPEED, TIP_TURNING, TIP_EXPECTED, TIP_NUMBERS, TIP_FORCES = 16, 19, 22, 25, 28, 18
 
 # Constants of a scene without an arm, a row each: inertia, torque of the weight along x, angle from x, rotor's inertia.
 INERTIA, WEIGHT, PHASE, EXTRA = range(4)

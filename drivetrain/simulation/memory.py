@@ -20,6 +20,7 @@ from drivetrain.simulation.shaping import Mechanics
 from drivetrain.simulation.wiring import Directory, Group, Instance
 
 Words = NDArray[np.int64]
+GEAR = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +159,8 @@ def lay_out(
     for place, values in (
         (f.AT_TURNED, np.zeros(c * c)), (f.AT_MATRIX, np.zeros(c * c)), (f.AT_REDUCED, np.zeros(c * c + c)),
         (f.AT_CARRIED, np.zeros(c * c)), (f.AT_LEVELS, np.zeros(f.LEVELS * c)), (f.AT_WORK, body.work),
-        (f.AT_ROWS, body.rows), (f.AT_RATIOS, body.ratios), (f.AT_CONSTANT, body.constant), (f.AT_TIP, body.tip),
+        (f.AT_ROWS, body.rows), (f.AT_RATIOS, body.ratios), (f.AT_CONSTANT, body.constant),
+        (f.AT_TIP, np.append(body.tip, np.zeros(f.TIP_NUMBERS - 16))), (f.AT_TRIED, np.zeros(4 * c)),
     ):  # fmt: skip
         head[place] = numbers.put(values)
     head[f.MOTION], head[f.FORCES], head[f.AT_THETA] = motion().address, forces().address, numbers.put([0.5])
@@ -175,9 +177,12 @@ def lay_out(
     head[f.POWERS] = len(powers)
     head[f.AT_POWERS] = words.put(np.array([places[name] for name in powers], dtype=np.int64))
     wiring = _Wiring(places, states, {id(one): _constants(one, numbers) for one in instances}, words)
-    laws = [_call(group, group.kind.compute, wiring) for group in groups if group.kind.compute]
+    again = _repeated(groups, instances)
+    laws = [_call(group, group.kind.compute, wiring) for group in groups if group.kind.compute and group not in again]
+    bent = [_call(group, group.kind.compute, wiring) for group in again if group.kind.compute]
     telling = [_call(group, group.kind.account, wiring) for group in accounts if group.kind.account]
     _table(head, (f.COMPUTES, f.AT_COMPUTES), laws, words)
+    _table(head, (f.REPEATS, f.AT_REPEATS), bent, words)
     _table(head, (f.ACCOUNTS, f.AT_ACCOUNTS), telling, words)
     _table(head, (f.SAMPLES, f.AT_SAMPLES), _sampled(groups, wiring, numbers), words)
     head[f.NUMBERS], head[f.WORDS] = numbers.size, words.size
@@ -228,6 +233,22 @@ def _sampled(groups: Sequence[Group], wiring: _Wiring, numbers: _Block) -> list[
             members = tuple(one for one in group.instances if one.effect.period == period)
             calls.append([*_call(Group(group.kind, members), group.kind.sample, wiring), numbers.put([period]), 0])
     return calls
+
+
+def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Group]:
+    """Effects between gear and link or at the tip, where any of them bends within a step; else none.
+
+    They are asked again with what the step has come to, so they alone may set what they set, and nobody else may need
+    it.
+    """
+    if not any(one.effect.kinked() for one in instances):
+        return []
+    own = {signal.name for signal in named.TIP_TAKEN}
+    own |= {name for one in instances for name in one.adds if name.rpartition(".")[2] in GEAR}
+    again = [group for group in groups if any(name in own for one in group.instances for name in one.adds)]
+    members = [one for group in again for one in group.instances]
+    fit = all(set(one.adds) <= own and not one.gives and not one.states for one in members)
+    return again if fit and not any(name in own for one in instances for name in one.needs) else []
 
 
 def _table(head: Words, where: tuple[int, int], calls: Sequence[Sequence[int]], words: _Block) -> None:

@@ -20,7 +20,7 @@ from drivetrain.simulation.equations_kernel import compute, guess_still, row_of,
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1021223623, "simulation/fields.py": 2203602485,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 2201973209, "simulation/fields.py": 4185282814,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 

@@ -25,6 +25,57 @@ def tell_tip(n: Any, w: Any) -> None:
     for r in range(3):
         n[to + 3 + r] = n[o + VELOCITY + 3 + r] + around[r]
     put(n, to + 6, turning)
+    for r in range(9):
+        n[tip + f.TIP_PLACE + r] = n[to + r]
+
+
+@part
+def try_tip(n: Any, w: Any, shift: float) -> None:
+    """Move the tip's signals from those of the guess to those of the trial, and note what force a solution expects.
+
+    Args:
+        n, w: The run, just solved; speeds of the middle in the row of the trial.
+        shift: Time from the beginning of the step to its middle [s].
+    """
+    joints, c, s, tip = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS], w[f.AT_TIP]
+    to, taken = s + w[f.AT_TIP_SIGNALS], s + w[f.AT_TIP_TAKEN]
+    guess, trial = w[f.AT_VECTORS] + f.GUESS * c, w[f.AT_VECTORS] + f.TRIAL * c
+    before, place = get(n, to + 3), get(n, tip + f.TIP_PLACE)
+    speed, turning = get(n, tip + f.TIP_SPEED), get(n, tip + f.TIP_TURNING)
+    for k in range(joints):
+        more = n[trial + k] - n[guess + k]
+        column, around = _column(n, w, k, place), get(n, w[f.AT_WORK] + k * COLUMNS + SCREW)
+        speed = (speed[0] + more * column[0], speed[1] + more * column[1], speed[2] + more * column[2])
+        turning = (turning[0] + more * around[0], turning[1] + more * around[1], turning[2] + more * around[2])
+    put(n, to + 3, speed)
+    put(n, to + 6, turning)
+    change = (speed[0] - before[0], speed[1] - before[1], speed[2] - before[2])
+    less = _times(n, taken, shift, change)
+    for r in range(3):
+        n[to + r] = place[r] + shift * (speed[r] - n[tip + f.TIP_SPEED + r])
+        n[tip + f.TIP_EXPECTED + r] = n[taken + r] - less[r]
+
+
+@part
+def tip_agrees(n: Any, w: Any, shift: float) -> bool:
+    """Whether the surroundings answer what the solution expects of them.
+
+    Args:
+        n, w: The run, tried, and the laws asked again.
+        shift: Time from the beginning of the step to its middle [s].
+
+    Returns:
+        To rounding.
+    """
+    tip, taken = w[f.AT_TIP], w[f.AT_SIGNALS] + w[f.AT_TIP_TAKEN]
+    to, off, size, stiff = w[f.AT_SIGNALS] + w[f.AT_TIP_SIGNALS], 0.0, 0.0, 0.0
+    for r in range(3):
+        off = max(off, abs(n[taken + r] - n[tip + f.TIP_EXPECTED + r]))
+        size = max(size, abs(n[taken + r]), abs(n[tip + f.TIP_EXPECTED + r]))
+        stiff = max(stiff, _softness(n, taken, shift, 3 * r - r * (r - 1) // 2 if r < 2 else 5))
+    far = max(abs(n[to]), abs(n[to + 1]), abs(n[to + 2])) + 1.0
+    fast = max(abs(n[to + 3]), abs(n[to + 4]), abs(n[to + 5]))
+    return off <= 1e-12 * size + 2e-15 * stiff * (fast + far / shift)
 
 
 @part
@@ -54,17 +105,18 @@ def _column(n: Any, w: Any, k: int, place: tuple[float, float, float]) -> tuple[
 
 
 @part
-def add_tip(n: Any, w: Any, h: float, theta: float) -> None:
+def add_tip(n: Any, w: Any, h: float, theta: float, guess: int) -> None:
     """What the surroundings do to the tip joins the linear system, and what meshes carry.
 
     Args:
         n, w: The run, all but this assembled.
         h: Step [s].
         theta: Where in the step forces are taken.
+        guess: Where the speeds stand at which they were asked.
     """
     joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]
-    taken, place = s + w[f.AT_TIP_TAKEN], get(n, s + w[f.AT_TIP_SIGNALS])
-    speeds, guess = w[f.AT_STATE] + c, w[f.AT_VECTORS] + f.GUESS * c
+    taken, place = s + w[f.AT_TIP_TAKEN], get(n, w[f.AT_TIP] + f.TIP_PLACE)
+    speeds = w[f.AT_STATE] + c
     right, carried = w[f.AT_VECTORS] + f.RIGHT * c, w[f.AT_VECTORS] + f.CARRIED * c
     step, moment, force = theta * h, get(n, taken + 3), get(n, taken)
     for k in range(joints):
