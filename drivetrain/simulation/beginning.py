@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
 import numpy as np
 
 from drivetrain.arrays import Array
@@ -31,25 +33,42 @@ def started(plan: Plan, numbers: Array, words: Words) -> Array:
     states[:n], states[c : c + n] = position, speed
     for i in plan.body.springs:
         states[c + plan.body.motors[i]] = speed[i]
-    signals = np.zeros(words[f.SIGNALS])
-    rates, places = np.zeros(len(states)), list(plan.memory.places.values())
-    for _ in range(PASSES):
+    rates, signals = np.zeros(len(states)), np.zeros(words[f.SIGNALS])
+    begun = [(one, [plan.memory.states[name] for name in one.states]) for one in plan.instances if one.states]
+    bent = {i: shape.deflection for i, shape in plan.body.springs.items() if shape.deflection is not None}
+    for _ in range(PASSES if begun or bent else 0):
+        before = states.copy()
         evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
-        told = dict(zip(plan.memory.places, signals[places].tolist(), strict=True))
-        for i, shape in plan.body.springs.items():
-            joint = scene.joints[i]
-            if shape.deflection is not None:
-                load = told[f"{joint}.bias_torque"] - told[f"{joint}.joint_torque"]
-                states[plan.body.motors[i]] = shape.deflection(load)
-        for one in plan.instances:
-            if one.states:
-                states[[plan.memory.states[name] for name in one.states]] = one.effect.start(one.place, told)
+        told = _Told(plan.memory.places, signals)
+        for i, deflection in bent.items():
+            load = told[f"{scene.joints[i]}.bias_torque"] - told[f"{scene.joints[i]}.joint_torque"]
+            states[plan.body.motors[i]] = deflection(load)
+        for one, at in begun:
+            states[at] = one.effect.start(one.place, told)
+        if np.array_equal(states, before):
+            break
     evaluate(rates_kernel.rates().address, 0.0, states, rates, numbers, words)
     numbers[words[f.AT_STATE] : words[f.AT_STATE] + len(states)] = states
     numbers[words[f.AT_RATES] : words[f.AT_RATES] + len(states)] = 0.0
     last = words[f.AT_VECTORS] + f.LAST * c
     numbers[last : last + c] = np.where(np.isfinite(rates[c : 2 * c]), rates[c : 2 * c], 0.0)
     return numbers
+
+
+class _Told(Mapping[str, float]):
+    """Signals by name, looked up one by one: of hundreds an effect asks for three."""
+
+    def __init__(self, places: Mapping[str, int], values: Array) -> None:
+        self._places, self._values = places, values
+
+    def __getitem__(self, name: str) -> float:
+        return float(self._values[self._places[name]])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
 
 
 def _motion(plan: Plan) -> tuple[Array, Array]:

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from drivetrain.arrays import Array
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event, Series
@@ -79,21 +77,4 @@ def column_names(plan: Plan) -> list[tuple[str, str]]:
     Returns:
         (name, unit) a column; an empty name where a column has none.
     """
-    signals = [("", "")] * int(max(plan.memory.places.values(), default=-1) + 1)
-    for name, place in plan.memory.places.items():
-        signals[place] = (name, plan.signals.units.get(name, "")) if name in plan.signals.units else ("", "")
-    states = [(name, plan.units[name]) for name in plan.memory.states]
-    return [*states, *signals, *((f"{name.removesuffix('_power')}_energy", "J") for name in plan.memory.powers)]
-
-
-def empty_rows(plan: Plan, count: int) -> Array:
-    """Rows to be filled.
-
-    Args:
-        plan: The plan.
-        count: How many.
-
-    Returns:
-        (count, 1 + columns).
-    """
-    return np.zeros((count, 1 + len(column_names(plan))))
+    return list(plan.layout.columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,13 +13,13 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import fields as f
 from drivetrain.simulation import step_kernel as kernel
 from drivetrain.simulation.beginning import started
-from drivetrain.simulation.engine import Engine, Outcome, Wish, column_names
+from drivetrain.simulation.engine import Engine, Outcome, Wish
 from drivetrain.simulation.memory import Words
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers.solver import check_positive
 
-ROWS = 512  # a chunk
+NUMBERS = 2**22  # of the rows of a chunk, at most
 EVENTS = 4096  # a chunk; more are counted, not told
 Run = tuple[Array, Words, Array, Words, Array]  # numbers, words, clock, counts, breakpoints
 MOST_STEPS = 1e11
@@ -60,6 +61,11 @@ class FixedStep(Engine):
             numbers = started(plan, numbers, words)
         else:
             _restore(wish.resume, plan, numbers, words, clock, counts)
+            # The instant at which the two runs join stands in the first already.
+            told = math.floor(clock[kernel.TIME] / wish.interval + 1e-6)
+            clock[kernel.NEXT_ROW] = min(wish.interval * (told + 1.0), plan.scene.duration)
+            if clock[kernel.STEP] != self.step:
+                clock[kernel.ANCHOR], counts[kernel.IN_SEGMENT] = clock[kernel.TIME], 0
         clock[kernel.END], clock[kernel.STEP], clock[kernel.INTERVAL] = plan.scene.duration, self.step, wish.interval
         breaks = np.append(plan.breakpoints, np.inf)
         counts[kernel.NEXT_BREAK] = np.searchsorted(breaks, clock[kernel.TIME] + kernel.SLACK * self.step, side="right")
@@ -69,13 +75,16 @@ class FixedStep(Engine):
 def _looped(plan: Plan, wish: Wish, run: Run) -> Outcome:
     """Call the kernel until it is done."""
     _, _, clock, counts, _ = run
-    advance, parts = kernel.compiled(), []
-    rows, events, logged = np.empty((ROWS, 1 + len(column_names(plan)))), np.empty((EVENTS, 4)), []
+    advance, parts, filled = kernel.compiled(), [], 0
+    rows, events, logged = _room(plan, wish, clock), np.empty((EVENTS, 4)), []
     while True:
         counts[kernel.ROWS] = counts[kernel.EVENTS] = 0
         counts[kernel.BUDGET] = CHUNK
-        code = advance(*run, rows, events)
-        parts.append(rows[: counts[kernel.ROWS]].copy())
+        code = advance(*run, rows[filled:], events)
+        filled += counts[kernel.ROWS]
+        if code == kernel.FULL:
+            parts.append(rows)
+            rows, filled = _room(plan, wish, clock), 0
         logged += [row.copy() for row in events[: min(counts[kernel.EVENTS], EVENTS)]]
         stopped = _stopped(code, plan, clock, counts)
         if code == kernel.DONE or stopped is not None:
@@ -84,13 +93,21 @@ def _looped(plan: Plan, wish: Wish, run: Run) -> Outcome:
             stopped = Event(float(clock[kernel.TIME]), "stopped", "by the progress callback; it can be resumed")
             break
     counters = {"steps": counts[kernel.STEPS], "solves": counts[kernel.SOLVES], "instants": counts[kernel.INSTANTS]}
+    rows = rows[:filled]
     return Outcome(
-        np.concatenate(parts),
+        np.concatenate([*parts, rows]) if parts else rows,
         {name: int(count) for name, count in counters.items()},
         tuple(_told(row, plan) for row in logged),
         stopped,
         _kept(plan, run),
     )
+
+
+def _room(plan: Plan, wish: Wish, clock: Array) -> Array:
+    """Rows for the rest of a run, as far as one block may go."""
+    left = (clock[kernel.END] - clock[kernel.TIME]) / wish.interval
+    width = 1 + len(plan.layout.columns)
+    return np.empty((int(min(left + 3.0, max(NUMBERS // width, 64))), width))
 
 
 def _stopped(code: int, plan: Plan, clock: Array, counts: Words) -> Event | None:

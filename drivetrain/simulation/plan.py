@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 
 import numpy as np
@@ -14,6 +15,7 @@ from drivetrain.effects.effect import Place, TimeScale
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import fields as f
 from drivetrain.simulation import rates_kernel
+from drivetrain.simulation.layout import Layout, layout_of
 from drivetrain.simulation.memory import Memory, lay_out
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.shaping import Mechanics, mechanics, ratios_of
@@ -23,6 +25,7 @@ from drivetrain.solvers.compiled_function import evaluate
 MASSLESS = 1e-14  # of a joint's own inertia: what is left of it when others give way is rounding
 SMALLEST = 1e-60  # kg m^2 or kg
 MOST_SAMPLES = 1e9
+
 
 @dataclass(frozen=True, eq=False)
 class Plan:
@@ -54,6 +57,11 @@ class Plan:
     def instances(self) -> tuple[Instance, ...]:
         """All effects, in their order."""
         return tuple(chain.from_iterable(group.instances for group in self.groups))
+
+    @cached_property
+    def layout(self) -> Layout:
+        """What stands in the rows of its runs."""
+        return layout_of(self.memory, self.signals, self.units)
 
     def __str__(self) -> str:
         return "\n".join([

@@ -9,13 +9,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array, frozen_array, within_reach
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.simulation.series import Series as Series
+from drivetrain.simulation.series import TableSeries
 from drivetrain.whole_files import write_whole
 
 FORMAT = 1
@@ -24,18 +26,6 @@ DAMAGE = (
     ValueError, KeyError, TypeError, AttributeError, NotImplementedError, OSError, EOFError, zipfile.BadZipFile,
     zlib.error,
 )  # fmt: skip
-
-
-class Series(NamedTuple):
-    """One quantity over the recording's clock.
-
-    Attributes:
-        unit: SI, such as ``rad/s``; ``-`` for a pure number.
-        values: (N,).
-    """
-
-    unit: str
-    values: Array
 
 
 @dataclass(frozen=True)
@@ -78,7 +68,8 @@ class Recording:
     def __post_init__(self) -> None:
         time = frozen_array(self.time, (None,), "time")
         object.__setattr__(self, "time", time)
-        object.__setattr__(self, "series", _frozen(self.series, len(time)))
+        if not isinstance(self.series, TableSeries) or self.series.rows != len(time):
+            object.__setattr__(self, "series", _frozen(self.series, len(time)))
 
     def __getitem__(self, name: str) -> Array:
         """The values of a series.

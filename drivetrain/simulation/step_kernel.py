@@ -20,7 +20,7 @@ from drivetrain.simulation.equations_kernel import compute, guess_still, row_of,
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 2201973209, "simulation/fields.py": 4185282814,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1093546256, "simulation/fields.py": 99470501,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 
@@ -144,10 +144,14 @@ def _next_node(n: Any, w: Any, clock: Any, counts: Any, breaks: Any) -> float:
     to = clock[ANCHOR] + clock[STEP] * (counts[IN_SEGMENT] + 1)
     counts[IN_SEGMENT] += 1
     if to > mark - SLACK * clock[STEP]:
-        to = mark
         if mark < clock[END]:
             clock[ANCHOR] = mark
             counts[IN_SEGMENT] = 0
+        elif to <= mark + SLACK * clock[STEP]:
+            return to  # as it would be if the run went on
+        else:
+            counts[IN_SEGMENT] -= 1
+        to = mark
     return to
 
 
@@ -167,6 +171,8 @@ def _advance(numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, row
             if counts[ROWS] == len(rows):
                 return FULL
             _row(n, w, t, rows[counts[ROWS]], kept)
+            if abs(t - clock[END]) <= slack:
+                rows[counts[ROWS], 0] = clock[END]
             counts[ROWS] += 1
             counts[INSTANTS] += 1
             clock[NEXT_ROW] = min(clock[INTERVAL] * (math.floor(t / clock[INTERVAL] + 1e-6) + 1.0), clock[END])

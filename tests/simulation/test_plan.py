@@ -226,10 +226,31 @@ def test_stopped_and_resumed_it_is_the_same_to_the_bit() -> None:
     rest = simulate(scene, solver=FixedStep(1e-5), interval=0.05, resume=first)
     assert rest.stopped_by is None
     for name in whole.series:
-        if name != "energy_error":
-            joined = np.concatenate([first[name], rest[name]])
-            np.testing.assert_array_equal(joined, whole[name])
+        np.testing.assert_array_equal(np.concatenate([first[name], rest[name]]), whole[name])
     assert rest.counters["steps"] == whole.counters["steps"]
+
+
+@pytest.mark.parametrize("half", [1.0, 0.75])
+def test_a_run_in_two_parts_is_that_in_one_sample_by_sample(half: float) -> None:
+    scene = joint_scene(Inertia(1.2, weight=10.0), drive(), 2.0)
+    whole = simulate(scene, interval=0.05)
+    first = simulate(scene, interval=0.05, duration=half)
+    rest = simulate(scene, interval=0.05, resume=first)
+    np.testing.assert_array_equal(np.concatenate([first.time, rest.time]), whole.time)
+    for name in whole.series:
+        np.testing.assert_array_equal(np.concatenate([first[name], rest[name]]), whole[name], err_msg=name)
+    # Nothing is left to do: the instant at which it ended, once.
+    np.testing.assert_array_equal(simulate(scene, interval=0.05, resume=rest).time, [2.0])
+
+
+def test_a_run_may_go_on_with_another_step() -> None:
+    scene = joint_scene(Inertia(1.2, weight=10.0), drive(), 1.0)
+    first = simulate(scene, duration=0.4005)
+    rest = simulate(scene, solver=FixedStep(1e-4), resume=first)
+    assert rest.counters["steps"] - first.counters["steps"] == 5995
+    assert rest["joint.position"][-1] == pytest.approx(simulate(scene)["joint.position"][-1], abs=1e-4)
+    # Half a step was left on the old grid.
+    assert simulate(scene, resume=first).counters["steps"] == 1001
 
 
 def test_a_longer_run_goes_on_from_a_saved_one(tmp_path: Any) -> None:
