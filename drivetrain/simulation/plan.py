@@ -38,7 +38,7 @@ class Plan:
         signals: All signals: units, who sets them, powers and stored energies.
         memory: Numbers and words of the compiled engines, as they are before the start.
         units: Of the states, by full name.
-        breakpoints: Where laws jump in time [s], rising, inside the run.
+        breakpoints: Where laws jump in time [s], rising, inside the run or at its end.
         time_scales: How fast what is, by effect, the fastest first.
         left_out: Effects that others stand in for, in words.
     """
@@ -210,7 +210,7 @@ def _breakpoints(instances: Sequence[Instance], scene: Scene) -> Array:
     bad = [t for t in instants if not np.isfinite(t)]
     if bad:
         raise InputError(Fault("breakpoints", "must be instants [s]", bad[0]))
-    return np.array(sorted(t for t in instants if 0.0 < t < scene.duration))
+    return np.array(sorted(t for t in instants if 0.0 < t <= scene.duration))
 
 
 def _time_scales(instances: Sequence[Instance]) -> tuple[tuple[str, TimeScale], ...]:

@@ -20,7 +20,7 @@ from drivetrain.simulation.equations_kernel import compute, guess_still, row_of,
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1093546256, "simulation/fields.py": 99470501,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 2141531927, "simulation/fields.py": 1944256648,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 
@@ -140,19 +140,20 @@ def _log(w: Any, c: int, t: float, before: Any, events: Any, counts: Any) -> Non
 @part
 def _next_node(n: Any, w: Any, clock: Any, counts: Any, breaks: Any) -> float:
     """Where the step ends: on the grid, or on what comes first."""
-    mark = min(clock[END], min(breaks[counts[NEXT_BREAK]], _next_sample(n, w)))
+    inner = min(breaks[counts[NEXT_BREAK]], _next_sample(n, w))
+    mark, slack = min(clock[END], inner), SLACK * clock[STEP]
     to = clock[ANCHOR] + clock[STEP] * (counts[IN_SEGMENT] + 1)
-    counts[IN_SEGMENT] += 1
-    if to > mark - SLACK * clock[STEP]:
-        if mark < clock[END]:
-            clock[ANCHOR] = mark
-            counts[IN_SEGMENT] = 0
-        elif to <= mark + SLACK * clock[STEP]:
-            return to  # as it would be if the run went on
-        else:
-            counts[IN_SEGMENT] -= 1
-        to = mark
-    return to
+    if to <= mark - slack:
+        counts[IN_SEGMENT] += 1
+        return to
+    if inner <= mark + slack:
+        clock[ANCHOR] = inner
+        counts[IN_SEGMENT] = 0
+        return inner
+    if to <= mark + slack:
+        counts[IN_SEGMENT] += 1
+        return to  # the end, as it would be if the run went on
+    return mark
 
 
 # long kernel: the loop over nodes
