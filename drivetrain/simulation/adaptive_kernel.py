@@ -6,7 +6,8 @@ bound. Then the change that belongs to the event is forced, and only what it doe
 complementarity: who asks "which mode?" anew at rest gets the old answer back, for ever.
 
 At the end of the words of a plan lie: how many events were logged, how many there is room for, whether any effect has a
-memory, the modes before; at the end of the numbers the log itself (instant, coordinate, mode before, mode after).
+memory, the modes before, and which way each stuck coordinate was last seen to give; at the end of the numbers the log
+itself (instant, coordinate, mode before, mode after).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 2201973209, "simulation/fields.py": 4185282814,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 2141531927, "simulation/fields.py": 1944256648,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 LOGGED, ROOM, REMEMBERS, BEFORE = range(4)  # words behind those of the plan
@@ -48,7 +49,7 @@ def _active(i: int, n: Any, w: Any) -> bool:
 def _values(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     """How far each coordinate is from changing its mode; negative when it has overdone it."""
     c, modes, surface = words[f.COORDINATES], words[f.AT_MODES], row_of(words, f.SURFACE)
-    margin, asked = row_of(words, f.MARGIN), False
+    margin, friction, asked = row_of(words, f.MARGIN), row_of(words, f.FRICTION), False
     for i in range(c):
         asked = asked or words[modes + i] == 0 or numbers[surface + i] != 0.0
     if asked:
@@ -58,6 +59,9 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
             result[i] = 1.0
         elif words[modes + i] == 0:
             result[i] = numbers[margin + i]
+            if result[i] < 0.0:
+                # It breaks loose the way in which it gave, also where the force at the event itself is zero.
+                words[words[f.WORDS] + BEFORE + c + i] = 1 if numbers[friction + i] >= 0.0 else -1
         else:
             result[i] = words[modes + i] * (x[c + i] - numbers[surface + i])
 
@@ -65,7 +69,7 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
 def _handler(t: Any, x: Any, crossed: Any, numbers: Any, words: Any) -> None:
     """Force the change of mode that an event stands for, and let the others at rest find theirs."""
     c, modes, own = words[f.COORDINATES], words[f.AT_MODES], words[f.WORDS]
-    surface, friction = row_of(words, f.SURFACE), row_of(words, f.FRICTION)
+    surface = row_of(words, f.SURFACE)
     _at(t, x, numbers, words)
     for i in range(c):
         words[own + BEFORE + i] = words[modes + i]
@@ -73,10 +77,11 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, words: Any) -> None:
             continue
         rest = numbers[surface + i]
         if words[modes + i] == 0:
-            way = 1.0 if numbers[friction + i] >= 0.0 else -1.0
+            way = words[own + BEFORE + c + i]
             x[c + i] = rest + way * max(PUSH, 4e-16 * abs(rest))
         elif abs(x[c + i] - rest) <= AT_REST:
             x[c + i] = rest
+            words[modes + i] = 0  # what comes to rest sticks, unless that asks too much of friction
     words[f.HELD_MODES] = 0
     _at(t, x, numbers, words)
     words[f.HELD_MODES] = 1

@@ -21,7 +21,7 @@ from drivetrain.dynamics.passes import MASS, WIDTH
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all
 from drivetrain.simulation.friction_kernel import Rubbing, solve_friction
-from drivetrain.simulation.tip_kernel import add_tip, tell_tip, tip_agrees, try_tip
+from drivetrain.simulation.tip_kernel import add_tip, calm_tip, tell_tip, tip_agrees, try_tip
 
 AGREED = 1e-12  # of a spring's torque that a solution may be off
 PATIENCE, MOST = 6, 60  # solutions before chords help, and at most
@@ -290,19 +290,38 @@ def _try(n: Any, w: Any, t: float, h: float, theta: float, rates: Any) -> None:
 
 
 @part
-def _agrees(n: Any, w: Any, h: float, theta: float, attempt: int) -> bool:
-    """Whether springs answer what the solution expects of them, to rounding; notes between which rates that lies.
+def _bracketed(n: Any, at: int, rate: float, torque: float, expected: float) -> float:
+    """Note a rate that was tried; the slope of the chord between one too slow and one too fast, or -1.
 
     A spring's torque only grows with its rate, and its rate only falls with its torque: what answers more than expected
-    turns too fast, what answers less too slowly.
+    turns too fast, what answers less too slowly. Where Newton's method goes round in circles the chord stays between.
+
+    Reference: Dowell and Jarratt, A modified regula falsi method (Illinois), BIT 11 (1971) 168.
     """
+    own, other = (at + 3, at) if torque > expected else (at, at + 3)
+    again = abs(n[own]) < math.inf
+    n[own] = rate
+    n[own + 1] = expected
+    n[own + 2] = torque - expected
+    if not n[at] < n[at + 3]:  # other springs have moved on: what was tried before says nothing any more
+        n[other] = -math.inf if other == at else math.inf
+    if not abs(n[other]) < math.inf:
+        return -1.0
+    if again:
+        n[other + 2] *= 0.5
+    return max((n[at + 4] + n[at + 5] - n[at + 1] - n[at + 2]) / (n[at + 3] - n[at]), 0.0)
+
+
+@part
+def _agrees(n: Any, w: Any, h: float, theta: float, attempt: int) -> bool:
+    """Whether springs answer what the solution expects of them, to rounding."""
     joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]
     trial, change, good = row_of(w, f.TRIAL), row_of(w, f.CHANGE), True
     for i in range(joints):
         m, taken = w[w[f.AT_MOTORS] + i], s + w[f.ADDED_FROM] + i
         if m == i:
             continue
-        rows, at = w[f.AT_CARRIED] + m * c, w[f.AT_TRIED] + 4 * m
+        rows, at = w[f.AT_CARRIED] + m * c, w[f.AT_TRIED] + 6 * m
         expected = n[row_of(w, f.CARRIED) + m] + n[rows + m] * n[change + m] + n[rows + i] * n[change + i]
         torque, rate = n[taken + f.GEAR_TORQUE * joints], n[s + f.DEFLECTION_SPEED * joints + i]
         slope = n[taken + f.GEAR_DAMPING * joints] + theta * h * n[taken + f.GEAR_STIFFNESS * joints]
@@ -310,19 +329,19 @@ def _agrees(n: Any, w: Any, h: float, theta: float, attempt: int) -> bool:
         size = abs(n[trial + m]) + abs(n[trial + i]) + abs(n[s + f.DEFLECTION * joints + i]) / (theta * h)
         if attempt == 0:
             n[at] = -math.inf
-            n[at + 2] = math.inf
+            n[at + 3] = math.inf
         if abs(torque - expected) <= AGREED * (abs(torque) + abs(expected)) + 2e-15 * slope * size:
             continue
         good = False
-        side = 2 if torque > expected else 0
-        n[at + side] = rate
-        n[at + side + 1] = torque
-        low, high = n[at], n[at + 2]
-        if attempt >= PATIENCE and attempt % 2 and low < high and low > -math.inf and high < math.inf:
-            # Newton's method goes round in circles: a chord stays between the two.
-            n[taken + f.GEAR_DAMPING * joints] = (n[at + 3] - n[at + 1]) / (high - low)
+        chord = _bracketed(n, at, rate, torque, expected)
+        if attempt >= PATIENCE and chord >= 0.0:
+            n[taken + f.GEAR_DAMPING * joints] = chord
             n[taken + f.GEAR_STIFFNESS * joints] = 0.0
-    return good and (w[f.TIP] == 0 or tip_agrees(n, w, theta * h))
+    if w[f.TIP]:
+        good = tip_agrees(n, w, theta * h) and good
+        if attempt >= PATIENCE and attempt % 2:
+            calm_tip(n, w)
+    return good
 
 
 @part

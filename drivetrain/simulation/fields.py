@@ -25,7 +25,7 @@ MOTION, FORCES, SOLVED, AT_THETA, AT_SPARE, STIFF, AT_ENERGY_SIGNALS = range(49,
 # Payloads: how many entries of instant and ten numbers of the last link, and where they begin.
 PAYLOADS, AT_PAYLOADS = range(56, 58)
 # Laws of gears and of the tip's surroundings that bend within a step, called again until the step agrees with them
-# (0: none); four numbers a coordinate, from where to where a spring's rate has been tried; steps that never agreed.
+# (0: none); six numbers a coordinate, between which rates a spring's has been tried; steps that never agreed.
 REPEATS, AT_REPEATS, AT_TRIED, UNSETTLED = range(58, 62)
 HEADER = 62
 
@@ -47,8 +47,9 @@ VECTORS = 14
 HOLD, SLIDE, MOTOR, DRIVING, DRIVEN, ACTIVE = 0, 2, 4, 8, 9, 10
 LEVELS = 11
 
-# Of the tip: its frame in the last link's, place, speed and turning at the guess, and the force that a solution expects.
-TIP_PLACE, TIP_SPEED, TIP_TURNING, TIP_EXPECTED, TIP_NUMBERS, TIP_FORCES = 16, 19, 22, 25, 28, 18
+# Of the tip: its frame in the last link's, place, speed and turning at the guess, the force that a solution expects,
+# and how forces fell with speed and place when last asked.
+TIP_PLACE, TIP_SPEED, TIP_TURNING, TIP_EXPECTED, TIP_SOFT, TIP_NUMBERS, TIP_FORCES = 16, 19, 22, 25, 28, 40, 18
 
 # Constants of a scene without an arm, a row each: inertia, torque of the weight along x, angle from x, rotor's inertia.
 INERTIA, WEIGHT, PHASE, EXTRA = range(4)

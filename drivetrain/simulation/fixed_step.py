@@ -93,6 +93,8 @@ def _looped(plan: Plan, wish: Wish, run: Run) -> Outcome:
             stopped = Event(float(clock[kernel.TIME]), "stopped", "by the progress callback; it can be resumed")
             break
     counters = {"steps": counts[kernel.STEPS], "solves": counts[kernel.SOLVES], "instants": counts[kernel.INSTANTS]}
+    if run[1][f.REPEATS]:
+        counters["unsettled"] = run[1][f.UNSETTLED]
     rows = rows[:filled]
     return Outcome(
         np.concatenate([*parts, rows]) if parts else rows,

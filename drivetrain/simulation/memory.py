@@ -160,7 +160,7 @@ def lay_out(
         (f.AT_TURNED, np.zeros(c * c)), (f.AT_MATRIX, np.zeros(c * c)), (f.AT_REDUCED, np.zeros(c * c + c)),
         (f.AT_CARRIED, np.zeros(c * c)), (f.AT_LEVELS, np.zeros(f.LEVELS * c)), (f.AT_WORK, body.work),
         (f.AT_ROWS, body.rows), (f.AT_RATIOS, body.ratios), (f.AT_CONSTANT, body.constant),
-        (f.AT_TIP, np.append(body.tip, np.zeros(f.TIP_NUMBERS - 16))), (f.AT_TRIED, np.zeros(4 * c)),
+        (f.AT_TIP, np.append(body.tip, np.zeros(f.TIP_NUMBERS - 16))), (f.AT_TRIED, np.zeros(6 * c)),
     ):  # fmt: skip
         head[place] = numbers.put(values)
     head[f.MOTION], head[f.FORCES], head[f.AT_THETA] = motion().address, forces().address, numbers.put([0.5])

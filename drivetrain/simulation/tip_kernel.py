@@ -54,6 +54,20 @@ def try_tip(n: Any, w: Any, shift: float) -> None:
     for r in range(3):
         n[to + r] = place[r] + shift * (speed[r] - n[tip + f.TIP_SPEED + r])
         n[tip + f.TIP_EXPECTED + r] = n[taken + r] - less[r]
+    for k in range(12):
+        n[tip + f.TIP_SOFT + k] = n[taken + 6 + k]
+
+
+@part
+def calm_tip(n: Any, w: Any) -> None:
+    """Take the mean of how forces fall now and of how they did when last asked: it ends going round in circles.
+
+    Args:
+        n, w: The run, tried, and the laws asked again.
+    """
+    taken, tip = w[f.AT_SIGNALS] + w[f.AT_TIP_TAKEN], w[f.AT_TIP]
+    for k in range(12):
+        n[taken + 6 + k] = 0.5 * (n[taken + 6 + k] + n[tip + f.TIP_SOFT + k])
 
 
 @part
