@@ -39,7 +39,6 @@ from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.spread import Spread
 from drivetrain.study.study import JointTask, Study
-from drivetrain.study.verdicts import Verdict
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent
@@ -83,8 +82,7 @@ def html_report(
 def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any]:
     """What stands around the content: title, verdict, navigation, style and script."""
     study = evaluation.study
-    failed = selection is not None and not selection.feasible
-    verdict = Verdict.FAIL if failed else evaluation.verdict
+    verdict = evaluation.verdict if selection is None else selection.verdict
     return {
         "kind": "Drive sizing report" if selection is None else "Drive selection report",
         "study": study,

@@ -113,7 +113,11 @@ def ratio_sentence(found: RatioStudy) -> str:
     spans = " and ".join(_span(window) for window in found.windows)
     own = abs(found.drive.gear.ratio)
     inside = any(window.low <= own <= window.high for window in found.windows)
-    return f"{drive} fits with a ratio {spans}; its own, {number(own)}, is {'inside' if inside else 'outside'}."
+    where = f"{spans}; its own, {number(own)}, is {'inside' if inside else 'outside'}."
+    if found.lacking:
+        unknown = ", ".join(check.name for check in found.lacking)
+        return f"{drive} is not proven to fit: data are missing to check {unknown}; the rest holds with a ratio {where}"
+    return f"{drive} fits with a ratio {where}"
 
 
 def _span(window: RatioWindow) -> str:

@@ -11,9 +11,10 @@ import pandas as pd
 from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.report.sections import Extra
 from drivetrain.report.spread_section import spread_data
+from drivetrain.sizing.missing import Gap, gaps, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
 from drivetrain.sizing.spread import Spread
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import Check
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without
@@ -59,17 +60,20 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
     study = evaluation.study
-    failed = selection is not None and not selection.feasible
     data: dict[str, Any] = {
         "schema_version": SCHEMA_VERSION,
         "drivetrain": __version__,
         "study": study.name,
         "digest": study.digest,
         "job": "size" if selection is None else "select",
-        "verdict": str(Verdict.FAIL if failed else evaluation.verdict),
-        "feasible": evaluation.feasible if selection is None else selection.feasible,
-        "objective": {"name": study.objective, "value": _finite(result.objective), "unit": _objective_unit(evaluation)},
+        "verdict": str(result.verdict),
+        "feasible": result.feasible,
+        "objective": {
+            "name": study.objective, "value": _finite(result.objective), "unit": _objective_unit(evaluation),
+            "remark": " ".join(uncounted(evaluation)),
+        },
         "criteria": {name: _finite(value) for name, value in sorted(evaluation.criteria.items())},
+        "missing": [_gap(gap) for gap in gaps(evaluation)],
         "joints": {name: _joint(joint) for name, joint in evaluation.joints.items()},
         "shared": [_check(check) for check in evaluation.shared],
     }
@@ -95,6 +99,11 @@ def _finite_all(data: Any) -> Any:
     if isinstance(data, list):
         return [_finite_all(value) for value in data]
     return _finite(data) if isinstance(data, float) else data
+
+
+def _gap(gap: Gap) -> dict[str, Any]:
+    """A number that a sheet lacks; any one of the columns fills it."""
+    return {**vars(gap), "columns": list(gap.columns), "checks": list(gap.checks)}
 
 
 def _check(check: Check) -> dict[str, Any]:

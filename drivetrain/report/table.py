@@ -80,16 +80,14 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     """
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
-    failed = selection is not None and not selection.feasible
-    verdict = Verdict.FAIL if failed else evaluation.verdict
     lines = [
-        Text.assemble((str(verdict), STYLES[verdict]), "  ", headline(evaluation, selection)),
+        Text.assemble((str(result.verdict), STYLES[result.verdict]), "  ", headline(evaluation, selection)),
         Text(overall_sentence(evaluation)),
         Text(f"objective: {objective_text(evaluation)}"),
     ]
-    if gaps(evaluation):
-        lines.insert(1, Text(gaps(evaluation), "yellow"))
+    lines[1:1] = [Text(line, "yellow") for line in gaps(evaluation)]
     if selection is not None:
+        lines += [Text(f"note: {line}", "yellow") for line in selection.notes]
         lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates fell"))
         lines += [Text(line, "dim") for line in set_lines(selection)]
         lines += [Text(f"mend: {line}") for line in selection.advice]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
-from drivetrain.sizing.judge import ESSENTIAL
-from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.sizing.missing import gaps as missing_gaps
+from drivetrain.sizing.missing import uncounted
+from drivetrain.sizing.results import Evaluation, JointResult, Selection, lacking
 from drivetrain.study.study import DriveMass, Study
 from drivetrain.study.verdicts import Check, Verdict
 
@@ -176,46 +177,47 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
     Returns:
         One sentence.
     """
-    if selection is not None and not selection.feasible:
-        return "No allowed set of drives does it. Shown are the nearest candidates."
+    if selection is not None and not selection.drives:
+        unknown = selection.verdict is Verdict.NOT_CHECKED
+        found = "is proven to do it: data are missing" if unknown else "does it"
+        return f"No allowed set of drives {found}. Shown are the nearest candidates."
     drives = "The chosen drives" if selection is not None else "The given drives"
     words = {
         Verdict.PASS: f"{drives} do it, with the wanted reserve everywhere.",
         Verdict.MARGINAL: f"{drives} do it, but with less reserve than wanted.",
         Verdict.FAIL: f"{drives} do not do it.",
-        Verdict.NOT_CHECKED: f"{_unjudged(evaluation)} could be judged: the sheets lack data.",
+        Verdict.NOT_CHECKED: f"{drives} are not proven to do it: no check fails, but data are missing.",
     }
-    text = words[evaluation.verdict]
-    if evaluation.feasible and gaps(evaluation):
-        return f"As far as it could be checked, {text[0].lower()}{text[1:]}"
-    return text
-
-
-def _unjudged(evaluation: Evaluation) -> str:
-    """Nothing, where no check at all was made; else what is missing."""
     made = any(check.utilisation is not None for joint in evaluation.joints.values() for check in joint.checks)
-    return "Not every drive" if made else "Nothing"
+    return words[evaluation.verdict] if made or evaluation.verdict is Verdict.FAIL else NOTHING
 
 
-def gaps(evaluation: Evaluation) -> str:
-    """Which of the essential checks could not be made, and where: a verdict without them is a verdict in part.
+NOTHING = "Nothing could be judged: the sheets lack data."
+
+
+def gaps(evaluation: Evaluation) -> tuple[str, ...]:
+    """Which essential checks could not be made, and which numbers of which sheets would let them be.
 
     Args:
         evaluation: What was found.
 
     Returns:
-        One sentence; empty when every essential check was made.
+        What cannot be judged and where, then one line a missing number; none when every essential check was made.
     """
     missing: dict[str, list[str]] = {}
     for joint in evaluation.joints.values():
-        for check in joint.checks:
-            if check.name in ESSENTIAL and check.utilisation is None:
-                missing.setdefault(check.name, []).append(joint.name)
+        for check in joint.lacking:
+            missing.setdefault(check.name, []).append(joint.name)
+    for check in lacking(evaluation.shared):
+        missing[check.name] = []
     count = len(evaluation.joints)
     where = [
-        name if len(joints) == count else f"{name} ({', '.join(joints)})" for name, joints in missing.items()
+        name if len(joints) in (0, count) else f"{name} ({', '.join(joints)})" for name, joints in missing.items()
     ]  # fmt: skip
-    return f"Data are missing to check {', '.join(where)}: the verdict holds for the rest only." if where else ""
+    if not where:
+        return ()
+    proven = "" if evaluation.verdict is Verdict.FAIL else ", so the drives are neither proven to fit nor seen to fail"
+    return (f"Data are missing to check {', '.join(where)}{proven}.", *(f"{gap}." for gap in missing_gaps(evaluation)))
 
 
 def objective_text(evaluation: Evaluation) -> str:
@@ -230,7 +232,7 @@ def objective_text(evaluation: Evaluation) -> str:
     kind = evaluation.study.objective
     value = number(evaluation.objective)
     if value in (DASH, "∞"):
-        return f"{kind} not known: the catalogue rows lack it"
+        return " ".join(uncounted(evaluation)) or f"{kind} not known: the catalogue rows lack it"
     if kind == "weighted":
         parts = [f"{name} × {weight:g}" for name, weight in evaluation.study.wanted.weights]
         return f"{value}, weighted: {' + '.join(parts)}"

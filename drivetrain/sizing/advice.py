@@ -10,7 +10,7 @@ import numpy as np
 from drivetrain.sizing.bench import Bench
 from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.judge import ESSENTIAL
+from drivetrain.sizing.missing import gaps
 from drivetrain.sizing.nearest import SUPPLY, Nearest
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.smallest_change import Steps, first_passing
@@ -34,8 +34,8 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
         Sentences: the place and its candidate, the binding check, then the changes.
     """
     words = [_place(near), *_binding(evaluation, near)]
-    if any(check.name in ESSENTIAL and check.verdict is Verdict.NOT_CHECKED for check in _checks(evaluation)):
-        return (*words, "No change of the task mends missing data: complete the catalogue rows or state assumptions.")
+    if gaps(evaluation):
+        return (*words, *missing_words(evaluation))
     found = [text for text in (_slower(near), _lighter(near), _higher(near)) if text]
     if not found:
         found = [
@@ -45,16 +45,26 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     return (*words, *found)
 
 
+def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
+    """What is missing to prove that a set fits.
+
+    Args:
+        evaluation: Of the set.
+
+    Returns:
+        Sentences, one a number that a sheet lacks; none where every essential check was made.
+    """
+    found = tuple(f"{gap}." for gap in gaps(evaluation))
+    hint = "No change of the task mends missing data: complete the catalogue rows, or state assumptions."
+    return (*found, hint) if found else ()
+
+
 def _place(near: Nearest) -> str:
     if near.joint == SUPPLY:
         return "Every joint has a drive that holds; together they ask too much of the supply."
     name = near.study.joints[near.joint].name
     motor, gear = near.keys[name]
     return f"No candidate at {name} holds; the nearest is {motor} with {gear or 'no gear'}."
-
-
-def _checks(evaluation: Evaluation) -> list[Check]:
-    return [check for joint in evaluation.joints.values() for check in joint.checks] + list(evaluation.shared)
 
 
 def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:

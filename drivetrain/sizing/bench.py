@@ -18,12 +18,12 @@ from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.demand import Workload
 from drivetrain.sizing.evaluate import evaluated
 from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
+from drivetrain.sizing.judge import judge
 from drivetrain.sizing.operation import Operation, operation
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.change import TaskChange
 from drivetrain.study.study import Study
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import Check
 
 AS_IT_IS = TaskChange()
 
@@ -157,21 +157,6 @@ def worst_of(checks: Iterable[Check]) -> Worst:
     if most <= 1.0 and len(numbered) < len(used):
         return next(Worst(name, used) for used, name in used if not math.isfinite(used))
     return Worst(name, most)
-
-
-def lacking(op: Operation, checks: Iterable[Check]) -> tuple[str, ...]:
-    """The essential checks that could not be made; a drive with any is not chosen.
-
-    Args:
-        op: The drive at its work.
-        checks: All of its checks.
-
-    Returns:
-        Their names.
-    """
-    skipped = ("gear repeated peak torque",) if is_direct(op) else ()
-    made = {check.name for check in checks if check.verdict is not Verdict.NOT_CHECKED}
-    return tuple(name for name in ESSENTIAL if name not in made and name not in skipped)
 
 
 def with_ratio(study: Study, gear: str, ratio: float) -> tuple[Study, str]:

@@ -11,11 +11,11 @@ from drivetrain.sizing.checks_supply import supply_checks
 from drivetrain.sizing.demand import Workload, workload
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import joint_result, placed
+from drivetrain.sizing.missing import massless
 from drivetrain.sizing.objectives import criteria, weighted
 from drivetrain.sizing.operation import operation
-from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.mounting import drive_mass
-from drivetrain.study.study import DriveMass, Study
+from drivetrain.sizing.results import UNWEIGHED, Evaluation, JointResult
+from drivetrain.study.study import Study
 from drivetrain.study.verdicts import Check
 
 Pair = tuple[str, str]
@@ -139,17 +139,17 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     Returns:
         The supply's power [W]; and, where an unknown mass leaves joints too lightly loaded, that it was not checked.
     """
-    lacking = [name for name, result in results.items() if not result.judged]
+    lacking = [name for name, result in results.items() if not result.torque_known]
     found = supply_checks(
         study.supply, study.cycle.time, study.cycle.weights,
         {name: result.series.electrical_power for name, result in results.items()},
         reserve=study.safety.reserve, unknown=", ".join(lacking),
     )  # fmt: skip
     found = tuple(placed(study.cycle, check) for check in found)
-    massless = [name for name, result in results.items() if drive_mass(result.drive) is None]
-    if massless and study.drive_mass in (DriveMass.ADDED, DriveMass.REPLACED):
-        remark = f"unknown at {', '.join(massless)}: the joints before are judged too lightly"
-        found += (reported("mass of the drives", "kg", None, remark),)
+    unknown = massless(study, results)
+    if unknown:
+        remark = f"unknown at {', '.join(unknown)}: the joints before are judged too lightly"
+        found += (reported(UNWEIGHED, "kg", None, remark),)
     return found
 
 

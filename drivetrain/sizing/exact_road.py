@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 from drivetrain.drive.drive import Drive
 from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
+from drivetrain.sizing.judge import judge
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.packed_task import Packed
+from drivetrain.sizing.results import lacking
 from drivetrain.study.verdicts import Check, Verdict
 
 
@@ -20,16 +21,22 @@ class Judgement:
 
     Attributes:
         checks: Every check.
-        lacking: Essential checks that could not be made.
+        lacking: Essential checks that could not be made; none of a drive that the study gives, which is judged by what
+            can be checked and stays.
     """
 
     checks: tuple[Check, ...]
-    lacking: tuple[str, ...]
+    lacking: tuple[Check, ...]
 
     @property
     def holds(self) -> bool:
         """Whether no check failed and no essential one is missing."""
-        return not self.lacking and all(check.verdict is not Verdict.FAIL for check in self.checks)
+        return not self.lacking and not self.failed
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The checks that failed."""
+        return tuple(check for check in self.checks if check.verdict is Verdict.FAIL)
 
     @property
     def distance(self) -> float:
@@ -41,7 +48,9 @@ class Judgement:
         return math.inf if self.lacking else max((used for used in found if math.isfinite(used)), default=0.0)
 
 
-def judged(packed: Packed, joint: int, pair: int, drives: Mapping[int, int]) -> Judgement:
+def judged(
+    packed: Packed, joint: int, pair: int, drives: Mapping[int, int], *, stop_at_fail: bool = False
+) -> Judgement:
     """A pair with every check of an evaluation.
 
     Args:
@@ -49,6 +58,7 @@ def judged(packed: Packed, joint: int, pair: int, drives: Mapping[int, int]) -> 
         joint: Index of the joint.
         pair: Index into the packed pairs.
         drives: Pairs of the other joints that are in place, by joint.
+        stop_at_fail: Leave out the stages after the first one in which a check failed.
 
     Returns:
         The judgement.
@@ -60,9 +70,8 @@ def judged(packed: Packed, joint: int, pair: int, drives: Mapping[int, int]) -> 
         return shelf.drive(study.joints[at], *packed.keys(one))
 
     own = drive(joint, pair)
-    mounted = {k: drive(k, one) for k, one in drives.items() if packed.task.offsets[joint, k] >= 0}
+    loading = {k: one for k, one in drives.items() if k != joint and packed.task.offsets[joint, k] >= 0}
+    mounted = {k: drive(k, one) for k, one in loading.items()}
     op = operation(study, joint, packed.work.at(joint, mounted).demand(own), own)
-    checks = judge(op)
-    made = {check.name for check in checks if check.verdict is not Verdict.NOT_CHECKED}
-    skipped = ("gear repeated peak torque",) if is_direct(op) else ()
-    return Judgement(checks, tuple(name for name in ESSENTIAL if name not in made and name not in skipped))
+    checks = judge(op, stop_at_fail=stop_at_fail)
+    return Judgement(checks, lacking(checks) if study.joints[joint].drive is None else ())

@@ -15,15 +15,13 @@ import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import Drive
 from drivetrain.sizing.check_numbers import NAMES, UNITS
-from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
+from drivetrain.sizing.exact_road import judged
 from drivetrain.sizing.judge_kernels import ASKED, HELD, LACKS, judge_all, new_load
-from drivetrain.sizing.operation import operation
+from drivetrain.sizing.objectives import weight_of
 from drivetrain.sizing.packed_task import Indices, Packed, chosen_numbers
 from drivetrain.sizing.results import Fallen
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.mounting import mass_counts
 
 NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
 
@@ -72,27 +70,14 @@ def beside(packed: Packed, joint: int, pairs: Indices, chosen: Mapping[int, int]
 
 def _asked(packed: Packed, joint: int, pair: int, chosen: Mapping[int, int]) -> tuple[int, tuple[float, float, float]]:
     """The same for one pair by the functions of an evaluation."""
-    shelf = Shelf(packed.study)
-
-    def drive(at: int, one: int) -> Drive:
-        """The drive of a pair."""
-        return shelf.drive(packed.study.joints[at], *packed.keys(one))
-
-    drives = {k: drive(k, one) for k, one in chosen.items() if k != joint}
-    own = drive(joint, pair)
-    op = operation(packed.study, joint, packed.work.at(joint, drives).demand(own), own)
-    checks = judge(op, stop_at_fail=True)
-    failed = [check for check in checks if check.verdict is Verdict.FAIL]
-    made = {check.name for check in checks if check.verdict is not Verdict.NOT_CHECKED}
-    skipped = ESSENTIAL[:1] if is_direct(op) else ()
-    lacking = [name for name in ESSENTIAL if name not in made and name not in skipped]
-    if not failed and lacking:
-        told = next((check.required for check in checks if check.name == lacking[0]), None)
-        return NAMES.index(lacking[0]) + LACKS, (_number(told), math.nan, math.inf)
-    counted = failed or [check for check in checks if check.utilisation is not None]
+    found = judged(packed, joint, pair, chosen, stop_at_fail=True)
+    if not found.failed and found.lacking:
+        first = found.lacking[0]
+        return NAMES.index(first.name) + LACKS, (_number(first.required), math.nan, math.inf)
+    counted = found.failed or [check for check in found.checks if check.utilisation is not None]
     worst = max(counted, key=lambda one: one.utilisation or 0.0)
     figures = _number(worst.required), _number(worst.available), _number(worst.utilisation)
-    return (NAMES.index(worst.name) if failed else HELD), figures
+    return (NAMES.index(worst.name) if found.failed else HELD), figures
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +133,9 @@ class FallenTable(Sequence[Fallen]):
         """
         categories: Any = pd.Categorical.from_codes  # whose annotations do not take a list of names
         motor, gear = self.packed.task.pairs[self.pair].T
+        gears = list(dict.fromkeys(self.packed.gears))
+        row_of = {key: row for row, key in enumerate(gears)}  # a given gear may have a second row
+        gear = np.array([row_of[key] for key in self.packed.gears], dtype=np.int64)[gear]
         required, available, used, share = self.numbers.T
         units = sorted(set(self.units))
         unit = np.array([units.index(one) for one in self.units], dtype=np.int64)[self.label]
@@ -155,7 +143,7 @@ class FallenTable(Sequence[Fallen]):
             {
                 "joint": categories(self.joint, self._joint_names),
                 "motor": categories(motor, list(self.packed.motors)),
-                "gear": categories(gear, list(self.packed.gears)),
+                "gear": categories(gear, gears),
                 "check": categories(self.label, list(self.labels)),
                 "required": required, "available": available,
                 "unit": categories(unit, units), "utilisation": used, "objective": share,
@@ -175,7 +163,6 @@ def fallen_table(packed: Packed, parts: Sequence[Beside], share: Array, unknown:
     Returns:
         One row a pair that does not hold.
     """
-    objective = packed.study.objective
     joints, pairs, labels, numbers = [], [], [], []
     for part in parts:
         felled = part.codes != HELD
@@ -187,15 +174,14 @@ def fallen_table(packed: Packed, parts: Sequence[Beside], share: Array, unknown:
         unshared = unknown.get(part.joint, np.zeros(0, dtype=np.int64))
         nothing = np.full((len(unshared), 4), math.nan)
         nothing[:, 2] = math.inf
-        weightless = np.isnan(packed.mass[unshared])
+        heavy = mass_counts(packed.study, part.joint) or weight_of(packed.study.wanted, "mass") != 0.0
+        weightless = heavy & np.isnan(packed.mass[unshared])
         pairs += [part.pairs[felled], unshared]
         labels += [found, np.where(weightless, 2 * len(NAMES), 2 * len(NAMES) + 1)]
         numbers += [figures, nothing]
         joints.append(np.full(len(codes) + len(unshared), part.joint))
-    names = (*NAMES, *(name + NOT_CHECKED for name in NAMES), "mass" + NOT_KNOWN)
-    units: tuple[str, ...] = (*UNITS, *UNITS, "kg")
-    if objective != "mass":
-        names, units = (*names, objective + NOT_KNOWN), (*units, "")
+    names = (*NAMES, *(name + NOT_CHECKED for name in NAMES), "mass" + NOT_KNOWN, "price" + NOT_KNOWN)
+    units = (*UNITS, *UNITS, "kg", "")
     return FallenTable(
         packed, _joined(joints), _joined(pairs), _joined(labels), names, units,
         np.concatenate(numbers) if numbers else np.zeros((0, 4)),

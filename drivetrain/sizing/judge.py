@@ -17,9 +17,6 @@ from drivetrain.study.verdicts import Check, Verdict
 STAGES = (GEAR_CHECKS, SPEED_CHECKS, TORQUE_CHECKS, ELECTRIC_CHECKS)
 """From cheap to dear: what needs no motor torque, what needs no temperature, and the rest."""
 
-ESSENTIAL = ("gear repeated peak torque", "motor peak torque", "motor voltage", "motor RMS current")
-"""A drive of which one of these could not be checked is not chosen by a search."""
-
 
 def judge(operation: Operation, *, stop_at_fail: bool = False) -> tuple[Check, ...]:
     """Everything held against one drive.

@@ -27,7 +27,7 @@ class Figures:
     Attributes:
         joints: In the order of ``NAMES``, (S, n, CHECKS).
         supply: In the order of ``SUPPLY_NAMES``, (S, 3).
-        judged: Whether every drive could be judged, (S,).
+        judged: Whether every essential check could be made, (S,).
     """
 
     joints: Array
@@ -52,11 +52,11 @@ def judged(ready: Bench, draws: Draws) -> Iterator[Figures]:
         Figures of the next arms, in their order.
     """
     memory = None if ready.slow else ready.memory()
-    task = ready.task if ready.slow else aimed(ready, draws)
+    task, proven = ready.task if ready.slow else aimed(ready, draws), float(not ready.nominal.lacking)
     for first in range(0, len(draws), CHUNK):
         part = slice(first, min(first + CHUNK, len(draws)))
         count, n = part.stop - first, len(ready.study.joints)
-        found = Figures(np.full((count, n, CHECKS), np.nan), np.full((count, 3), np.nan), np.ones(count))
+        found = Figures(np.full((count, n, CHECKS), np.nan), np.full((count, 3), np.nan), np.full(count, proven))
         if memory is None:
             again = np.arange(count)
         else:
@@ -76,7 +76,7 @@ def _slowly(ready: Bench, draws: Draws, sample: int, found: Figures, at: int) ->
     evaluation = evaluate(built(ready.study, ready.drives, draws, sample))
     joints, supply = figures_of(evaluation)
     found.joints[at], found.supply[at] = joints, supply
-    found.judged[at] = float(all(result.judged for result in evaluation.joints.values()))
+    found.judged[at] = float(not evaluation.lacking)
 
 
 def figures_of(evaluation: Evaluation) -> tuple[Array, Array]:

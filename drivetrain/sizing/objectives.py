@@ -79,7 +79,7 @@ def weight_of(wanted: Wanted, term: str) -> float:
 
 def _energy(study: Study, result: JointResult) -> float | None:
     """What one drive draws over one cycle, what it feeds back taken off [J]."""
-    return float(result.series.electrical_power @ study.cycle.weights) if result.judged else None
+    return float(result.series.electrical_power @ study.cycle.weights) if result.torque_known else None
 
 
 def _sum(values: Iterable[float | None]) -> float:

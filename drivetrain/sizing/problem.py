@@ -19,7 +19,8 @@ from drivetrain.sizing.power_bound import least_power
 from drivetrain.sizing.propagation import Choices, Indices, Memory, Setting, new_memory, set_power
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.spare_parts import Rule, rules_of
-from drivetrain.study.study import DriveMass, Wanted
+from drivetrain.study.mounting import mass_counts
+from drivetrain.study.study import Wanted
 from drivetrain.study.verdicts import Verdict
 
 CLOSE = 1e-9  # to the limit: what is nearer is asked of the exact road
@@ -181,8 +182,10 @@ def _shares(packed: Packed, wanted: Wanted) -> tuple[Array, NDArray[np.bool_]]:
         if weight:
             share = share + weight * values
     lacking = np.isnan(share)
-    if packed.study.drive_mass in (DriveMass.ADDED, DriveMass.REPLACED):
-        lacking |= np.isnan(packed.mass)  # it would load the joints before by an unknown amount
+    for joint in range(len(packed.study.joints)):
+        if mass_counts(packed.study, joint):  # it would load the joints before by an unknown amount
+            pairs = slice(packed.task.first[joint], packed.task.first[joint + 1])
+            lacking[pairs] |= np.isnan(packed.mass[pairs])
     return share, lacking
 
 

@@ -27,7 +27,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand import JointWork, workload
 from drivetrain.sizing.evaluate import Pair, given_drives
 from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
+from drivetrain.sizing.judge import is_direct, judge
 from drivetrain.sizing.operation import Operation, operation
 from drivetrain.sizing.ratio_results import (
     ClosedForms,
@@ -37,9 +37,9 @@ from drivetrain.sizing.ratio_results import (
     RatioStudy,
     RatioWindow,
 )
+from drivetrain.sizing.results import lacking, verdict_of
 from drivetrain.sizing.search import select
 from drivetrain.study.study import JointTask, Study
-from drivetrain.study.verdicts import Check, worst
 
 GRID = 81  # ratios of the sweep
 SPAN = 8.0  # times below and above the ratios of interest
@@ -124,6 +124,7 @@ def ratio_study(
         gears=_near_gears(bench, keys, best.ratio, windows),
         reaction=_reaction(bench, windows),
         notes=_notes(bench),
+        lacking=lacking(judge(bench.template)),
     )
 
 
@@ -342,7 +343,7 @@ def _near_gears(bench: _Bench, keys: Pair, best: float, windows: tuple[RatioWind
         ratio = gears[key].ratio
         found.append(NearGear(
             key, ratio, math.inf if binding is None else binding.utilisation or 0.0,
-            "" if binding is None else binding.name, worst(check.verdict for check in checks),
+            "" if binding is None else binding.name, verdict_of(checks),
             any(window.low <= abs(ratio) <= window.high for window in windows),
         ))  # fmt: skip
     return tuple(found)
@@ -380,15 +381,9 @@ def _reaction(bench: _Bench, windows: tuple[RatioWindow, ...]) -> dict[str, floa
 
 def _notes(bench: _Bench) -> tuple[str, ...]:
     op = bench.template
-    skipped = ("gear repeated peak torque",) if is_direct(op) else ()
-    unknown = [check.name for check in judge(op) if _lacks(check) and check.name not in skipped]
-    notes = [f"not judged at any ratio: {name}" for name in unknown]
+    notes = [f"not judged at any ratio: {check.name}" for check in lacking(judge(op))]
     if is_direct(op):
         notes.append("an ideal gear: no limits, no loss, no inertia of its own")
     if bench.joint > 0 and bench.study.arm is not None:
         notes.append("the joints before feel this joint's rotor; they are not judged here")
     return (*notes, *bench.drive.assumptions)
-
-
-def _lacks(check: Check) -> bool:
-    return check.name in ESSENTIAL and check.utilisation is None

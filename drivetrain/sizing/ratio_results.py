@@ -12,7 +12,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.matching import LoadMatch, RatioRange
 from drivetrain.study.study import Study
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.verdicts import Check, Verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +143,7 @@ class RatioStudy:
         reaction: By how much the torque of each joint before changes across the window, over its own peak: the rotor's
             reaction, which a faster rotor makes larger. Empty without a window of two ends.
         notes: What a reader should know.
+        lacking: Essential checks that could not be made at any ratio; with one no ratio is proven to fit.
     """
 
     study: Study
@@ -158,11 +159,12 @@ class RatioStudy:
     gears: tuple[NearGear, ...]
     reaction: Mapping[str, float]
     notes: tuple[str, ...]
+    lacking: tuple[Check, ...] = ()
 
     @property
     def feasible(self) -> bool:
-        """Whether some ratio fits."""
-        return bool(self.windows)
+        """Whether some ratio is proven to fit."""
+        return bool(self.windows) and not self.lacking
 
     @property
     def ratios(self) -> Array:

@@ -3,13 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.study.study import Study
 from drivetrain.study.verdicts import Check, Verdict, worst
+
+UNWEIGHED = "mass of the drives"  # a check of all together, made only where the mass of one is not known
+ESSENTIAL = ("gear repeated peak torque", "motor peak torque", "motor voltage", "motor RMS current", UNWEIGHED)
+"""Without these nothing is proven: an evaluation says NOT CHECKED, and a search does not choose the drive."""
+
+
+def lacking(checks: Iterable[Check]) -> tuple[Check, ...]:
+    """The essential checks that could not be made.
+
+    Args:
+        checks: Of one drive, or of all together; a direct drive has none of a gear, so it lacks none.
+
+    Returns:
+        Those of ``ESSENTIAL`` that are NOT CHECKED.
+    """
+    return tuple(check for check in checks if check.name in ESSENTIAL and check.verdict is Verdict.NOT_CHECKED)
+
+
+def verdict_of(checks: Iterable[Check]) -> Verdict:
+    """What checks say together: the one law of what missing data mean.
+
+    Args:
+        checks: Of one drive, or of a whole set.
+
+    Returns:
+        FAIL where one failed; NOT CHECKED where an essential one could not be made; else the worst of those made.
+    """
+    made = tuple(checks)
+    found = worst(check.verdict for check in made)
+    return Verdict.NOT_CHECKED if found is not Verdict.FAIL and lacking(made) else found
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +61,7 @@ class JointSeries:
         winding_temperature, housing_temperature: In the periodic steady state [C]; None when not computed.
         bearing_load: Six components (moment, force) of the joint wrench in the joint frame [N m], [N], (N, 6); None
             without an arm.
-        load_inertia: Inertia the gear's output sees, rotor excluded [kg m^2]; None without an arm.
+        load_inertia: Inertia the gear's output sees, rotor excluded [kg m^2]; None where it is not known.
     """
 
     time: Array
@@ -75,12 +105,16 @@ class JointResult:
 
     @property
     def verdict(self) -> Verdict:
-        """The worst verdict of its checks (see ``worst``); NOT CHECKED where the motor itself could not be judged."""
-        found = worst(check.verdict for check in self.checks)
-        return found if self.judged or found is Verdict.FAIL else Verdict.NOT_CHECKED
+        """Of its checks, see ``verdict_of``."""
+        return verdict_of(self.checks)
 
     @property
-    def judged(self) -> bool:
+    def lacking(self) -> tuple[Check, ...]:
+        """The essential checks that could not be made."""
+        return lacking(self.checks)
+
+    @property
+    def torque_known(self) -> bool:
         """Whether the sheets held enough to compute the motor's torque, on which most checks rest."""
         return not any(check.name == "motor voltage" and check.required is None for check in self.checks)
 
@@ -111,14 +145,17 @@ class Evaluation:
 
     @property
     def verdict(self) -> Verdict:
-        """The worst verdict of all joints and of the supply; a joint that could not be judged keeps it from a pass."""
-        joints = [joint.verdict for joint in self.joints.values()]
-        found = worst(joints + [check.verdict for check in self.shared])
-        return found if found is Verdict.FAIL or Verdict.NOT_CHECKED not in joints else Verdict.NOT_CHECKED
+        """Of all joints' checks and those of all together, see ``verdict_of``."""
+        return verdict_of([*(check for joint in self.joints.values() for check in joint.checks), *self.shared])
+
+    @property
+    def lacking(self) -> tuple[Check, ...]:
+        """The essential checks that could not be made, of all joints and of all together."""
+        return lacking([*(check for joint in self.joints.values() for check in joint.checks), *self.shared])
 
     @property
     def feasible(self) -> bool:
-        """True when no check failed and every joint's drive could be judged."""
+        """True when no check failed and every essential one could be made."""
         return self.verdict in (Verdict.PASS, Verdict.MARGINAL)
 
 
@@ -173,11 +210,13 @@ class Selection:
         proof: ``optimal``, or in words the gap that is left.
         fallen: Every candidate that fell, beside the drives chosen after it.
         alternatives: By joint name, the next best (motor, gear, objective share) that also pass.
-        advice: When nothing fits: the nearest candidate, the binding check and what would mend it.
+        advice: When nothing fits: the nearest candidate, the binding check and what would mend it; where a given drive
+            lacks data, which ones.
         counters: Work done: nodes, candidates judged.
         sets: The best sets found, best first; the first holds ``drives``. All are proven when the search is finished.
         bound: No set that holds has a smaller objective; infinite when there is proven to be none.
         state: What a search that was stopped needs to go on; None when it is finished.
+        notes: What could not be counted in the objective: it is that of the rest then.
     """
 
     study: Study
@@ -192,8 +231,15 @@ class Selection:
     sets: tuple[DriveSet, ...] = ()
     bound: float = math.nan
     state: object | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of the chosen drives; where none were found NOT CHECKED if data alone are missing of the nearest, else FAIL."""
+        found = self.evaluation.verdict
+        return found if self.drives or found is Verdict.NOT_CHECKED else Verdict.FAIL
 
     @property
     def feasible(self) -> bool:
-        """True when a set was found whose every check holds."""
+        """True when a set was found that its evaluation calls feasible; not where a given drive lacks data."""
         return bool(self.drives) and self.evaluation.feasible

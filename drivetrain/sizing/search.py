@@ -7,15 +7,20 @@ import time
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+import numpy as np
+
 from drivetrain.errors import Fault, InputError
-from drivetrain.sizing.advice import advice_on
+from drivetrain.sizing.advice import advice_on, missing_words
 from drivetrain.sizing.asked_for import check_asked, check_keys
 from drivetrain.sizing.beside_set import FallenBeside, alternatives
 from drivetrain.sizing.choices import all_choices
 from drivetrain.sizing.demand import Workload
 from drivetrain.sizing.evaluate import evaluated
+from drivetrain.sizing.given_drives import as_given, stands
+from drivetrain.sizing.missing import cells_to_fill, uncounted
 from drivetrain.sizing.nearest import nearest_set
-from drivetrain.sizing.packed_task import pack
+from drivetrain.sizing.objectives import weight_of
+from drivetrain.sizing.packed_task import Indices, pack
 from drivetrain.sizing.problem import Problem, problem
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.sizing.search_tree import Found, Tell, Tree
@@ -47,6 +52,12 @@ class _Set:
 
     found: Found
     evaluation: Evaluation
+
+    @property
+    def objective(self) -> float:
+        """Of the set; of what is known of it, where a given drive's share is not."""
+        told = self.evaluation.objective
+        return self.found.objective if math.isnan(told) else told
 
 
 def select(
@@ -96,7 +107,8 @@ def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tre
     """A search that begins."""
     asked = study if wanted is None else replace(study, wanted=wanted)
     try:
-        return Tree(problem(pack(asked, None if work is None else replace(work, study=asked)), asked.wanted))
+        packed = pack(asked, None if work is None else replace(work, study=asked))
+        return Tree(problem(as_given(packed), asked.wanted))
     except KeyError:
         check_keys(asked)
         raise
@@ -119,9 +131,9 @@ def _old_tree(study: Study, wanted: Wanted | None, resume: Selection) -> Tree:
 
 
 def _evaluated(tree: Tree) -> tuple[list[_Set], frozenset[tuple[int, ...]]]:
-    """The best sets with their evaluations, and those of which an evaluation says that they do not hold."""
+    """The best sets with their evaluations, and those that an evaluation says do not hold."""
     sets = [_Set(found, tree.problem.evaluation(found.pairs)) for found in tree.best]
-    wrong = frozenset(one.found.pairs for one in sets if not one.evaluation.feasible)
+    wrong = frozenset(one.found.pairs for one in sets if not stands(one.evaluation))
     return sets, wrong
 
 
@@ -131,13 +143,14 @@ def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
     chosen = dict(enumerate(best.found.pairs))
     tell(1, 1, "the next best of each joint")
     told = tuple(
-        DriveSet(tree.problem.keys(dict(enumerate(one.found.pairs))), one.evaluation.objective, one.evaluation.criteria)
+        DriveSet(tree.problem.keys(dict(enumerate(one.found.pairs))), one.objective, one.evaluation.criteria)
         for one in sets
     )
     return Selection(
-        study, told[0].drives, best.evaluation, best.evaluation.objective, _proof(tree),
-        FallenBeside(tree.problem, chosen), alternatives(tree.problem, chosen), (), dict(tree.counters),
-        told, min(tree.bound, best.found.objective), None if tree.finished else tree,
+        study, told[0].drives, best.evaluation, best.objective, _proof(tree),
+        FallenBeside(tree.problem, chosen), alternatives(tree.problem, chosen), missing_words(best.evaluation),
+        dict(tree.counters), told, min(tree.bound, best.found.objective), None if tree.finished else tree,
+        notes=uncounted(best.evaluation),
     )  # fmt: skip
 
 
@@ -168,10 +181,20 @@ def _lacking(problem: Problem) -> tuple[Check, ...]:
             continue
         remark = f"{task.name} has neither a given drive nor a candidate"
         if len(unknown):
-            terms = " and ".join(name for name, _ in problem.wanted.weights)
-            remark = f"none of the {len(unknown)} candidates of {task.name} has a known {terms}"
+            remark = _unknown(problem, task.name, unknown)
         found.append(Check(f"candidates of {task.name}", 1.0, 0.0, "1", math.inf, Verdict.FAIL, remark=remark))
     return tuple(found)
+
+
+def _unknown(problem: Problem, joint: str, pairs: Indices) -> str:
+    """Why no candidate of a joint can be ranked, and what would let it be."""
+    packed, found = problem.packed, []
+    for term, values in (("mass", packed.mass), ("price", packed.price)):
+        if np.isnan(values[pairs]).any() and (term == "mass" or weight_of(problem.wanted, term)):
+            keys = [packed.keys(pair) for pair in pairs]
+            found.append((term, cells_to_fill(packed.study, keys, term)))
+    terms, cells = " and ".join(term for term, _ in found), "; ".join(told for _, told in found)
+    return f"none of the {len(pairs)} candidates of {joint} has a known {terms} ({cells})"
 
 
 def _put_aside(problem: Problem, lacking: tuple[Check, ...]) -> tuple[str, ...]:

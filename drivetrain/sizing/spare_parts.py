@@ -65,7 +65,7 @@ def rules_of(packed: Packed, wanted: Wanted) -> tuple[Rule, ...]:
     """
     motor, gear = packed.task.pairs.T
     every = tuple(range(len(packed.study.joints)))
-    geared = np.where(np.array([key == "" for key in packed.gears], dtype=bool)[gear], FREE, gear)
+    geared = np.where(np.array([key == "" for key in packed.gears], dtype=bool)[gear], FREE, _same(packed.gears)[gear])
     found = []
     if wanted.most_motor_types is not None:
         found.append(Rule("motor types", motor, every, wanted.most_motor_types))
@@ -193,6 +193,11 @@ def _costs(rule: Rule, choices: Choices) -> tuple[Array, Indices, Array]:
     if not counted.any():
         return free[np.newaxis], labels, free
     return cost[counted], labels[counted], free
+
+
+def _same(keys: Sequence[str]) -> Indices:
+    """A number for each key; a key that has two rows has one number."""
+    return np.unique(np.array(keys), return_inverse=True)[1].reshape(-1).astype(np.int64)
 
 
 def _families(packed: Packed, study: Study) -> tuple[Indices, Indices]:

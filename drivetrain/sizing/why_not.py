@@ -10,17 +10,19 @@ from drivetrain.catalog.read import compatible_pairs
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.bench import Bench, lacking, worst_of
+from drivetrain.sizing.bench import Bench, worst_of
 from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.evaluate import NO_GEAR, Pair
-from drivetrain.sizing.judge import joint_result, judge
+from drivetrain.sizing.judge import joint_result
+from drivetrain.sizing.missing import lacking_parts, row_of
+from drivetrain.sizing.objectives import weight_of
 from drivetrain.sizing.results import JointResult, Selection
 from drivetrain.sizing.search import select
 from drivetrain.sizing.smallest_change import smallest_changes
 from drivetrain.sizing.why_not_results import PairAnswer, SmallestChange, Standing, WhyNot
-from drivetrain.study.mounting import drive_mass
+from drivetrain.study.mounting import drive_mass, mass_counts
 from drivetrain.study.put_aside import put_aside
-from drivetrain.study.study import DriveMass, JointTask, Study
+from drivetrain.study.study import JointTask, Study
 from drivetrain.study.verdicts import Verdict
 
 
@@ -177,7 +179,7 @@ def _bench(question: _Question, joint: int, pair: Pair) -> Bench:
 def _tried(question: _Question, joint: int, pair: Pair) -> _Tried:
     op = _bench(question, joint, pair).run(joint)
     result = joint_result(op, question.study.joints[joint].name, *pair)
-    return _Tried(pair, result, lacking(op, judge(op)))
+    return _Tried(pair, result, tuple(check.name for check in result.lacking))
 
 
 def _weight(result: JointResult) -> float:
@@ -197,13 +199,13 @@ def _passed_over(question: _Question, task: JointTask, shown: _Tried) -> tuple[s
     """Rules of the study and missing data for which the shown pair may not be chosen."""
     study = question.study
     words = list(put_aside(task, study.catalog, *shown.keys))
-    unweighed = drive_mass(shown.result.drive) is None
-    if unweighed and (study.objective == "mass" or study.drive_mass in (DriveMass.ADDED, DriveMass.REPLACED)):
-        words.append("its mass is unknown, and a drive of unknown mass is not chosen")
-    priced = any(term == "price" and weight for term, weight in study.wanted.weights)
-    parts = (shown.result.drive.motor, shown.result.drive.gear)
-    if priced and any(part.price is None for part in parts if part.key):
-        words.append("its price is unknown, and the study minimises the price")
+    drive, joint = shown.result.drive, [one.name for one in study.joints].index(task.name)
+    for column in ("mass", "price"):
+        for part in lacking_parts(drive, column):
+            counted = weight_of(study.wanted, column) != 0.0
+            if counted or (column == "mass" and mass_counts(study, joint)):
+                why = f"the study minimises the {column}" if counted else "it loads the joints before"
+                words.append(f"its {column} is unknown ({part.key}, {row_of(study, part)}), and {why}")
     return tuple(words)
 
 

@@ -84,6 +84,21 @@ def drive_mass(drive: Drive) -> float | None:
     return None if drive.motor.mass is None or gear is None else drive.motor.mass + gear
 
 
+def mass_counts(study: Study, joint: int) -> bool:
+    """Whether the mass of a joint's drive loads the arm.
+
+    Args:
+        study: Whose mass the drives are, and where they sit.
+        joint: Index of the joint whose drive it is.
+
+    Returns:
+        False where the links hold it already, where the base carries it, and without an arm.
+    """
+    if study.arm is None or study.drive_mass not in (DriveMass.ADDED, DriveMass.REPLACED):
+        return False
+    return carrier_link(joint, study.joints[joint].mount) >= 0
+
+
 def drive_body(drive: Drive) -> tuple[float, float, float]:
     """Motor and gear as solid cylinders with one centre, the rotor's inertia about its axis left out.
 

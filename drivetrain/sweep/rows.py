@@ -49,14 +49,15 @@ def _answer(run: str, study: Study) -> Row:
         selection = select(study)
         evaluation, proof = selection.evaluation, selection.proof
         feasible, objective, drives = selection.feasible, selection.objective, dict(selection.drives)
+        verdict = selection.verdict
     else:
         evaluation = evaluate(study)
-        feasible, objective = evaluation.feasible, evaluation.objective
+        feasible, objective, verdict = evaluation.feasible, evaluation.objective, evaluation.verdict
     joint, check = _binding(evaluation)
     known = {name: evaluation.criteria.get(name, math.nan) for name in ("mass", "price", "energy", "utilisation")}
     return {
         "feasible": feasible,
-        "verdict": str(evaluation.verdict),
+        "verdict": str(verdict),
         "objective": objective,
         **known,
         "proof": proof,
@@ -74,5 +75,7 @@ def _binding(evaluation: Evaluation) -> tuple[str, str]:
     def used(result: JointResult) -> float:
         return (result.binding.utilisation if result.binding else None) or 0.0
 
-    result = max(evaluation.joints.values(), key=used)
+    result = max(evaluation.joints.values(), key=used, default=None)
+    if result is None:
+        return "", ""
     return result.name, result.binding.name if result.binding else ""

@@ -17,7 +17,7 @@ def test_round_trip_and_keys(evaluation: Evaluation) -> None:
     assert data["job"] == "size" and data["verdict"] == "FAIL" and data["feasible"] is False
     assert data["digest"] == evaluation.study.digest and data["study"] == "made_up_arm"
     assert list(data["joints"]) == list(evaluation.joints)
-    assert data["objective"] == {"name": "mass", "value": 12.34, "unit": "kg"}
+    assert data["objective"] == {"name": "mass", "value": 12.34, "unit": "kg", "remark": ""}
     for name, joint in evaluation.joints.items():
         told = data["joints"][name]
         assert told["drive"] == {"motor": joint.motor, "gear": joint.gear}
