@@ -39,7 +39,7 @@ def started(plan: Plan, numbers: Array, words: Words) -> Array:
     for _ in range(PASSES if begun or bent else 0):
         before = states.copy()
         evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
-        told = _Told(plan.memory.places, signals)
+        told = _Told(plan.memory.places, signals.tolist())
         for i, deflection in bent.items():
             load = told[f"{scene.joints[i]}.bias_torque"] - told[f"{scene.joints[i]}.joint_torque"]
             states[plan.body.motors[i]] = deflection(load)
@@ -47,6 +47,8 @@ def started(plan: Plan, numbers: Array, words: Words) -> Array:
             states[at] = one.effect.start(one.place, told)
         if np.array_equal(states, before):
             break
+    # Who slid while states did not fit yet would else go on sliding at no speed.
+    words[words[f.AT_MODES] : words[f.AT_MODES] + c] = 0
     evaluate(rates_kernel.rates().address, 0.0, states, rates, numbers, words)
     numbers[words[f.AT_STATE] : words[f.AT_STATE] + len(states)] = states
     numbers[words[f.AT_RATES] : words[f.AT_RATES] + len(states)] = 0.0
@@ -58,11 +60,11 @@ def started(plan: Plan, numbers: Array, words: Words) -> Array:
 class _Told(Mapping[str, float]):
     """Signals by name, looked up one by one: of hundreds an effect asks for three."""
 
-    def __init__(self, places: Mapping[str, int], values: Array) -> None:
+    def __init__(self, places: Mapping[str, int], values: list[float]) -> None:
         self._places, self._values = places, values
 
     def __getitem__(self, name: str) -> float:
-        return float(self._values[self._places[name]])
+        return self._values[self._places[name]]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)

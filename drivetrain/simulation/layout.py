@@ -22,12 +22,14 @@ class Layout:
         recorded: Column, the time's being 0, and unit of what is worth recording, by name.
         stores: Names of all stored energies.
         flows: Names of the energies that powers have moved, and 1 for what they put in, -1 for what they take.
+        silent: Columns of what nobody gives, which may be infinite.
     """
 
     columns: tuple[tuple[str, str], ...]
     recorded: dict[str, tuple[int, str]]
     stores: tuple[str, ...]
     flows: tuple[tuple[str, float], ...]
+    silent: tuple[int, ...]
 
     def balance(self, row: Sequence[float]) -> float:
         """Stored energy less what was put in.
@@ -105,7 +107,8 @@ def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> L
         if _wanted(signals, name):
             recorded.setdefault(name, (index, unit))
     flows = tuple((energy_of(name), 1.0 if role is Role.SOURCE else -1.0) for name, role in signals.powers.items())
-    return Layout(columns, recorded, (KINETIC_ENERGY.name, POTENTIAL_ENERGY.name, *signals.stores), flows)
+    silent = tuple(1 + len(states) + memory.places[name] for name in signals.defaults if name not in recorded)
+    return Layout(columns, recorded, (KINETIC_ENERGY.name, POTENTIAL_ENERGY.name, *signals.stores), flows, silent)
 
 
 def energy_of(power: str) -> str:
