@@ -17,7 +17,8 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 931185917}
+SOURCES = {"effects/tables.py": 3375627061}
+SMOOTH = 1e-6  # of the largest jerk: a jump of less is what rounding has left in the samples
 
 
 # long kernel: one polynomial and its derivatives for each joint
@@ -128,14 +129,30 @@ class CommandedMotion(Effect):
         jumps = [*np.unique(time[1:][np.diff(time) == 0.0]), float(time[-1])]
         return [float(t) + k * float(time[-1]) for k in range(self.repetitions) for t in jumps]
 
-    def knots(self) -> Sequence[float]:
-        """Where one polynomial follows another.
+    def knots(self, tolerance: float) -> Sequence[float]:
+        """Where one polynomial follows another with another jerk; samples of a smooth motion are none.
+
+        Args:
+            tolerance: Share of the largest jerk that does not matter [-].
 
         Returns:
-            The instants of all samples [s].
+            Instants [s].
         """
-        time = np.unique(self.motion.time - self.motion.time[0])
-        return [float(t) + k * float(time[-1]) for k in range(self.repetitions) for t in time]
+        time = self.motion.time - self.motion.time[0]
+        instants = [0.0, *time[self._bends(max(tolerance, SMOOTH))].tolist(), float(time[-1])]
+        return [t + k * float(time[-1]) for k in range(self.repetitions) for t in instants]
+
+    def _bends(self, share: float) -> Array:
+        """Indices of the samples at which the jerk of any joint jumps by more than a share of its largest."""
+        at = np.flatnonzero(np.diff(self.motion.time) > 0.0)
+        span = np.diff(self.motion.time)[at, None]
+        way = (self.motion.position[at + 1] - self.motion.position[at]) / span**3
+        v0, v1 = self.motion.velocity[at] / span**2, self.motion.velocity[at + 1] / span**2
+        a0, a1 = self.motion.acceleration[at] / span, self.motion.acceleration[at + 1] / span
+        first = 60.0 * way - 36.0 * v0 - 24.0 * v1 - 9.0 * a0 + 3.0 * a1
+        last = 60.0 * way - 24.0 * v0 - 36.0 * v1 - 3.0 * a0 + 9.0 * a1
+        jumps = np.abs(first[1:] - last[:-1]) > share * np.maximum(np.abs(first), np.abs(last)).max(axis=0)
+        return np.asarray(at[1:][jumps.any(axis=1)])
 
     def begins_at(self, place: Place) -> tuple[list[int], Array, Array]:
         """Where the command begins.

@@ -134,6 +134,7 @@ class Place:
         ratios: Motor angle over joint coordinate, one a joint [- or rad/m]; 1 without a gear.
         turning: Whether a joint turns (or slides), one a joint.
         coordinates: Of the mechanics: joints, and rotors on their own after them [-].
+        coupling: Turns of each shaft a turn of each joint, as of ``arm/coupling.py``, (n, n); empty: none is coupled.
     """
 
     joint: int
@@ -142,6 +143,19 @@ class Place:
     ratios: tuple[float, ...]
     turning: tuple[bool, ...]
     coordinates: int = 0
+    coupling: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def coupled(self) -> bool:
+        """Whether its motor drives other joints too, or other motors it."""
+        return self.joint in self.shafts
+
+    @property
+    def shafts(self) -> tuple[int, ...]:
+        """Joints whose motors are coupled."""
+        n = range(len(self.coupling))
+        return tuple(i for i in n if any(abs(self.coupling[i][k]) + abs(self.coupling[k][i]) > 0.0 for k in n if k != i)
+                     or self.coupling[i][i] != 1.0)  # fmt: skip
 
     @property
     def ratio(self) -> float:
@@ -287,8 +301,11 @@ class Effect(ABC):
         """
         return ()
 
-    def knots(self) -> Sequence[float]:
+    def knots(self, tolerance: float) -> Sequence[float]:
         """Where its law bends in time, without a jump; only engines that control their error stop there.
+
+        Args:
+            tolerance: Relative, of the engine: bends that it does not feel may be left out [-].
 
         Returns:
             Instants [s].

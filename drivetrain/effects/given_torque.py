@@ -16,7 +16,7 @@ from drivetrain.effects.tables import table_numbers, table_value
 from drivetrain.errors import InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 931185917}
+SOURCES = {"effects/tables.py": 3375627061}
 
 
 @Compiled

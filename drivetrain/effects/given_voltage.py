@@ -12,10 +12,10 @@ from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports
 from drivetrain.effects.field_types import checked_table
-from drivetrain.effects.tables import table_numbers, table_value
+from drivetrain.effects.tables import bends, table_numbers, table_value
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 931185917}
+SOURCES = {"effects/tables.py": 3375627061}
 
 
 @Compiled
@@ -75,10 +75,13 @@ class GivenVoltage(Effect):
         jumps = self.time[1:][np.diff(self.time) == 0.0]
         return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]
 
-    def knots(self) -> Sequence[float]:
+    def knots(self, tolerance: float) -> Sequence[float]:
         """Where the table bends.
 
+        Args:
+            tolerance: Share of the largest value that does not matter [-].
+
         Returns:
-            Its instants [s].
+            Instants [s].
         """
-        return [float(t) for t in np.unique(self.time)]
+        return bends(self.time, self.voltage, tolerance)

@@ -13,7 +13,7 @@ from drivetrain.effects.tables import interval_of
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 931185917}
+SOURCES = {"effects/tables.py": 3375627061}
 
 
 @Compiled

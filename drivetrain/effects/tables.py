@@ -9,8 +9,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numba as nb
+import numpy as np
 
 from drivetrain.arrays import Array
+
+TINY = 1e-300  # [s]
 
 
 def table_numbers(time: Array, values: Array) -> Sequence[float]:
@@ -24,6 +27,24 @@ def table_numbers(time: Array, values: Array) -> Sequence[float]:
         Length, instants, values.
     """
     return [float(len(time)), *(float(t) for t in time), *(float(value) for value in values)]
+
+
+def bends(time: Array, values: Array, tolerance: float) -> list[float]:
+    """Where a table bends so much that a step across would be off; samples of what is smooth hardly do.
+
+    Args:
+        time: Never falling [s], (N,).
+        values: In their own unit, (N,).
+        tolerance: How far a value may lie off the straight line between its neighbours, as a share of the largest [-].
+
+    Returns:
+        Instants, the first and the last among them [s].
+    """
+    before, after = np.diff(time)[:-1], np.diff(time)[1:]
+    straight = (values[:-2] * after + values[2:] * before) / np.maximum(before + after, TINY)
+    off = np.abs(values[1:-1] - straight) > tolerance * np.abs(values).max()
+    inner = time[1:-1][off & (before > 0.0) & (after > 0.0)]  # where two stand at one instant it jumps: a breakpoint
+    return [float(time[0]), *inner.tolist(), float(time[-1])]
 
 
 @nb.njit(error_model="numpy", nogil=True)

@@ -68,8 +68,8 @@ class AdaptiveStep(Engine):
         c, place = int(words[f.COORDINATES]), int(words[f.AT_STATE])
         start = numbers[place : place + len(plan.memory.states)].copy()
         numbers = np.append(numbers, np.zeros(kernel.ENTRY * ROOM))
-        problem = _problem(plan, numbers, np.append(words, [0, ROOM, int(plan.memory.memory.any()), *[0] * c]))
-        times, breaks = _instants(plan, wish, first), _breaks(plan, words)
+        problem = _problem(plan, numbers, np.append(words, [0, ROOM, int(plan.memory.memory.any()), *[0] * (2 * c)]))
+        times, breaks = _instants(plan, wish, first), _breaks(plan, words, getattr(self.solver, "rtol", 0.0))
         run = _Run(problem, _tuned(self.solver, plan), start, times, breaks)
         return run.looped(plan, wish, None if kept is None else _checkpoint(kept, plan, run))
 
@@ -151,11 +151,11 @@ def _instants(plan: Plan, wish: Wish, first: float) -> Array:
     return np.append(first, later) if len(later) else np.array([first, np.nextafter(first, np.inf)])
 
 
-def _breaks(plan: Plan, words: Any) -> Array:
+def _breaks(plan: Plan, words: Any, tolerance: float) -> Array:
     """Breakpoints, knots and samples [s]."""
     end = plan.scene.duration
     breaks: list[Array] = [np.asarray(plan.breakpoints)]
-    breaks += [np.asarray(one.effect.knots(), dtype=np.float64) for one in plan.instances]
+    breaks += [np.asarray(one.effect.knots(tolerance), dtype=np.float64) for one in plan.instances]
     for k in range(words[f.SAMPLES]):
         period = float(plan.memory.numbers[words[words[f.AT_SAMPLES] + 4 * k + 2]])
         breaks.append(np.asarray(period * np.arange(1, int(np.ceil(end / period))), dtype=np.float64))

@@ -148,6 +148,9 @@ def first_event(
             if not fires(kinds[k], values[LATER, k], values[NEW, k]):
                 continue
             held = kinds[k] == GUARD and values[LATER, k] <= 0.0  # it was about to be broken when the step began
+            if held and part == 0:  # unless it rises first, to be broken later
+                low = _leaves(address, k, h, block, values, data, clock, count)
+                held = low == 0.0
             share = low if held else _root(address, k, low, high, h, block, values, data, clock, count)
             if share < first:
                 first, count[FIRED] = share, k

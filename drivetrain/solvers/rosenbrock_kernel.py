@@ -49,6 +49,7 @@ from drivetrain.solvers.layout import (
     RESTARTS,
     RODAS4,
     RTOL,
+    REJECTED,
     RUNS_AWAY,
     SEGMENT,
     SEGMENT_WORD,
@@ -61,6 +62,7 @@ from drivetrain.solvers.layout import (
     TIME,
     TOLERANCE,
     TOO_MANY,
+    WAS_REJECTED,
     ZENO,
     X,
 )
@@ -69,7 +71,7 @@ from drivetrain.solvers.step_control import choose, first_step, largest_error, n
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
 SOURCES = {
-    "compiled_events.py": 3399367604,
+    "compiled_events.py": 3731178309,
     "compiled_function.py": 3950826625,
     "compiled_guard.py": 3022819764,
     "compiled_jacobian.py": 374258292,
@@ -82,6 +84,7 @@ SOURCES = {
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
 _SLACK = 1e-12
+_AGAIN = 0.25
 
 
 @nb.njit(**PART)
@@ -221,6 +224,16 @@ def _shorten(
 
 
 @nb.njit(**PART)
+def _repeats(h: float, clock: Array, count: Any) -> bool:
+    """Whether an event just handled happens at once again; a shorter step, that sees what it set off, is proposed."""
+    if clock[TIME] != clock[LAST_EVENT] or count[FIRED] != count[LAST_FIRED] or h < _NEAR:
+        return False
+    clock[STEP], count[WAS_REJECTED] = _AGAIN * h, 1
+    count[REJECTED] += 1
+    return True
+
+
+@nb.njit(**PART)
 def _refresh(address: int, block: Array, data: Any, clock: Array, count: Any) -> int:
     """Rates at the present state, if they are numbers."""
     n = block.shape[1]
@@ -320,15 +333,16 @@ def advance(
                 continue
             if not error < np.inf:
                 return RUNS_AWAY
-            later = end if h == end - clock[TIME] else clock[TIME] + h
-            if adaptive:
-                next_step(method, h, error, clock, count)
-            share = 2.0
+            later, share = end if h == end - clock[TIME] else clock[TIME] + h, 2.0
             if len(kinds):
                 share = first_event(addresses[2], h, kinds, block, values, data, clock, count)
-                if 0.0 < share <= 1.0:
-                    h = _shorten(share, h, addresses, data, block, matrices, order, values, clock, count)
-                    later = min(clock[TIME] + h, end)
+                if adaptive and share <= 0.0 and _repeats(h, clock, count):
+                    continue
+            if adaptive:
+                next_step(method, h, error, clock, count)
+            if 0.0 < share <= 1.0:
+                h = _shorten(share, h, addresses, data, block, matrices, order, values, clock, count)
+                later = min(clock[TIME] + h, end)
             if share > 0.0:
                 emit(addresses, later, h, wanted, rows, carried, block, data, clock, count)
                 _commit(method, later, block, clock, count)
