@@ -67,7 +67,7 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
     inverse = _inverse(frames)
     bodies = _carry(inverse[1:] @ arm.home, arm.masses, arm.inertias)
-    apart = sorted({*_followers(arm), *free})
+    apart = sorted({*followers(arm), *free})
     rows = np.zeros((arm.n + len(apart), passes.WIDTH))
     rows[:, [passes.CA, passes.CD, passes.R0, passes.R0 + 4, passes.R0 + 8]] = 1.0  # stand-ins: no turn, no shift
     _place(rows[: arm.n], inverse[:-1] @ frames[1:])
@@ -89,8 +89,15 @@ def _spread(arm: Arm, apart: list[int]) -> Array:
     return np.vstack([np.eye(arm.n), rotor_turns(arm)[apart]])
 
 
-def _followers(arm: Arm) -> list[int]:
-    """The rotors that spin, weigh anything, and follow other joints than their own."""
+def followers(arm: Arm) -> list[int]:
+    """The rotors that spin, weigh anything, and follow other joints than their own.
+
+    Args:
+        arm: The arm.
+
+    Returns:
+        Their joints.
+    """
     if arm.coupling is None or arm.level is RotorLevel.NONE:
         return []
     apart = (arm.coupling != np.eye(arm.n)).any(axis=1)

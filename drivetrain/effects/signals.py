@@ -6,7 +6,7 @@ joint, motor coordinates at the motor's shaft.
 
 from __future__ import annotations
 
-from drivetrain.effects.effect import Signal
+from drivetrain.effects.effect import Place, Signal
 
 # Known before any effect is computed.
 POSITION = Signal("position", "rad")
@@ -16,6 +16,14 @@ MOTOR_SPEED = Signal("motor_speed", "rad/s")
 DEFLECTION = Signal("deflection", "rad")  # of a flexible joint: motor angle behind the gear, less joint angle
 DEFLECTION_SPEED = Signal("deflection_speed", "rad/s")
 BIAS_TORQUE = Signal("bias_torque", "N m")  # what gravity and speeds ask of the joint
+
+# Where motors are coupled (``arm/coupling.py``): of the shaft behind this joint's gear. Dry friction of such a joint,
+# its mesh, its bias torque and its mass matrix's row are those of the shaft too.
+SHAFT_POSITION = Signal("shaft_position", "rad")
+SHAFT_SPEED = Signal("shaft_speed", "rad/s")
+SHAFT_TORQUE = Signal("shaft_torque", "N m")
+SHAFT_DAMPING = Signal("shaft_damping", "N m s/rad")
+SHAFT_STIFFNESS = Signal("shaft_stiffness", "N m/rad")
 
 # Added to by effects, taken by the mechanics: smooth torques, and how they fall with speed and position.
 JOINT_TORQUE = Signal("joint_torque", "N m")  # on the link, pushing it forward
@@ -58,6 +66,9 @@ MOTOR_VISCOUS_POWER = Signal("motor_viscous_power", "W")  # told by viscous fric
 COMMAND_POSITION = Signal("command_position", "rad")
 COMMAND_SPEED = Signal("command_speed", "rad/s")
 COMMAND_ACCELERATION = Signal("command_acceleration", "rad/s^2")
+SHAFT_COMMAND_POSITION = Signal("shaft_command_position", "rad")  # where motors are coupled: of the shaft
+SHAFT_COMMAND_SPEED = Signal("shaft_command_speed", "rad/s")
+SHAFT_COMMAND_ACCELERATION = Signal("shaft_command_acceleration", "rad/s^2")
 MEASURED_POSITION = Signal("measured_position", "rad")  # the motor's, as an encoder sees it
 CURRENT_COMMAND = Signal("current_command", "A")  # added to by controllers and feed-forward
 CURRENT_DAMPING = Signal("current_damping", "A s/rad", default=0.0)  # how that falls with the motor's speed
@@ -84,6 +95,10 @@ AFTER = (
     JOINT_FRICTION_POWER, MOTOR_FRICTION_POWER, MESH_POWER,
 )  # fmt: skip
 
+SHAFT_GIVEN = (SHAFT_POSITION, SHAFT_SPEED)
+SHAFT_TAKEN = (SHAFT_TORQUE, SHAFT_DAMPING, SHAFT_STIFFNESS)
+SHAFT_COMMANDS = (SHAFT_COMMAND_POSITION, SHAFT_COMMAND_SPEED, SHAFT_COMMAND_ACCELERATION)
+
 # Of the whole mechanics, told at instants only.
 KINETIC_ENERGY = Signal("scene.kinetic_energy", "J")
 POTENTIAL_ENERGY = Signal("scene.potential_energy", "J")
@@ -100,3 +115,15 @@ TIP_TAKEN = (
     *(Signal(f"scene.tip_damping_{axes}", "N s/m") for axes in ("xx", "xy", "xz", "yy", "yz", "zz")),
     *(Signal(f"scene.tip_stiffness_{axes}", "N/m") for axes in ("xx", "xy", "xz", "yy", "yz", "zz")),
 )
+
+
+def commanded(place: Place) -> tuple[Signal, Signal, Signal]:
+    """What a motor's loop is told to follow: the joint's command, or its shaft's where motors are coupled.
+
+    Args:
+        place: Of the loop.
+
+    Returns:
+        Position, speed and acceleration.
+    """
+    return SHAFT_COMMANDS if place.coupled else (COMMAND_POSITION, COMMAND_SPEED, COMMAND_ACCELERATION)

@@ -30,7 +30,7 @@ def started(plan: Plan, numbers: Array, words: Words) -> Array:
     scene, states = plan.scene, np.zeros(len(plan.memory.states))
     n, c = plan.body.n, plan.body.c
     position, speed = _motion(plan)
-    states[:n], states[c : c + n] = position, speed
+    states[:n], states[c : c + n] = plan.body.coordinates_of(position), plan.body.coordinates_of(speed)
     for i in plan.body.springs:
         states[c + plan.body.motors[i]] = speed[i]
     rates, signals = np.zeros(len(states)), np.zeros(words[f.SIGNALS])

@@ -27,7 +27,11 @@ PAYLOADS, AT_PAYLOADS = range(56, 58)
 # Laws of gears and of the tip's surroundings that bend within a step, called again until the step agrees with them
 # (0: none); six numbers a coordinate, between which rates a spring's has been tried; steps that never agreed.
 REPEATS, AT_REPEATS, AT_TRIED, UNSETTLED = range(58, 62)
-HEADER = 62
+# Coupled motors: whether there are any; joints' motion from that of the coordinates, (n, n), a flag a joint; the bodies'
+# coordinates (joints, rotors on their own, rotors that follow several joints) and what of the turning of each
+# coordinate a motor feels: index of a body's coordinate and factor; inertia of reflected rotors at their shafts.
+COUPLED, AT_TURNS, AT_BOUND, BODIES, AT_BODIES, AT_SPREAD, AT_FELT, AT_FACTORS, AT_OWN = range(62, 71)
+HEADER = 71
 
 # Fields of signals, in the order of ``effects.signals``: known before, told after, taken by the mechanics.
 POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE = range(7)
@@ -37,6 +41,9 @@ JOINT_TORQUE, JOINT_DAMPING, JOINT_STIFFNESS, MOTOR_TORQUE, MOTOR_DAMPING, MOTOR
 GEAR_TORQUE, GEAR_DAMPING, GEAR_STIFFNESS, JOINT_LEVELS, MOTOR_LEVELS = 6, 7, 8, 9, 13
 MESH_DRIVING, MESH_DRIVEN, SURFACE_SPEED = range(17, 20)
 FIELDS_GIVEN, FIELDS_TAKEN = 16, 20
+# Where a motor drives several joints a joint has no spring: the shaft behind its gear takes the spring's fields.
+SHAFT_POSITION, SHAFT_SPEED = DEFLECTION, DEFLECTION_SPEED
+SHAFT_TORQUE, SHAFT_DAMPING, SHAFT_STIFFNESS = GEAR_TORQUE, GEAR_DAMPING, GEAR_STIFFNESS
 
 # Rows of the vectors, one number a coordinate.
 BIAS, TURNED_BIAS, GUESS, LAST, RIGHT, CHANGE, RELATIVE, CARRIED, FRICTION, MARGIN, SMOOTH = range(11)

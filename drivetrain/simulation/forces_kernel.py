@@ -78,6 +78,11 @@ def tell_forces(n: Any, w: Any, h: float, theta: float, shift: float) -> None:
             mesh -= joint
             load += joint
         n[own + f.ACCELERATION * joints] = n[change + i] / h
+        if w[f.COUPLED] and w[w[f.AT_BOUND] + i]:
+            turned = 0.0
+            for k in range(joints):
+                turned += n[w[f.AT_TURNS] + i * joints + k] * n[change + k]
+            n[own + f.ACCELERATION * joints] = turned / h
         n[own + f.MOTOR_ACCELERATION * joints] = ratio * n[change + m] / h
         n[own + f.JOINT_FRICTION * joints] = joint
         n[own + f.MOTOR_FRICTION * joints] = motor / ratio

@@ -63,13 +63,16 @@ class _Block:
         return at
 
 
-def signal_places(known: Directory, joints: Sequence[str], c: int) -> tuple[dict[str, int], dict[str, int]]:
+def signal_places(
+    known: Directory, joints: Sequence[str], c: int, shafts: Sequence[int] = ()
+) -> tuple[dict[str, int], dict[str, int]]:
     """Where each signal lies.
 
     Args:
         known: All signals.
         joints: Names of the joints.
         c: Number of coordinates.
+        shafts: Joints whose motors are coupled.
 
     Returns:
         Places by full name, and the borders: ``mass``, ``tip``, ``added`` (from), ``tip_taken``, ``end``.
@@ -78,6 +81,9 @@ def signal_places(known: Directory, joints: Sequence[str], c: int) -> tuple[dict
     for field, signal in enumerate((*named.BEFORE, *named.AFTER)):
         for i, joint in enumerate(joints):
             places[f"{joint}.{signal.name}"] = field * n + i
+    for i in shafts:
+        places[f"{joints[i]}.{named.SHAFT_POSITION.name}"] = f.SHAFT_POSITION * n + i
+        places[f"{joints[i]}.{named.SHAFT_SPEED.name}"] = f.SHAFT_SPEED * n + i
     borders = {"mass": f.FIELDS_GIVEN * n, "tip": f.FIELDS_GIVEN * n + c * c}
     places["scene.mass_matrix"] = borders["mass"]
     for k, signal in enumerate(named.TIP_GIVEN):
@@ -92,6 +98,9 @@ def signal_places(known: Directory, joints: Sequence[str], c: int) -> tuple[dict
     for field, signal in enumerate(named.TAKEN):
         for i, joint in enumerate(joints):
             places[f"{joint}.{signal.name}"] = at + field * n + i
+    for i in shafts:
+        for field, signal in enumerate(named.SHAFT_TAKEN, f.SHAFT_TORQUE):
+            places[f"{joints[i]}.{signal.name}"] = at + field * n + i
     at += f.FIELDS_TAKEN * n
     borders["tip_taken"] = at
     for k, signal in enumerate(named.TIP_TAKEN):
@@ -115,9 +124,11 @@ def state_places(instances: Sequence[Instance], body: Mechanics, joints: Sequenc
     Returns:
         Places by full name.
     """
-    states = {f"{joint}.position": i for i, joint in enumerate(joints)}
+    shafts = () if body.coupled is None else body.coupled.shafts
+    kinds = ["shaft_" if i in shafts else "" for i in range(body.n)]
+    states = {f"{joint}.{kinds[i]}position": i for i, joint in enumerate(joints)}
     states |= {f"{joints[i]}.deflection": int(body.motors[i]) for i in body.springs}
-    states |= {f"{joint}.speed": body.c + i for i, joint in enumerate(joints)}
+    states |= {f"{joint}.{kinds[i]}speed": body.c + i for i, joint in enumerate(joints)}
     states |= {f"{joints[i]}.shaft_speed": body.c + int(body.motors[i]) for i in body.springs}
     for one in sorted(instances, key=lambda one: one.rank):
         for name in one.states:
@@ -141,7 +152,7 @@ def lay_out(
         The memory, states and signals still zero.
     """
     instances = [one for group in groups for one in group.instances]
-    places, borders = signal_places(known, joints, body.c)
+    places, borders = signal_places(known, joints, body.c, () if body.coupled is None else body.coupled.shafts)
     states = state_places(instances, body, joints)
     powers = tuple(sorted(known.powers))
     numbers, words, head = _Block(), _Block(), np.zeros(f.HEADER, dtype=np.int64)
@@ -166,6 +177,7 @@ def lay_out(
     head[f.MOTION], head[f.FORCES], head[f.AT_THETA] = motion().address, forces().address, numbers.put([0.5])
     head[f.AT_SPARE] = numbers.put(np.zeros(len(states)))
     head[f.PAYLOADS], head[f.AT_PAYLOADS] = len(body.payloads), numbers.put(body.payloads)
+    _couple(head, body, numbers, words)
     head[f.AT_WORK_ROWS], head[f.AT_ROW_COUNT] = len(body.work), len(body.rows)
     head[f.AT_SPINS], head[f.AT_MOTORS] = words.put(body.spins), words.put(body.motors)
     head[f.AT_MODES] = words.put(np.concatenate([np.zeros(c), np.ones(c), np.zeros(c)]).astype(np.int64))
@@ -233,6 +245,22 @@ def _sampled(groups: Sequence[Group], wiring: _Wiring, numbers: _Block) -> list[
             members = tuple(one for one in group.instances if one.effect.period == period)
             calls.append([*_call(Group(group.kind, members), group.kind.sample, wiring), numbers.put([period]), 0])
     return calls
+
+
+def _couple(head: Words, body: Mechanics, numbers: _Block, words: _Block) -> None:
+    """How coupled motors turn with the joints."""
+    bound = body.coupled
+    if bound is None:
+        return
+    size = len(bound.spread)
+    head[f.COUPLED], head[f.BODIES] = len(bound.shafts), size
+    head[f.AT_TURNS], head[f.AT_SPREAD] = numbers.put(bound.turns), numbers.put(bound.spread)
+    # Places, speeds, bias and the part of it that motors feel; matrix, the same part of it, and what goes between.
+    head[f.AT_BODIES] = numbers.put(np.zeros(size * (4 + 2 * size + body.c)))
+    head[f.AT_FACTORS], head[f.AT_OWN] = numbers.put(bound.factors), numbers.put(bound.own)
+    flags = np.zeros(body.n, dtype=np.int64)
+    flags[list(bound.shafts)] = 1
+    head[f.AT_BOUND], head[f.AT_FELT] = words.put(flags), words.put(bound.felt)
 
 
 def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Group]:

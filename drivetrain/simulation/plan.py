@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
@@ -12,13 +12,14 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.effects.effect import Place, TimeScale
+from drivetrain.effects.signals import JOINT_HOLD_FORWARD, SURFACE_SPEED
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import fields as f
 from drivetrain.simulation import rates_kernel
 from drivetrain.simulation.layout import Layout, layout_of
 from drivetrain.simulation.memory import Memory, lay_out
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.shaping import Mechanics, mechanics, ratios_of
+from drivetrain.simulation.shaping import Mechanics, coupling_of, mechanics, ratios_of
 from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, unit_at
 from drivetrain.solvers.compiled_function import evaluate
 
@@ -92,10 +93,11 @@ def plan(scene: Scene) -> Plan:
         raise InputError(Fault("scene", "must be a scene", type(scene).__name__, "scene_of makes one of a study"))
     ratios = ratios_of(scene)
     body = mechanics(scene, ratios)
-    whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c)
-    places = {WHOLE: whole} | {name: Place(i, name, *_rest(whole)) for i, name in enumerate(scene.joints)}
+    whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c, coupling_of(scene))
+    places = {WHOLE: whole} | {name: _at_joint(whole, i) for i, name in enumerate(scene.joints)}
     found = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
     instances = sorted(found, key=lambda one: one.rank)  # so that the order of declaration leaves no trace
+    _check_shafts(instances)
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, told=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
@@ -128,7 +130,7 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory,
     losses = {joint: float(loss) for joint, loss in told if loss is not None}
     if not losses:
         return
-    whole, rotors = _inertia(memory, body.n, scene)
+    whole, rotors = _inertia(memory, body, scene)
     inertia = (np.diag(whole) - rotors)[: body.n]
     faults = []
     for joint, loss in losses.items():
@@ -143,12 +145,12 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory,
         raise InputError(faults)
 
 
-def _inertia(memory: Memory, n: int, scene: Scene) -> tuple[Array, Array]:
+def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Array]:
     """Mass matrix at the start, (c, c), and what of its diagonal is each rotor's, (c,) [kg m^2 or kg]."""
     numbers, words, c = memory.numbers.copy(), memory.words.copy(), int(memory.words[f.COORDINATES])
     states, signals = np.zeros(words[f.STATES]), np.zeros(words[f.SIGNALS])
     if scene.position is not None:
-        states[:n] = scene.position
+        states[: body.n] = body.coordinates_of(scene.position)
     evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
     whole = signals[words[f.AT_MASS] : words[f.AT_MASS] + c * c].reshape(c, c)
     rotors = numbers[words[f.AT_TURNED] : words[f.AT_TURNED] + c * c : c + 1]
@@ -166,7 +168,7 @@ def check_inertias(body: Mechanics, memory: Memory, scene: Scene) -> None:
     Raises:
         InputError: One that moves none, or so little that its acceleration is lost in rounding.
     """
-    whole, _ = _inertia(memory, body.n, scene)
+    whole, _ = _inertia(memory, body, scene)
     left, c = whole.copy(), len(whole)
     names = [*scene.joints, *[""] * (c - body.n)]
     for i in body.springs:
@@ -191,8 +193,20 @@ def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
         raise InputError(faults)
 
 
-def _rest(whole: Place) -> tuple[tuple[str, ...], tuple[float, ...], tuple[bool, ...], int]:
-    return whole.joints, whole.ratios, whole.turning, whole.coordinates
+def _at_joint(whole: Place, index: int) -> Place:
+    return replace(whole, joint=index, name=whole.joints[index])
+
+
+def _check_shafts(instances: Sequence[Instance]) -> None:
+    """That what rubs where motors are coupled rubs at the shafts: a joint there has no coordinate of its own."""
+    faults = []
+    for one in instances:
+        own = {signal.name for signal in one.ports.adds} & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}
+        if one.place.coupled and own and getattr(one.effect, "side", "joint") != "shaft":
+            hint = "state its friction at the shaft behind the gear (side='shaft') or at the motor"
+            faults.append(Fault(one.title, "rubs at a joint whose motor is coupled to others", None, hint))
+    if faults:
+        raise InputError(faults)
 
 
 def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) -> dict[str, str]:
@@ -200,6 +214,7 @@ def _state_units(instances: Sequence[Instance], memory: Memory, scene: Scene) ->
     for joint, turning in zip(scene.joints, scene.turning, strict=True):
         units |= {f"{joint}.{name}": unit_at("rad", turning) for name in ("position", "deflection")}
         units |= {f"{joint}.{name}": unit_at("rad/s", turning) for name in ("speed", "shaft_speed")}
+        units[f"{joint}.shaft_position"] = "rad"
     for one in instances:
         units |= {name: state.unit for name, state in zip(one.states, one.ports.states, strict=True)}
     return {name: units[name] for name in memory.states}

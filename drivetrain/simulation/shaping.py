@@ -8,16 +8,41 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import coupled_groups
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.dynamics import passes
 from drivetrain.dynamics.mass_and_bias import COLUMNS, working_rows
-from drivetrain.dynamics.packed import link_frames, packed
+from drivetrain.dynamics.packed import followers, link_frames, packed
 from drivetrain.effects.effect import Effect, Place, Shape
 from drivetrain.effects.payload_change import PayloadChange
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Coupled:
+    """Motors that drive several joints: the coordinates of those joints are the turns of the shafts behind the gears.
+
+    Attributes:
+        shafts: Joints whose motors are coupled.
+        shaft_turns: C, the first n coordinates a unit of each joint, (n, n).
+        turns: Joints a unit of each of those coordinates, its inverse, (n, n).
+        spread: Coordinates of the bodies (joints, rotors on their own, rotors that follow several joints) a unit of
+            each coordinate, (e, c).
+        felt: Body's coordinate whose turning the motor of each coordinate feels; -1: it turns nothing, (c,).
+        factors: By how much, (c,).
+        own: Inertia of reflected rotors at their shafts [kg m^2 or kg], (c,).
+    """
+
+    shafts: tuple[int, ...]
+    shaft_turns: Array
+    turns: Array
+    spread: Array
+    felt: Array
+    factors: Array
+    own: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +62,7 @@ class Mechanics:
         rotors: Inertia about each motor's axis, at the joint [kg m^2 or kg], (n,).
         uncoupled: Flexible joints whose rotor does not feel its carrier turn.
         payloads: Instant [s], and ten numbers of the last link from there on, as in ``rows``, (K, 11).
+        coupled: How coupled motors turn with the joints; None where each has its own.
     """
 
     n: int
@@ -54,6 +80,40 @@ class Mechanics:
     rotors: Array
     uncoupled: tuple[int, ...] = ()
     payloads: Array = field(default_factory=lambda: np.zeros((0, 11)))
+    coupled: Coupled | None = None
+
+    def coordinates_of(self, motion: Array) -> Array:
+        """What the coordinates do in a motion of the joints: shafts take the place of joints whose motors are coupled.
+
+        Args:
+            motion: Positions, speeds or accelerations of the joints [rad or m, and per s, s^2], (n,) or (N, n).
+
+        Returns:
+            The same of the first n coordinates.
+        """
+        return motion if self.coupled is None else np.asarray(motion @ self.coupled.shaft_turns.T)
+
+    def joints_of(self, motion: Array) -> Array:
+        """What the joints do in a motion of the coordinates.
+
+        Args:
+            motion: Positions, speeds or accelerations of the first n coordinates, (n,) or (N, n).
+
+        Returns:
+            The same of the joints [rad or m, and per s, s^2].
+        """
+        return motion if self.coupled is None else np.asarray(motion @ self.coupled.turns.T)
+
+    def torques_of(self, torque: Array) -> Array:
+        """What torques at the joints are along the coordinates.
+
+        Args:
+            torque: At the joints [N m or N], (n,) or (N, n).
+
+        Returns:
+            Along the first n coordinates.
+        """
+        return torque if self.coupled is None else np.asarray(torque @ self.coupled.turns)
 
 
 def ratios_of(scene: Scene) -> tuple[float, ...]:
@@ -68,7 +128,7 @@ def ratios_of(scene: Scene) -> tuple[float, ...]:
     Raises:
         InputError: Two that differ.
     """
-    blank = Place(0, "", scene.joints, (1.0,) * len(scene.joints), scene.turning)
+    blank = Place(0, "", scene.joints, (1.0,) * len(scene.joints), scene.turning, 0, coupling_of(scene))
     result, faults = [], []
     for index, name in enumerate(scene.joints):
         place = replace(blank, joint=index, name=name)
@@ -95,11 +155,11 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
         The mechanics.
 
     Raises:
-        InputError: Two rotors or springs at one joint, a spring without a rotor, motors that are coupled.
+        InputError: Two rotors or springs at one joint, a spring without a rotor or behind coupled motors.
     """
     shapes, faults = [], []
     for index, name in enumerate(scene.joints):
-        place = Place(index, name, scene.joints, tuple(ratios), scene.turning)
+        place = Place(index, name, scene.joints, tuple(ratios), scene.turning, 0, coupling_of(scene))
         shape, more = _joint_shape(name, scene.effects.get(name, ()), place)
         mounted = isinstance(scene.body, Arm) and scene.body.rotors[index] is not None
         if mounted and shape.rotor_inertia is not None:
@@ -108,8 +168,7 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
             more.append(Fault(f"effects[{name!r}]", "has a spring but no rotor inertia behind it"))
         shapes.append(shape)
         faults += more
-    if isinstance(scene.body, Arm) and scene.body.coupling is not None:
-        faults.append(Fault("arm", "has coupled motors, which forward simulation does not know yet"))
+    faults += _behind_couplings(scene, shapes)
     if faults:
         raise InputError(faults)
     loads = [effect.carried() for effect in scene.effects.get(WHOLE, ()) if isinstance(effect, PayloadChange)]
@@ -119,6 +178,30 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
         built = _with_arm(scene.body, shapes, np.array(ratios))
         return replace(built, payloads=_payloads(built, *loads[0])) if loads else built
     return _without_arm(scene.body, shapes[0], np.array(ratios))
+
+
+def coupling_of(scene: Scene) -> tuple[tuple[float, ...], ...]:
+    """How the motors of a scene are coupled.
+
+    Args:
+        scene: Any.
+
+    Returns:
+        Turns of each shaft a turn of each joint; empty where every motor has its own joint.
+    """
+    coupling = scene.body.coupling if isinstance(scene.body, Arm) else None
+    return () if coupling is None else tuple(tuple(float(one) for one in row) for row in coupling)
+
+
+def _behind_couplings(scene: Scene, shapes: Sequence[Shape]) -> list[Fault]:
+    """Springs where motors are coupled: what each would carry, and against which rotor, is not known here."""
+    bound = Place(-1, WHOLE, scene.joints, (), (), 0, coupling_of(scene)).shafts
+    hint = "leave the spring out (effects: without springs), or couple no motors to this joint"
+    return [
+        Fault(f"effects[{scene.joints[i]!r}]", "has a spring or play behind coupled motors", None, hint)
+        for i in bound
+        if shapes[i].flexible
+    ]
 
 
 def _joint_shape(name: str, effects: Sequence[Effect], place: Place) -> tuple[Shape, list[Fault]]:
@@ -159,8 +242,10 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         arm = with_rotors(arm, rotors, level=RotorLevel.FULL if arm.level is RotorLevel.NONE else arm.level)
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
     model = packed(arm, free)
-    rows = model.rows.copy()
-    reflected = np.zeros(arm.n)
+    rows, reflected = model.rows.copy(), np.zeros(arm.n)
+    bound = _coupled(arm, free, motors, ratios)
+    if bound is not None:
+        return _behind_shafts(arm, shapes, ratios, motors, bound)
     for i, (shape, inertia) in enumerate(zip(shapes, own, strict=True)):
         at = int(motors[i])
         if inertia is not None and not shape.full:
@@ -182,6 +267,64 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     return Mechanics(
         arm.n, c, 1, ratios, motors, rows, np.ascontiguousarray(spins), work, np.zeros((4, c)), tip, arm,
         {i: shapes[i] for i in free}, reflected, uncoupled,
+    )  # fmt: skip
+
+
+def _coupled(arm: Arm, free: tuple[int, ...], motors: Array, ratios: Array) -> Coupled | None:
+    """The coordinates of an arm with coupled motors; None where each motor has its own joint."""
+    if arm.coupling is None:
+        return None
+    shafts = tuple(i for group in coupled_groups(arm) for i in group)
+    follows = [i for i in followers(arm) if i in shafts]
+    c = arm.n + len(free)
+    turns, spread = np.linalg.inv(arm.coupling), np.eye(c + len(follows), c)
+    # What is zero stays so, and a joint of its own is exactly that.
+    for i in range(arm.n):
+        if i not in shafts:
+            turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
+    spread[: arm.n, : arm.n] = turns
+    felt = np.arange(c)
+    felt[list(shafts)] = -1
+    factors = np.ones(c)
+    for k, i in enumerate(follows):
+        spread[c + k, i] = factors[i] = ratios[i]
+        felt[i] = c + k
+    return Coupled(shafts, np.asarray(arm.coupling), turns, spread, felt, factors, np.zeros(c))
+
+
+def _behind_shafts(arm: Arm, shapes: Sequence[Shape], ratios: Array, motors: Array, bound: Coupled) -> Mechanics:
+    """The mechanics of an arm with coupled motors."""
+    free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
+    model, c, e = packed(arm, free), arm.n + len(free), len(bound.spread)
+    # Stand-ins come in the order of joints there; here those of rotors on their own come first.
+    apart = sorted({*followers(arm), *free})
+    order = [*range(arm.n), *(arm.n + apart.index(i) for i in (*free, *(i for i in apart if i not in free)))]
+    rows, spins = np.vstack([model.rows[order], model.rows[e:]]), model.spins.copy()
+    spins[:, 0] = np.argsort(order)[spins[:, 0]]
+    reflected = np.zeros(arm.n)
+    uncoupled = []
+    for i, shape in enumerate(shapes):
+        at = int(motors[i])
+        if shape.rotor_inertia is not None and not shape.full:
+            inertia = shape.rotor_inertia * ratios[i] ** 2
+            if i in bound.shafts:
+                bound.own[i] = inertia
+            elif shape.flexible:
+                rows[at, passes.OWN] = inertia
+                uncoupled.append(i)
+            else:
+                rows[at, passes.OWN] += inertia
+        feels = bound.felt[at]
+        reflected[i] = bound.own[at] + (rows[feels, passes.OWN] * bound.factors[at] ** 2 if feels >= 0 else 0.0)
+    kept = ~np.isin(spins[:, 0], motors[uncoupled])
+    rows, spins = np.vstack([rows[:e], rows[e:][kept]]), spins[kept]
+    frames = link_frames(arm)
+    work = working_rows(arm.n, len(spins), frames[0, :3, :3], arm.gravity)
+    work[-1, 9:12] = frames[0, :3, 3]
+    return Mechanics(
+        arm.n, c, 1, ratios, motors, rows, np.ascontiguousarray(spins), work, np.zeros((4, c)),
+        np.linalg.solve(frames[-1], arm.tip), arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled),
+        coupled=bound,
     )  # fmt: skip
 
 

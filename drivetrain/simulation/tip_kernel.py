@@ -44,7 +44,7 @@ def try_tip(n: Any, w: Any, shift: float) -> None:
     speed, turning = get(n, tip + f.TIP_SPEED), get(n, tip + f.TIP_TURNING)
     for k in range(joints):
         more = n[trial + k] - n[guess + k]
-        column, around = _column(n, w, k, place), get(n, w[f.AT_WORK] + k * COLUMNS + SCREW)
+        column, around = _column(n, w, k, place), _turning(n, w, k)
         speed = (speed[0] + more * column[0], speed[1] + more * column[1], speed[2] + more * column[2])
         turning = (turning[0] + more * around[0], turning[1] + more * around[1], turning[2] + more * around[2])
     put(n, to + 3, speed)
@@ -111,11 +111,36 @@ def _times(n: Any, taken: int, step: float, a: tuple[float, float, float]) -> tu
 
 
 @part
+def _turning(n: Any, w: Any, k: int) -> tuple[float, float, float]:
+    """Turning of the tip for a unit speed of a coordinate."""
+    joints = w[f.JOINTS]
+    if not w[f.COUPLED]:
+        return get(n, w[f.AT_WORK] + k * COLUMNS + SCREW)
+    x = y = z = 0.0
+    for j in range(joints):
+        turns, screw = n[w[f.AT_TURNS] + j * joints + k], w[f.AT_WORK] + j * COLUMNS + SCREW
+        x += turns * n[screw]
+        y += turns * n[screw + 1]
+        z += turns * n[screw + 2]
+    return x, y, z
+
+
+@part
 def _column(n: Any, w: Any, k: int, place: tuple[float, float, float]) -> tuple[float, float, float]:
-    """Speed of the tip for a unit speed of a joint."""
-    screw = w[f.AT_WORK] + k * COLUMNS + SCREW
-    around, linear = cross(get(n, screw), place), get(n, screw + 3)
-    return linear[0] + around[0], linear[1] + around[1], linear[2] + around[2]
+    """Speed of the tip for a unit speed of a coordinate."""
+    joints = w[f.JOINTS]
+    if not w[f.COUPLED]:
+        screw = w[f.AT_WORK] + k * COLUMNS + SCREW
+        around, linear = cross(get(n, screw), place), get(n, screw + 3)
+        return linear[0] + around[0], linear[1] + around[1], linear[2] + around[2]
+    around = cross(_turning(n, w, k), place)
+    x, y, z = around[0], around[1], around[2]
+    for j in range(joints):
+        turns, screw = n[w[f.AT_TURNS] + j * joints + k], w[f.AT_WORK] + j * COLUMNS + SCREW
+        x += turns * n[screw + 3]
+        y += turns * n[screw + 4]
+        z += turns * n[screw + 5]
+    return x, y, z
 
 
 @part
@@ -143,7 +168,7 @@ def add_tip(n: Any, w: Any, h: float, theta: float, guess: int) -> None:
             if w[w[f.AT_MOTORS] + i] == i:
                 n[w[f.AT_CARRIED] + i * c + k] += theta * entry
     for i in range(joints):
-        torque = dot(_column(n, w, i, place), force) + dot(get(n, w[f.AT_WORK] + i * COLUMNS + SCREW), moment)
+        torque = dot(_column(n, w, i, place), force) + dot(_turning(n, w, i), moment)
         n[right + i] += h * torque
         if w[w[f.AT_MOTORS] + i] == i:
             n[carried + i] -= torque

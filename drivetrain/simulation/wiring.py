@@ -164,6 +164,11 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
                 known.adders[name] = []
             else:
                 known.givers[name] = MECHANICS
+        if index in place.shafts:
+            for signal in (*named.SHAFT_GIVEN, *named.SHAFT_TAKEN):
+                known.units[f"{joint}.{signal.name}"] = signal.unit
+            known.givers |= {f"{joint}.{signal.name}": MECHANICS for signal in named.SHAFT_GIVEN}
+            known.adders |= {f"{joint}.{signal.name}": [] for signal in named.SHAFT_TAKEN}
         for power in (named.JOINT_FRICTION_POWER, named.MOTOR_FRICTION_POWER, named.MESH_POWER):
             known.powers[f"{joint}.{power.name}"] = Role.LOSS
     known.units["scene.mass_matrix"], known.givers["scene.mass_matrix"] = "kg m^2", MECHANICS
