@@ -84,12 +84,13 @@ def judged(study: Study) -> Evaluation:
         InputError: No arm to simulate, or a joint that nothing may drive.
     """
     from drivetrain.errors import Fault, InputError
+    from drivetrain.simulation.axis_scene import axis_faults
     from drivetrain.sizing.evaluate import evaluate
     from drivetrain.sizing.search import select
 
-    if study.arm is None:
-        hint = "joint_scene and the effects, from Python, simulate one joint without an arm"
-        raise InputError(Fault("arm", "is needed to simulate the study", hint=hint, file=study.path))
+    faults = axis_faults(study) if study.arm is None else []
+    if faults:
+        raise InputError(faults)
     if all(task.drive is not None for task in study.joints):
         with working("judging the given drives"):
             return evaluate(study)

@@ -28,9 +28,10 @@ from drivetrain.effects.position_loop import PositionLoop
 from drivetrain.effects.viscous_friction import ViscousFriction
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.axis_scene import axis_body, axis_faults, axis_inertia, axis_motion, axis_rotor
 from drivetrain.simulation.inverse import demanded
 from drivetrain.simulation.plan import plan
-from drivetrain.simulation.scene import WHOLE, Scene
+from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.study.mounting import loaded_arm
 from drivetrain.study.study import JointTask, Study
 
@@ -72,23 +73,30 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
         The scene.
 
     Raises:
-        InputError: No arm, a joint without a drive, a load table for a cycle, coupled motors.
+        InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive, coupled motors.
     """
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
-    if study.arm is None:
-        faults.append(Fault("arm", "is needed to simulate it", hint="joint_scene takes one joint without an arm"))
+    faults += axis_faults(study) if study.arm is None else []
     if faults:
         raise InputError(faults)
-    arm = loaded_arm(study, drives, -1)
     start = study.cycle.position[0]
-    inertia = np.diag(mass_matrix(arm, start))
+    body = axis_body(study) if study.arm is None else loaded_arm(study, drives, -1)
+    if isinstance(body, Inertia):
+        moved = [axis_inertia(study, drives[body.name])]
+    else:
+        moved = [float(one) for one in np.diag(mass_matrix(body, start))]
     effects: dict[str, tuple[Effect, ...]] = {
-        task.name: _joint(study, task, drives[task.name], float(inertia[i]), wishes)
+        task.name: _joint(study, task, drives[task.name], moved[i], wishes)
         for i, task in enumerate(study.joints)
     }
-    effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions), *_carried(study, wishes.repetitions))
+    if isinstance(body, Inertia):
+        motion, load = axis_motion(study, wishes.repetitions)
+        own = (*effects[body.name], axis_rotor(drives[body.name]), load)
+        effects |= {body.name: own, WHOLE: (CommandedMotion(motion),)}
+    else:
+        effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions), *_carried(study, wishes.repetitions))
     duration = study.cycle.duration * wishes.repetitions
-    scene = Scene(arm, effects, duration, start, study.cycle.velocity[0], study.name)
+    scene = Scene(body, effects, duration, start, study.cycle.velocity[0], study.name)
     return with_feed_forward(scene) if wishes.feed_forward else scene
 
 

@@ -179,7 +179,7 @@ TORQUE_ONLY = (gear_repeated_peak_torque, gear_momentary_torque, gear_average_to
 def _bearing(op: Operation, name: str, unit: str, largest: Peak | None, available: float | None) -> Check:
     if largest is None:
         reason = "the joint slides: its guide carries the loads across"
-        if op.demand.load_inertia is None:
+        if op.demand.cycle.torque is not None:
             reason = "without an arm the loads across the axis are unknown"
         elif op.task.coupled:
             reason = "the gear turns a shaft away from the joint: what loads its bearing is not known"

@@ -173,7 +173,7 @@ def inertia_ratio(op: Operation) -> Check:
     """
     name, inertia = "inertia ratio", op.demand.load_inertia
     if inertia is None:
-        return reported(name, "1", None, "without an arm the load's inertia is unknown")
+        return reported(name, "1", None, "neither an arm nor the joint's load_inertia tells it")
     if op.drive.motor.rotor_inertia is None:
         return reported(name, "1", None, "the sheet prints no rotor inertia")
     ratios = inertia / (op.drive.gear.ratio**2 * drive_inertia(op.drive))

@@ -52,7 +52,8 @@ class JointDemand:
         payload: Index of what the tip carries, -1 for nothing.
         wrench: Six components (moment [N m], force [N]) that the joint passes on, joint frame, (N, 6); None without
             an arm, where the joint slides (its guide carries them) and where the gear is not at the joint (coupled).
-        load_inertia: What the gear's output accelerates, own rotor excluded [kg m^2]; None without an arm.
+        load_inertia: What the gear's output accelerates, own rotor excluded [kg m^2]; None where neither an arm nor the
+            study tells it.
         cycle: The repeated task, whose parts repeat by themselves.
     """
 
@@ -268,9 +269,10 @@ class JointWork:
         if sums is None:
             nothing = np.zeros_like(speed)
             given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
+            told = None if task.load_inertia is None else np.full_like(speed, task.load_inertia)
             return JointDemand(
                 cycle.time, self.work.weights, position, speed, acceleration, nothing, given, task.friction,
-                cycle.payload, None, None, cycle,
+                cycle.payload, None, told, cycle,
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         at = seat(self.joint, task.mount)

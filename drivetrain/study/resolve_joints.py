@@ -151,6 +151,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),
+        load_inertia=_load_inertia(around, form, place),
     )
 
 
@@ -221,6 +222,13 @@ def _contained(around: Surroundings, index: int, form: JointForm, place: Place) 
         around.ledger.fault((*place, "contained"), problem)
     mount = _mount(around, index, form.contained.mount, (*place, "contained", "mount"))
     return ContainedDrive(form.contained.mass, mount)
+
+
+def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float | None:
+    """What a joint without an arm turns; an arm knows it better."""
+    if form.load_inertia is not None and around.arm is not None:
+        around.ledger.fault((*place, "load_inertia"), "goes with studies without an arm: the arm tells what it moves")
+    return form.load_inertia
 
 
 def _travel(around: Surroundings, index: int, form: JointForm, place: Place) -> float | None:

@@ -143,6 +143,9 @@ class JointForm(Form):
         default=None, description="prismatic joints: travel per turn of the gear"
     )
     housing_to_ambient: f.ThermalResistance | None = Field(default=None, description="of the real mounting")
+    load_inertia: f.Inertia | None = Field(
+        default=None, description="without an arm: what the gear turns, already in the table's torque"
+    )
 
 
 class GearAssumptionForm(Form):

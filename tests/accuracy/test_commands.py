@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -144,8 +145,14 @@ def test_a_study_says_what_it_wants_of_its_simulation(tmp_path: Path) -> None:
     assert load_study(write(tmp_path)).simulation.effects == ("all",)
 
 
-def test_a_load_table_cannot_be_simulated() -> None:
-    study = Path(__file__).resolve().parents[2] / "examples" / "one_axis" / "study.yaml"
+def test_a_load_table_needs_the_inertia_that_it_moves(tmp_path: Path) -> None:
+    door = Path(__file__).resolve().parents[2] / "examples" / "one_axis"
+    copytree(door, tmp_path / "door")
+    study = tmp_path / "door" / "study.yaml"
+    lines = study.read_text(encoding="utf-8").splitlines()
+    study.write_text("\n".join(line for line in lines if "load_inertia" not in line), encoding="utf-8")
     for command in ("simulate", "accuracy"):
         code, output = run(command, study)
-        assert code == 2 and "arm" in output
+        assert code == 2 and "joints.hinge.load_inertia" in output and "kg m^2" in output
+    code, output = run("simulate", door / "study.yaml", "--out", tmp_path / "out")
+    assert code == 0 and "RMS 2.86 A" in " ".join(output.split()), output

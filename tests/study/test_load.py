@@ -132,6 +132,7 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
         ({"joints.default": {}}, "joints.default", "neither a drive nor candidates"),
         ({"joints.joint_2": {"drive": {"motor": "smal", "gear": "p20"}}}, "joints.joint_2.drive.motor", "'small'"),
         ({"joints.joint_2": {"drive": {"motor": "small", "gear": "p2"}}}, "joints.joint_2.drive.gear", "'p20'"),
+        ({"joints.joint_2.load_inertia": "1 kg m^2"}, "joints.joint_2.load_inertia", "without an arm"),
         ({"joints.joint_2.travel_per_turn": "5 mm/rev"}, "joints.joint_2.travel_per_turn", "prismatic"),
         ({"joints.joint_2.contained": {"mass": "1 kg"}}, "joints.joint_2.contained", "drive_mass: replaced"),
         ({"drive_mass": "replaced"}, "joints.default.contained", "what the links hold"),
