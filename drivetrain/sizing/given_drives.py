@@ -77,7 +77,8 @@ def _excused(packed: Packed, joint: int) -> Packed:
     motors, tasks, pairs = task.motors.copy(), task.tasks.copy(), task.pairs.copy()
     if np.isnan(g[REPEATED]):
         g[REPEATED] = OUT_OF_REACH
-    if torque_unknown.py_func(m, g):
+    unknown = torque_unknown.py_func(m, g)
+    if unknown:
         _without_motor(m, g, tasks[joint])
     for column in (PEAK_TORQUE, CONTINUOUS):
         if np.isnan(m[column]):
@@ -87,11 +88,12 @@ def _excused(packed: Packed, joint: int) -> Packed:
         motors=motors, tasks=tasks, pairs=pairs, gears=np.vstack([task.gears, g]),
         exponent_of=np.append(task.exponent_of, task.exponent_of[gear]),
     )  # fmt: skip
-    return replace(packed, task=given, gears=(*packed.gears, packed.gears[gear]))
+    known = packed.power_known and not unknown
+    return replace(packed, task=given, gears=(*packed.gears, packed.gears[gear]), power_known=known)
 
 
 def _without_motor(m: Array, g: Array, limits: Array) -> None:
-    """Nothing that needs the motor's torque is judged, as in an evaluation; its power counts as without losses."""
+    """Nothing that needs the motor's torque is judged, as in an evaluation; its energy is counted as far as known."""
     if np.isnan(m[ROTOR]):
         limits[RATIO_LIMIT] = math.nan
     m[ROTOR], g[UNKNOWN] = np.nan_to_num(m[ROTOR]), 0.0

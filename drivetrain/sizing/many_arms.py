@@ -13,7 +13,7 @@ from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Draws, built
 from drivetrain.sizing.scatter_kernels import judge_arms
 from drivetrain.sizing.scatter_task import Bench, aimed
-from drivetrain.sizing.scatter_torque import CHECKS, NAMES
+from drivetrain.sizing.scatter_numbers import CHECKS, NAMES
 
 SUPPLY_NAMES = ("supply peak power", "supply mean power", "supply regenerated power")
 CHUNK = 4096  # arms judged at once: 4 MB of figures
@@ -61,8 +61,7 @@ def judged(ready: Bench, draws: Draws) -> Iterator[Figures]:
             again = np.arange(count)
         else:
             judge_arms(
-                task, draws.factors[part], draws.ambient[part], draws.payload[part], ready.blocks, ready.counts,
-                *memory, found.joints, found.supply,
+                task, draws.factors[part], draws.ambient[part], draws.payload[part], memory, found.joints, found.supply,
             )  # fmt: skip
             near = (np.abs(found.joints - 1.0) < CLOSE).any(axis=(1, 2))
             again = np.flatnonzero(near | (np.abs(found.supply - 1.0) < CLOSE).any(axis=1))

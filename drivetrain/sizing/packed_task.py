@@ -121,6 +121,7 @@ class Packed:
         motors, gears: Catalogue keys by row.
         mass: Of each pair [kg], NaN where unknown, (P,).
         price: Of each pair, NaN where unknown, (P,).
+        power_known: Whether every given drive's power is known, as far as it is to be held against the supply.
     """
 
     study: Study
@@ -130,6 +131,7 @@ class Packed:
     gears: tuple[str, ...]
     mass: Array
     price: Array
+    power_known: bool = True
 
     def keys(self, pair: int) -> tuple[str, str]:
         """The catalogue keys of a pair.

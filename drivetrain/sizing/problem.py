@@ -91,7 +91,8 @@ class Problem:
         """
         study = self.packed.study
         supply = study.supply
-        if supply.peak_power is None and supply.mean_power is None and supply.regenerated_power is None:
+        limits = (supply.peak_power, supply.mean_power, supply.regenerated_power)
+        if not self.packed.power_known or limits == (None, None, None):
             return True
         total = np.zeros(len(study.cycle.time))
         set_power(self.packed.task, np.array(pairs, dtype=np.int64), self.memory, total)
