@@ -304,7 +304,7 @@ def _assemble(n: Any, w: Any, h: float, theta: float, asked: int) -> bool:
         if m != i:
             late = n[asked + m] - n[asked + i] - (n[speeds + m] - n[speeds + i])
             _spring(n, w, h, theta, i, m, late)
-        elif n[w[f.AT_LEVELS] + i * f.LEVELS + f.DRIVING] != 0.0 or n[w[f.AT_LEVELS] + i * f.LEVELS + f.DRIVEN] != 0.0:
+        else:
             _carried(n, w, h, i, theta * soft, torque)
     if w[f.COUPLED]:
         _add_joints(n, w, h, theta)

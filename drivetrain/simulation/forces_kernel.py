@@ -66,12 +66,9 @@ def tell_forces(n: Any, w: Any, h: float, theta: float, shift: float) -> None:
     tell_motion(n, w, shift)
     for i in range(joints):
         m, ratio, own = w[w[f.AT_MOTORS] + i], n[w[f.AT_RATIOS] + i], s + i
-        shaft = w[f.AT_LEVELS] + m * f.LEVELS
-        load = 0.0
-        if n[shaft + f.DRIVING] != 0.0 or n[shaft + f.DRIVEN] != 0.0 or m != i:
-            load, rows = n[row_of(w, f.CARRIED) + m], w[f.AT_CARRIED] + m * c
-            for k in range(c):
-                load += n[rows + k] * n[change + k]
+        load, rows = n[row_of(w, f.CARRIED) + m], w[f.AT_CARRIED] + m * c
+        for k in range(c):
+            load += n[rows + k] * n[change + k]
         joint, motor = _split(n, w, i, m, load)
         mesh = n[friction + m] - motor
         if m == i:

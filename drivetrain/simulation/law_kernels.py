@@ -19,8 +19,8 @@ from drivetrain.simulation.forces_kernel import tell_energies, tell_forces
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3153320852, "simulation/fields.py": 2039904870,
-    "simulation/forces_kernel.py": 2188127429, "simulation/friction_kernel.py": 4042368809,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3106627450, "simulation/fields.py": 2039904870,
+    "simulation/forces_kernel.py": 1668043062, "simulation/friction_kernel.py": 4042368809,
     "simulation/tip_kernel.py": 2653406141,
     "dynamics/compiled_vectors.py": 1257686601, "dynamics/passes.py": 2124356983,
     "dynamics/mass_and_bias.py": 3714271039,

@@ -102,3 +102,16 @@ def test_what_cannot_be_simulated_is_told_with_the_mend(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+
+
+def test_the_mesh_carries_the_table_whatever_effects_there_are(door: dt.Evaluation) -> None:
+    """What a recording calls the mesh torque is load and joint friction, also where nothing is lost in the mesh."""
+    drives = {name: joint.drive for name, joint in door.joints.items()}
+    series, found = door.joints["hinge"].series, {}
+    for mesh in (True, False):
+        run = dt.simulate(scene_of(door.study, drives, wishes=Wishes(heat=False, mesh=mesh)), interval=0.01)
+        moving = np.abs(np.interp(run.time, series.time, series.speed)) > 0.05
+        apart = np.abs(run["hinge.mesh_torque"] - np.interp(run.time, series.time, series.gear_torque))[moving]
+        assert np.median(apart) < 1e-3 * np.abs(series.gear_torque).max()
+        found[mesh] = float(np.abs(run["hinge.mesh_torque"]).max())
+    assert found[False] == pytest.approx(found[True], rel=0.02)
