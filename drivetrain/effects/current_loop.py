@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
+from drivetrain.drive.held_step_kernel import held_step, put_matrix
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded, lagging
@@ -19,9 +21,36 @@ from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/current_loop_kernel.py": 3017137500}
+SOURCES = {"drive/current_loop_kernel.py": 3017137500, "drive/held_step_kernel.py": 3238118244}
 
 HOT = 200.0  # K over the air
+# Matrices of the free loop, kept behind the constants: resistance and step they are made for, over the whole step the
+# end's share of the beginning and of what is held, the mean's, and over half of it the end's.
+MADE_FOR, WHOLE, HELD, MEAN, HALF, HALF_HELD, MATRICES = 9, 11, 15, 19, 21, 25, 29
+
+
+@njit(error_model="numpy")
+def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
+    """The matrices of the free loop, as long as neither the winding's temperature nor the step changes."""
+    inductance, kp, ki = numbers[at + 4], numbers[at + 5], numbers[at + 6]
+    a, b, c = -(kp + resistance) / inductance, 1.0 / inductance, -ki
+    for part in range(2):
+        step = h if part == 0 else 0.5 * h
+        whole, first, second = held_step((a, b, c, 0.0), step)
+        put_matrix(numbers, at + (WHOLE if part == 0 else HALF), whole)
+        put_matrix(numbers, at + (HELD if part == 0 else HALF_HELD), first)
+        if part == 0:
+            numbers[at + MEAN], numbers[at + MEAN + 1] = second[0], second[1]
+    numbers[at + MADE_FOR], numbers[at + MADE_FOR + 1] = resistance, h
+
+
+@njit(error_model="numpy")
+def _reached(n: Any, at: int, held: int, x: tuple[float, float], by: tuple[float, float]) -> tuple[float, float]:
+    """Current and integrator at the end of a step, or of half of it; ``by`` is h b."""
+    return (
+        n[at] * x[0] + n[at + 1] * x[1] + n[held] * by[0] + n[held + 1] * by[1],
+        n[at + 2] * x[0] + n[at + 3] * x[1] + n[held + 2] * by[0] + n[held + 3] * by[1],
+    )
 
 
 # long kernel: at an instant and over a step, with the slopes that the mechanics need
@@ -41,7 +70,6 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
             asked, free = peak if asked > 0.0 else -peak, 0.0
         forward, emf = numbers[at + 8] * speed, constant * speed
         limit = held_at(current, integral, volts, kp, asked, forward)
-        loop = (resistance, inductance, kp, ki, asked, emf, forward)
         if h == 0.0:
             wanted = kp * (asked - current) + integral + forward
             voltage = limit if limit != 0.0 else wanted
@@ -50,18 +78,29 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
             signals[words[row + 10]] = voltage
             signals[words[row + 11]] += constant * current
             continue
-        end, drawn, mean = loop_step(current, integral, h, volts, loop)
+        if numbers[at + MADE_FOR] != resistance or numbers[at + MADE_FOR + 1] != h:
+            _make(numbers, at, resistance, h)
+        begin, by = (current, integral), (h * (kp * asked + forward - emf) / inductance, h * ki * asked)
+        end, drawn = _reached(numbers, at + WHOLE, at + HELD, begin, by)
+        mean = numbers[at + HELD] * current + numbers[at + HELD + 1] * integral
+        mean += numbers[at + MEAN] * by[0] + numbers[at + MEAN + 1] * by[1]
+        # The mean is a straight function of command and back-emf as long as the limit stays.
+        by_command = h * (numbers[at + MEAN] * kp / inductance + numbers[at + MEAN + 1] * ki)
+        by_speed = h * numbers[at + MEAN] * (numbers[at + 8] - constant) / inductance
+        if volts < math.inf:
+            middle = _reached(numbers, at + HALF, at + HALF_HELD, begin, (0.5 * by[0], 0.5 * by[1]))
+            limited = limit != 0.0 or held_at(end, drawn, volts, kp, asked, forward) != 0.0
+            if limited or held_at(middle[0], middle[1], volts, kp, asked, forward) != 0.0:
+                loop = (resistance, inductance, kp, ki, asked, emf, forward)
+                end, drawn, mean = loop_step(current, integral, h, volts, loop)
+        if limit != 0.0:
+            # Held there, the current follows the back-emf alone.
+            _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, limit + constant, 0.0))
+            free = 0.0
         rates[words[row + 1]] = (end - current) / h
         rates[words[row + 2]] = (drawn - integral) / h
         signals[words[row + 10]] = resistance * mean + emf + inductance * (end - current) / h
         signals[words[row + 11]] += constant * mean
-        # The mean is a straight function of command and back-emf as long as the limit stays.
-        _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, constant, numbers[at + 8]))
-        if limit != 0.0:
-            _, _, held = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, 0.0, 0.0))
-            by_speed -= held
-            free = 0.0
-        _, _, by_command = stretch(0.0, 0.0, h, 0.0, (resistance, inductance, kp, ki, 1.0, 0.0, 0.0))
         signals[words[row + 12]] += constant * (free * by_command * signals[words[row + 4]] - by_speed)
         signals[words[row + 13]] += constant * free * by_command * signals[words[row + 5]]
 
@@ -161,12 +200,13 @@ class CurrentLoop(Effect):
 
         Returns:
             The lines of ``motor_lines``, inductance [H], kp [V/A], ki [V/(A s)], peak current [A], voltage fed forward
-            over speed [V s/rad].
+            over speed [V s/rad]; then room for the matrices of a step.
         """
         inductance = self.motor.inductance or math.nan
         kp, ki = inductance * self.bandwidth, self.motor.resistance * self.bandwidth
         forward = self.fed_forward * self.motor.torque_constant
-        return *motor_lines(self.motor), inductance, kp, ki, self.peak_current, forward
+        room = [0.0] * (MATRICES - MADE_FOR)
+        return *motor_lines(self.motor), inductance, kp, ki, self.peak_current, forward, *room
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         """The current that is commanded, as far as amplifier and voltage hold it, and the integrator that does.

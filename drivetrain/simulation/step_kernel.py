@@ -183,19 +183,21 @@ def _advance(numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, row
             return PAUSED
         budget -= 1
         to = _next_node(n, w, clock, counts, breaks)
+        # A whole step is exactly that, however the clock is rounded: laws may keep what they have made for it.
+        h = clock[STEP] if abs(to - t - clock[STEP]) <= slack else to - t
         theta = 1.0 if counts[SOFT] else 0.5
         counts[SOFT] = 0
         for i in range(c):
             before[i] = words[modes + i]
-            numbers[guess + i] = numbers[speeds + i] + theta * (to - t) * numbers[last + i]
+            numbers[guess + i] = numbers[speeds + i] + theta * h * numbers[last + i]
         numbers[words[f.AT_THETA]] = theta
-        _equations(n, w, f.MOTION, t, to - t, shifted(n, words[f.AT_RATES]))
+        _equations(n, w, f.MOTION, t, h, shifted(n, words[f.AT_RATES]))
         if words[f.SOLVED] < 0:
             counts[CULPRIT] = -1 - words[f.SOLVED]
             return JAMMED if words[f.SOLVED] > -1000 else ENDLESS
         counts[SOLVES] += words[f.SOLVED]
         counts[STEPS] += 1
-        bad = _accept(n, w, t, to - t, theta)
+        bad = _accept(n, w, t, h, theta)
         clock[TIME] = to
         _log(w, c, to, before, events, counts)
         if bad >= 0:
