@@ -84,11 +84,13 @@ def _poses(scene: Scene, demand: Demand) -> tuple[Array, Array, Array]:
     if not isinstance(scene.body, Arm):
         return np.array([[scene.body.inertia]]), np.zeros((1, 1)), np.ones(1)
     some = demand.position[:: max(1, len(demand.time) // MOST_POSES)]
-    mass = mass_matrix(scene.body, some)
+    # Where motors are coupled what a motor moves is seen from its shaft.
+    turns = np.eye(scene.body.n) if scene.body.coupling is None else np.linalg.inv(scene.body.coupling)
+    mass = turns.T @ mass_matrix(scene.body, some) @ turns
     diagonal = np.einsum("kii->ki", mass)
     couplings = np.abs(mass / diagonal[:, None, :]).max(axis=0)
     np.fill_diagonal(couplings, 0.0)
-    levers = np.linalg.norm(body_jacobian(scene.body, some)[:, 3:, :], axis=1).max(axis=0)
+    levers = np.linalg.norm(body_jacobian(scene.body, some)[:, 3:, :] @ turns, axis=1).max(axis=0)
     return diagonal, couplings, levers
 
 
@@ -98,9 +100,9 @@ def _conditions(ready: Plan, demand: Demand, joint: int, basis: Basis, mass: Arr
     name = scene.joints[joint]
     effects = scene.effects.get(name, ())
     time, current, torque = demand.time, demand.current[:, joint], demand.mesh_torque[:, joint]
-    speed = demand.speed[:, joint]
+    speed = demand.shaft_speed[:, joint]
     series = TaskSeries(
-        time, speed, demand.acceleration[:, joint], torque, current, np.asarray(resting(speed), dtype=bool)
+        time, speed, demand.shaft_acceleration[:, joint], torque, current, np.asarray(resting(speed), dtype=bool)
     )
     motor = basis.motors[name]
     own = float(body.rotors[joint])

@@ -18,7 +18,7 @@ from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.inverse import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.shaping import ratios_of
+from drivetrain.simulation.shaping import coupling_of, ratios_of
 from drivetrain.simulation.study_scene import with_feed_forward
 
 LABELS = {
@@ -138,4 +138,4 @@ def place_of(scene: Scene, joint: str) -> Place:
     Returns:
         The place.
     """
-    return Place(scene.joints.index(joint), joint, scene.joints, tuple(ratios_of(scene)), scene.turning, 0)
+    return Place(scene.joints.index(joint), joint, scene.joints, tuple(ratios_of(scene)), scene.turning, 0, coupling_of(scene))

@@ -70,7 +70,7 @@ class CascadeLoop(Effect):
         """
         return Ports(
             states=(State("integrated_current", "A", 1e-6),),
-            needs=(s.COMMAND_POSITION, s.COMMAND_SPEED, s.MOTOR_POSITION, s.MOTOR_SPEED),
+            needs=(*s.commanded(place)[:2], s.MOTOR_POSITION, s.MOTOR_SPEED),
             adds=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
         )
 

@@ -84,7 +84,7 @@ class CommandedMotion(Effect):
             raise InputError(Fault("repetitions", "must be at least 1", self.repetitions))
 
     def ports(self, place: Place) -> Ports:
-        """Gives position, speed and acceleration of every joint.
+        """Gives position, speed and acceleration of every joint, and of shafts where motors are coupled.
 
         Args:
             place: Where it stands.
@@ -100,7 +100,9 @@ class CommandedMotion(Effect):
             hint = nearest(missing[0], list(self.motion.joint_names))
             raise InputError(Fault("motion", f"says nothing of {', '.join(missing)}", None, hint))
         kinds = (s.COMMAND_POSITION, s.COMMAND_SPEED, s.COMMAND_ACCELERATION)
-        return Ports(gives=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name in place.joints for kind in kinds))
+        told = [(name, kind) for name in place.joints for kind in kinds]
+        told += [(place.joints[i], kind) for i in place.shafts for kind in s.SHAFT_COMMANDS]
+        return Ports(gives=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name, kind in told))
 
     def numbers(self, place: Place) -> Sequence[float]:
         """The samples.
@@ -109,15 +111,17 @@ class CommandedMotion(Effect):
             place: Where it stands.
 
         Returns:
-            Joints, samples, period [s], end [s], instants [s], then position, speed, acceleration a joint and sample.
+            Joints and shafts, samples, period [s], end [s], instants [s], then position, speed, acceleration a joint or
+            shaft and sample.
         """
         order = [self.motion.joint_names.index(name) for name in place.joints]
         time = self.motion.time - self.motion.time[0]
         parts = (self.motion.position, self.motion.velocity, self.motion.acceleration)
-        data = np.stack([part[:, order] for part in parts], axis=2)
+        turns = np.array(place.coupling).reshape(-1, len(order))[list(place.shafts)]
+        data = np.stack([np.hstack([part[:, order], part[:, order] @ turns.T]) for part in parts], axis=2)
         period = float(time[-1])
         repeated = period if self.repetitions > 1 else 0.0
-        return [len(order), len(time), repeated, period * self.repetitions, *time.tolist(), *data.ravel().tolist()]
+        return [len(order) + len(turns), len(time), repeated, period * self.repetitions, *time.tolist(), *data.ravel().tolist()]
 
     def breakpoints(self) -> Sequence[float]:
         """Where accelerations jump, and the ends.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from drivetrain.effects import signals as s
@@ -62,9 +62,12 @@ class ComputedTorque(Effect):
         Returns:
             Its ports.
         """
-        read = (s.COMMAND_POSITION, s.COMMAND_SPEED, s.COMMAND_ACCELERATION, s.POSITION, s.SPEED, s.BIAS_TORQUE)
         added = (s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS)
-        own = tuple(Signal(f"{joint}:{signal.name}", signal.unit) for joint in place.joints for signal in read)
+        own = tuple(
+            Signal(f"{joint}:{signal.name}", signal.unit)
+            for index, joint in enumerate(place.joints)
+            for signal in (*s.commanded(replace(place, joint=index)), *s.motion(replace(place, joint=index)), s.BIAS_TORQUE)
+        )
         out = tuple(Signal(f"{joint}:{signal.name}", signal.unit) for joint in place.joints for signal in added)
         return Ports(needs=(Signal("scene.mass_matrix", "kg m^2"), *own), adds=out)
 

@@ -49,7 +49,7 @@ class DryFriction(Effect):
 
     Attributes:
         friction: Of which all but the viscous part is taken.
-        side: ``joint`` or ``motor``: at which shaft.
+        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
     """
 
     friction: Friction
@@ -75,7 +75,7 @@ class DryFriction(Effect):
             levels = (s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
             return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), adds=levels)
         levels = (s.JOINT_HOLD_FORWARD, s.JOINT_HOLD_BACKWARD, s.JOINT_SLIDE_FORWARD, s.JOINT_SLIDE_BACKWARD)
-        return Ports(needs=(s.SPEED, s.SURFACE_SPEED), adds=levels)
+        return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), adds=levels)
 
     def numbers(self, place: Place) -> Sequence[float]:
         """The curve.

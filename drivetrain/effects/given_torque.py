@@ -41,7 +41,7 @@ class GivenTorque(Effect):
     Attributes:
         time: Never falling [s], (N,); before the first and after the last the torque stays.
         torque: [N m], (N,).
-        side: ``joint`` or ``motor``: on which shaft.
+        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
     """
 
     time: Array
@@ -68,11 +68,11 @@ class GivenTorque(Effect):
         Returns:
             Its ports.
         """
-        motor = self.side == "motor"
+        speed, torque, _ = s.of_side(self.side, place)
         power = Signal(f"given_{self.side}_power", "W")
         return Ports(
-            needs=(s.MOTOR_SPEED if motor else s.SPEED,),
-            adds=(s.MOTOR_TORQUE if motor else s.JOINT_TORQUE,),
+            needs=(speed,),
+            adds=(torque,),
             tells=(power,),
             powers={power.name: Role.SOURCE},
         )

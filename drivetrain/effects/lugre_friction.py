@@ -91,7 +91,7 @@ class LuGreFriction(Effect):
         stribeck_speed: vs [rad/s].
         damping: s1 of the bristles [N m s/rad].
         viscous: s2 [N m s/rad].
-        side: ``joint`` or ``motor``: at which shaft.
+        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
     """
 
     stiffness: float
@@ -131,12 +131,12 @@ class LuGreFriction(Effect):
         Returns:
             Its ports.
         """
-        motor = self.side == "motor"
+        speed, torque, damping = s.of_side(self.side, place)
         loss, energy = Signal(f"{self.side}_lugre_power", "W"), Signal(f"{self.side}_bristle_energy", "J")
         return Ports(
             states=(State(f"{self.side}_bristle_bend", "rad", 1e-3 * self.coulomb / self.stiffness),),
-            needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED) if motor else (s.SPEED, s.SURFACE_SPEED),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING) if motor else (s.JOINT_TORQUE, s.JOINT_DAMPING),
+            needs=(speed, s.MOTOR_SURFACE_SPEED if self.side == "motor" else s.SURFACE_SPEED),
+            adds=(torque, damping),
             tells=(Signal(f"{self.side}_lugre_torque", "N m"), loss, energy),
             powers={loss.name: Role.LOSS},
             stores=(energy.name,),
@@ -164,7 +164,7 @@ class LuGreFriction(Effect):
         Returns:
             [rad].
         """
-        name = s.MOTOR_SPEED.name if self.side == "motor" else s.SPEED.name
+        name = s.of_side(self.side, place)[0].name
         speed = signals.get(f"{place.name}.{name}", 0.0)
         if speed == 0.0:
             return (0.0,)

@@ -61,7 +61,7 @@ class PositionLoop(Effect):
             Its ports.
         """
         return Ports(
-            needs=(s.COMMAND_POSITION, s.COMMAND_SPEED, s.MOTOR_POSITION, s.MOTOR_SPEED),
+            needs=(*s.commanded(place)[:2], s.MOTOR_POSITION, s.MOTOR_SPEED),
             adds=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
         )
 

@@ -102,7 +102,7 @@ class SampledCascade(Effect):
                 State("integrated_current", "A", memory=True),
                 *waiting,
             ),
-            needs=(s.COMMAND_POSITION, s.COMMAND_SPEED, s.MEASURED_POSITION),
+            needs=(*s.commanded(place)[:2], s.MEASURED_POSITION),
             adds=(s.CURRENT_COMMAND,),
         )
 

@@ -127,3 +127,32 @@ def commanded(place: Place) -> tuple[Signal, Signal, Signal]:
         Position, speed and acceleration.
     """
     return SHAFT_COMMANDS if place.coupled else (COMMAND_POSITION, COMMAND_SPEED, COMMAND_ACCELERATION)
+
+
+def motion(place: Place) -> tuple[Signal, Signal]:
+    """What a joint does along its coordinate: its shaft where motors are coupled.
+
+    Args:
+        place: Of the joint.
+
+    Returns:
+        Position and speed.
+    """
+    return SHAFT_GIVEN if place.coupled else (POSITION, SPEED)
+
+
+def of_side(side: str, place: Place) -> tuple[Signal, Signal, Signal]:
+    """What friction at a side of the gear reads and adds to.
+
+    Args:
+        side: ``joint``, ``motor``, or ``shaft``: behind the gear, which is the joint where no motors are coupled.
+        place: Of the friction.
+
+    Returns:
+        Speed, torque and damping there.
+    """
+    if side == "motor":
+        return MOTOR_SPEED, MOTOR_TORQUE, MOTOR_DAMPING
+    if side == "shaft" and place.coupled:
+        return SHAFT_SPEED, SHAFT_TORQUE, SHAFT_DAMPING
+    return SPEED, JOINT_TORQUE, JOINT_DAMPING

@@ -42,7 +42,7 @@ class ViscousFriction(Effect):
 
     Attributes:
         friction: Of which ``viscous`` and ``viscous_negative`` are taken; dry friction is an effect of its own.
-        side: ``joint`` or ``motor``: at which shaft.
+        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
     """
 
     friction: Friction
@@ -65,11 +65,11 @@ class ViscousFriction(Effect):
         Returns:
             Its ports.
         """
-        motor = self.side == "motor"
+        speed, torque, damping = s.of_side(self.side, place)
         loss = Signal(f"{self.side}_viscous_power", "W")
         return Ports(
-            needs=(s.MOTOR_SPEED if motor else s.SPEED,),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING) if motor else (s.JOINT_TORQUE, s.JOINT_DAMPING),
+            needs=(speed,),
+            adds=(torque, damping),
             tells=(loss,),
             powers={loss.name: Role.LOSS},
         )

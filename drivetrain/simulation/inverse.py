@@ -29,17 +29,19 @@ from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.wiring import Instance, unit_at
 from drivetrain.solvers.compiled_function import evaluate
 
-MECHANICAL = {signal.name for signal in named.TAKEN}
-COMMANDS = {named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name}
+MECHANICAL = {signal.name for signal in (*named.TAKEN, *named.SHAFT_TAKEN)}
+ASKED = (named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name)
+COMMANDS = {*ASKED, *(signal.name for signal in named.SHAFT_COMMANDS)}
 
 
 @dataclass(frozen=True, eq=False)
 class Demand:
-    """What a command takes; arrays (N, n).
+    """What a command takes; arrays (N, n). Where motors are coupled torques and friction are those of the shafts.
 
     Attributes:
         time: [s], (N,).
         position, speed, acceleration: As commanded [rad or m, and per s, s^2].
+        shaft_speed, shaft_acceleration: Of the shaft behind the gear, the joint's own where no motors are coupled.
         mesh_torque: Through the mesh, at the output [N m or N].
         joint_friction: Dry friction at the joint [N m or N].
         motor_torque: Electromagnetic [N m].
@@ -50,6 +52,8 @@ class Demand:
     position: Array
     speed: Array
     acceleration: Array
+    shaft_speed: Array
+    shaft_acceleration: Array
     mesh_torque: Array
     joint_friction: Array
     motor_torque: Array
@@ -124,11 +128,11 @@ def demanded(plan: Plan, times: Array) -> Demand:
     told = _asked(passive, times)
     slides = _ways(passive, told)
     names, body, n = passive.scene.joints, passive.body, passive.body.n
-    acceleration = told["command_acceleration"]
+    driven, acceleration = told["command_speed"], told["command_acceleration"]
     turned = np.einsum("kij,kj->ki", told["turned"], acceleration) + told["turned_bias"]
     whole = np.einsum("kij,kj->ki", told["mass"], acceleration) + told["bias_torque"]
     joint = np.where(slides > 0.0, told["joint_slide_forward"], -told["joint_slide_backward"]) * np.abs(slides)
-    mesh = whole - turned - told["joint_torque"] + joint
+    mesh = whole - turned - body.torques_of(told["joint_torque"]) - told["shaft_torque"] + joint
     way = slides * np.sign(body.ratios)
     shaft = np.where(way > 0.0, told["motor_slide_forward"], -told["motor_slide_backward"]) * np.abs(way)
     factor = np.where(mesh * slides > 0.0, 1.0 + told["mesh_driving"], 1.0 - told["mesh_driven"])
@@ -138,11 +142,12 @@ def demanded(plan: Plan, times: Array) -> Demand:
     for i in range(n):
         sheet = _motor_of(plan.scene.effects.get(names[i], ()))
         if sheet is not None:
-            rest, speed = sheet.reference_temperature, told["command_speed"][:, i] * body.ratios[i]
+            rest, speed = sheet.reference_temperature, driven[:, i] * body.ratios[i]
             current[:, i] = motor[:, i] / torque_constant(sheet, rest)
             voltage[:, i] = terminal_voltage(sheet, speed, current[:, i], 0.0, rest, rest)
-    motion = (told["command_position"], told["command_speed"], acceleration)
-    return Demand(times, *motion, mesh, joint, motor, current, voltage)
+    motion = (told["command_position"], driven, acceleration)
+    own = [body.joints_of(one) for one in motion]
+    return Demand(times, own[0], own[1], own[2], driven, acceleration, mesh, joint, motor, current, voltage)
 
 
 def _refuse(plan: Plan) -> None:
@@ -153,7 +158,8 @@ def _refuse(plan: Plan) -> None:
             joint, "is not commanded, so there is nothing to invert", None, "add a CommandedMotion, or simulate forward"
         )
         for joint in plan.scene.joints
-        if f"{joint}.command_acceleration" not in given
+        if f"{joint}.{named.COMMAND_ACCELERATION.name}" not in given
+        and f"{joint}.{named.SHAFT_COMMAND_ACCELERATION.name}" not in given
     ]
     touching = sorted({who for signal in named.TIP_TAKEN for who in plan.signals.adders.get(signal.name, ())})
     touching += [
@@ -186,17 +192,18 @@ def _mechanical(one: Instance) -> bool:
 
 
 def _asked(passive: Plan, times: Array) -> dict[str, Array]:
-    """All that the passive effects and the mechanics tell along the command."""
+    """All that the passive effects and the mechanics tell along the command; commands are those of the coordinates."""
     joints, n = passive.scene.joints, passive.body.n
     numbers, words = passive.memory.numbers.copy(), passive.memory.words.copy()
-    wanted = (*COMMANDS, "bias_torque", *sorted(MECHANICAL))
-    rows = {name: np.zeros((len(times), n)) for name in wanted if f"{joints[0]}.{name}" in passive.memory.places}
+    wanted, places = (*ASKED, "bias_torque", *sorted(MECHANICAL)), passive.memory.places
+    bound = () if passive.body.coupled is None else passive.body.coupled.shafts
+    at = {name: [places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)]
+          for name in wanted}  # fmt: skip
+    rows = {name: np.zeros((len(times), n)) for name in wanted}
     rows |= {"turned_bias": np.zeros((len(times), n))}
     rows |= {name: np.zeros((len(times), n, n)) for name in ("mass", "turned")}
     signals, address = np.zeros(words[f.SIGNALS]), rates_kernel.signals().address
     state = np.zeros(words[f.STATES])
-    at = {name: [passive.memory.places[f"{joint}.{name}"] for joint in joints] for name in rows
-          if f"{joints[0]}.{name}" in passive.memory.places}  # fmt: skip
     turned, bias, mass = words[f.AT_TURNED], words[f.AT_VECTORS] + f.TURNED_BIAS * n, words[f.AT_MASS]
     for k, t in enumerate(times):
         for _ in range(2):  # the command is known once asked; then all else can be asked there
@@ -204,11 +211,18 @@ def _asked(passive: Plan, times: Array) -> dict[str, Array]:
             state[:n], state[n : 2 * n] = signals[at["command_position"]], signals[at["command_speed"]]
         evaluate(address, float(t), state, signals, numbers, words)
         for name, places in at.items():
-            rows[name][k] = signals[places]
+            rows[name][k] = np.where(np.array(places) < 0, 0.0, signals[places])
         rows["turned"][k] = numbers[turned : turned + n * n].reshape(n, n)
         rows["mass"][k] = signals[mass : mass + n * n].reshape(n, n)
         rows["turned_bias"][k] = numbers[bias : bias + n]
     return rows
+
+
+def _coordinate(joint: str, name: str, bound: bool) -> str:
+    """Name of what a joint's coordinate is told or tells: its shaft's where motors are coupled."""
+    if name in ASKED:
+        return f"{joint}.shaft_{name}" if bound else f"{joint}.{name}"
+    return f"{joint}.{name}" if bound or not name.startswith("shaft_") else ""
 
 
 def _ways(passive: Plan, told: Mapping[str, Array]) -> Array:
@@ -237,7 +251,7 @@ def _series(plan: Plan, demand: Demand) -> dict[str, Series]:
     for i, name in enumerate(plan.scene.joints):
         for what, unit, values in columns:
             series[f"{name}.{what}"] = Series(unit_at(unit, plan.scene.turning[i]), values[:, i])
-        series[f"{name}.motor_speed"] = Series("rad/s", demand.speed[:, i] * plan.body.ratios[i])
+        series[f"{name}.motor_speed"] = Series("rad/s", demand.shaft_speed[:, i] * plan.body.ratios[i])
         series[f"{name}.electromagnetic_torque"] = Series("N m", demand.motor_torque[:, i])
         if np.isfinite(demand.current[:, i]).all():
             series[f"{name}.current"] = Series("A", demand.current[:, i])

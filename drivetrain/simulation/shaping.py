@@ -284,7 +284,7 @@ def _coupled(arm: Arm, free: tuple[int, ...], motors: Array, ratios: Array) -> C
             turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
     spread[: arm.n, : arm.n] = turns
     felt = np.arange(c)
-    felt[list(shafts)] = -1
+    felt[[i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]] = -1
     factors = np.ones(c)
     for k, i in enumerate(follows):
         spread[c + k, i] = factors[i] = ratios[i]
