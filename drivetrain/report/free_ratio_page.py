@@ -36,7 +36,7 @@ def free_ratio_report(found: FreeRatios) -> str:
         "and voltage allow. Dots: gears of the catalogue in the place of the continuous one, with their own sheet."
     )
     first = Section(
-        "Best ratios", "ratios", "every check holds" if found.feasible else "some checks fail",
+        "Best ratios", "ratios", "every check holds" if found.feasible else "not every check holds or could be made",
         "pass" if found.feasible else "fail", (free_ratio_sentence(found),), ((picture, caption),), (_table(found),),
         found.notes,
     )  # fmt: skip

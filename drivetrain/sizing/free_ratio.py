@@ -27,9 +27,9 @@ from drivetrain.sizing.free_design import FreeDesign, finite
 from drivetrain.sizing.free_ratio_results import CatalogueGear, FreeJoint, FreeRatios, Goal
 from drivetrain.sizing.judge import judge
 from drivetrain.sizing.operation import Operation
+from drivetrain.sizing.results import verdict_of
 from drivetrain.sizing.search import select
 from drivetrain.study.study import FreeRatio, Study
-from drivetrain.study.verdicts import worst
 
 ROUNDS = 12
 MOVED = 1e-6  # relative change of a ratio below which it has settled
@@ -275,11 +275,13 @@ def _joint(design: FreeDesign, joint: int, ratios: Mapping[int, float], drives: 
     at = [design.at(joint, line.drives(float(x))) for x in sweep]
     checks = judge(design.at(joint, drives))
     most = worst_of(checks)
+    wish = drives[joint].gear.kind == "ideal"  # of which nobody states a limit, nor could
+    verdict = verdict_of(check for check in checks if not (wish and check.name.startswith("gear ")))
     return FreeJoint(
         study.joints[joint].name, design.motors[joint], family, ratios[joint], _alone(design, joint, ratios),
         allowed.low, allowed.high, allowed.ended_by, drives[joint].gear, sweep,
         np.array([line.goal(float(x)) for x in sweep]), np.array([_rms(op) for op in at]),
-        worst(check.verdict for check in checks), most.check, most.utilisation, _gears(design, joint, line, ratios),
+        verdict, most.check, most.utilisation, _gears(design, joint, line, ratios),
     )  # fmt: skip
 
 
@@ -304,8 +306,7 @@ def _gears(design: FreeDesign, joint: int, line: _Line, ratios: Mapping[int, flo
         checks = judge(placed.at(joint, drives))
         most = worst_of(checks)
         loss = _value(placed, drives) / best - 1.0 if best else math.nan
-        verdict = worst(check.verdict for check in checks)
-        found.append(CatalogueGear(key, rows[key].ratio, loss, verdict, most.check, most.utilisation))
+        found.append(CatalogueGear(key, rows[key].ratio, loss, verdict_of(checks), most.check, most.utilisation))
     return tuple(found)
 
 

@@ -115,5 +115,5 @@ class FreeRatios:
 
     @property
     def feasible(self) -> bool:
-        """Whether every check of every joint with a free ratio holds, as far as it could be judged."""
-        return all(one.verdict is not Verdict.FAIL for one in self.joints)
+        """Whether every joint with a free ratio holds; one whose motor lacks data is not proven to."""
+        return all(one.verdict in (Verdict.PASS, Verdict.MARGINAL) for one in self.joints)
