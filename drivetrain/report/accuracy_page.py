@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from drivetrain.report.bode_section import bode_section
+from drivetrain.report.end import End, end_of
 from drivetrain.report.figures_accuracy import (
     SHOWN,
     figure_auto,
@@ -57,8 +58,9 @@ def accuracy_report(found: AccuracyFound) -> str:
     Returns:
         HTML text.
     """
+    end = end_of(found.evaluation.study)
     sections = [
-        _effects(found.effects), _auto(found.auto), _solvers(found.solvers), _roads(found.roads),
+        _effects(found.effects, end), _auto(found.auto, end), _solvers(found.solvers), _roads(found.roads),
         bode_section(found.evaluation, found.current_bandwidth),
     ]  # fmt: skip
     return sheet(found.evaluation.study, "What accuracy costs in time", sections)
@@ -82,7 +84,7 @@ def _drawn(figure: object, label: str, name: str) -> str:
         return svg_text(figure, label)  # type: ignore[arg-type]
 
 
-def _effects(found: EffectCosts) -> Section:
+def _effects(found: EffectCosts, end: End) -> Section:
     picture = _drawn(figure_effects(found), "change and cost of every effect", "effects")
     tip = found.full.tip_deviation
     rows: tuple[tuple[str | Chip, ...], ...] = tuple(
@@ -92,10 +94,10 @@ def _effects(found: EffectCosts) -> Section:
         )
         for row in found.rows
     )  # fmt: skip
-    headings = ("without", *SHOWN[:4], "tip deviation", "verdict", "time ×", "work ×")
+    headings = ("without", *SHOWN[:4], f"{end.name} deviation", "verdict", "time ×", "work ×")
     lead = (
         f"The full scene takes {with_unit(found.seconds, 's')} a run ({found.solver}) and its verdict is "
-        f"{found.full.verdict}; its tip comes as far as {with_unit(tip, 'm')} from the command. Without any of these "
+        f"{found.full.verdict}; its {end.name} comes as far as {end.far(tip)} from the command. Without any of these "
         f"effects a run takes {100.0 * found.bare:.0f}\u00a0% of that. Each row leaves one effect out, everywhere: the "
         "largest change at any joint, and by how much longer a run takes with it."
     )
@@ -107,7 +109,7 @@ def _effects(found: EffectCosts) -> Section:
     )  # fmt: skip
 
 
-def _auto(found: AutoChoice) -> Section:
+def _auto(found: AutoChoice, end: End) -> Section:
     proof, figures = found.proof, []
     figure = figure_auto(found)
     if figure is not None:
@@ -125,24 +127,23 @@ def _auto(found: AutoChoice) -> Section:
             f"{with_unit(proof.steps, 's')}, halved once to tell the step's own error; energy audit "
             f"{number(proof.audit, 2)} of the energy that passes."
         )
-    told = f"Tolerance {100.0 * found.tolerance:g}\u00a0%, of the tip {with_unit(found.tip_tolerance, 'm')}."
+    told = f"Tolerance {100.0 * found.tolerance:g}\u00a0%, of the {end.name} {end.far(found.tip_tolerance)}."
     notes = tuple(f"{one.kind} of {one.joint} came back: the measured change was too large" for one in found.restored)
-    return Section(
-        "effects: auto", "auto", word, css, (told, lead), tuple(figures), (_judged(found), *_measured(found)), notes
-    )  # fmt: skip
+    tables = (_judged(found, end), *_measured(found, end))
+    return Section("effects: auto", "auto", word, css, (told, lead), tuple(figures), tables, notes)
 
 
-def _judged(found: AutoChoice) -> SheetTable:
+def _judged(found: AutoChoice, end: End) -> SheetTable:
     rows: tuple[tuple[str | Chip, ...], ...] = tuple(
         (
             one.label, one.choice.joint, "kept" if one.kept else Chip("left out", "pass"),
-            *(_bound(value) for value in one.estimate.shares), _way(one.estimate.tip),
+            *(_bound(value) for value in one.estimate.shares), end.far(one.estimate.tip),
             "yes" if one.valid else "no", one.why,
         )
         for one in found.effects
     )  # fmt: skip
     return SheetTable(
-        ("effect", "at", "", *SHOWN[:4], "tip", "valid", "derivation"), rows,
+        ("effect", "at", "", *SHOWN[:4], end.name, "valid", "derivation"), rows,
         "Estimates before the run: bounds on the change at any joint", (3, 4, 5, 6, 7),
     )  # fmt: skip
 
@@ -153,11 +154,7 @@ def _bound(value: float) -> str:
     return "0" if value < 5e-6 else f"{number(100.0 * value, 2)}\u00a0%"
 
 
-def _way(length: float) -> str:
-    return "0" if length < 1e-9 else with_unit(length, "m")
-
-
-def _measured(found: AutoChoice) -> tuple[SheetTable, ...]:
+def _measured(found: AutoChoice, end: End) -> tuple[SheetTable, ...]:
     if found.proof is None:
         return ()
     rows: list[tuple[str, ...]] = []
@@ -165,8 +162,9 @@ def _measured(found: AutoChoice) -> tuple[SheetTable, ...]:
         estimated, step = found.proof.estimate[joint], found.proof.numerical[joint]
         for kind, change in (("estimated", estimated), ("measured", measured), ("of the step", step)):
             show = _share if kind == "measured" else _bound
-            rows.append((joint, kind, *(show(v) for v in change.shares), _way(abs(change.tip))))
-    return (SheetTable(("joint", "", *SHOWN[:4], "tip"), tuple(rows), "Estimate against measurement", (2, 3, 4, 5, 6)),)
+            rows.append((joint, kind, *(show(v) for v in change.shares), end.far(abs(change.tip))))
+    headings = ("joint", "", *SHOWN[:4], end.name)
+    return (SheetTable(headings, tuple(rows), "Estimate against measurement", (2, 3, 4, 5, 6)),)
 
 
 def _solvers(found: SolverCosts) -> Section:
@@ -219,9 +217,10 @@ def accuracy_lines(found: AccuracyFound) -> list[str]:
         Lines.
     """
     effects, auto, tip = found.effects, found.auto, found.effects.full.tip_deviation
+    shown = (*SHOWN[:4], end_of(found.evaluation.study).name)
     lines = [f"full scene: {effects.full.verdict}, {with_unit(effects.seconds, 's')} a run"]
     for row in effects.rows:
-        shares = ", ".join(f"{what} {_share(v)}" for what, v in zip(SHOWN, worst(row, tip), strict=True))
+        shares = ", ".join(f"{what} {_share(v)}" for what, v in zip(shown, worst(row, tip), strict=True))
         lines.append(f"  without {row.label}: {shares}; {row.verdict}; time ×{row.time:.2f}")
     if auto.proof is None:
         lines.append(f"auto at {100.0 * auto.tolerance:g} %: every effect is kept")

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drivetrain.report.bode_section import bode_section
+from drivetrain.report.end import end_of
 from drivetrain.report.figures_simulation import (
     FRICTION,
     figure_electrics,
@@ -82,7 +83,8 @@ def simulation_lines(found: SimulationFound) -> list[str]:
                 f"  {name}: current {with_unit(joint.peak_current, 'A')}, RMS {with_unit(joint.rms_current, 'A')}, "
                 f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats for ever"
             )
-        lines.append(f"tip: at most {with_unit(told.tip_deviation, 'm')} from the command; verdict {told.verdict}")
+        end = end_of(found.evaluation.study)
+        lines.append(f"{end.name}: at most {end.far(told.tip_deviation)} from the command; verdict {told.verdict}")
     return lines
 
 
@@ -114,7 +116,8 @@ def _run(found: SimulationFound) -> Section:
     if recording.stopped_by is not None:
         lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")
     if told is not None:
-        lead.append(f"The tip comes as far as {with_unit(told.tip_deviation, 'm')} from the command.")
+        end = end_of(found.evaluation.study)
+        lead.append(f"The {end.name} comes as far as {end.far(told.tip_deviation)} from the command.")
     tables = [] if told is None else [_decided(told), _checks(told)]
     events = [e for e in recording.events if e.name not in FRICTION][:MOST_EVENTS]
     if events:
