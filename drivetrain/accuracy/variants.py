@@ -138,4 +138,6 @@ def place_of(scene: Scene, joint: str) -> Place:
     Returns:
         The place.
     """
-    return Place(scene.joints.index(joint), joint, scene.joints, tuple(ratios_of(scene)), scene.turning, 0, coupling_of(scene))
+    return Place(
+        scene.joints.index(joint), joint, scene.joints, tuple(ratios_of(scene)), scene.turning, 0, coupling_of(scene)
+    )

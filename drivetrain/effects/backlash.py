@@ -21,7 +21,6 @@ from drivetrain.errors import Fault, InputError
 SOURCES = {"drive/spring_kernel.py": 1054907783}
 
 
-
 @nb.njit(error_model="numpy", nogil=True)
 def _met(numbers: Any, at: int, twist: float, rate: float, h: float, damping: float) -> tuple[float, float, float]:
     """Torque, slope and damping at an instant, or in the mean over a step."""
@@ -37,9 +36,7 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
     for k in range(words[0]):
         row = 2 + k * words[1]
         at = words[row]
-        torque, slope, damping = _met(
-            numbers, at, signals[words[row + 1]], signals[words[row + 2]], h, numbers[at + 5]
-        )
+        torque, slope, damping = _met(numbers, at, signals[words[row + 1]], signals[words[row + 2]], h, numbers[at + 5])
         signals[words[row + 3]] += torque
         signals[words[row + 4]] += damping
         signals[words[row + 5]] += slope
@@ -54,9 +51,7 @@ def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         torque, _, _ = _met(numbers, at, twist, rate, h, numbers[at + 5])
         elastic, _, _ = _met(numbers, at, twist, rate, h, 0.0)
         deep = max(abs(twist) - numbers[at + 6], 0.0)
-        _, _, energy = spring(
-            numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], deep
-        )
+        _, _, energy = spring(numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], deep)
         signals[words[row + 6]] = energy
         signals[words[row + 7]] = (torque - elastic) * rate
         signals[words[row + 8]] = torque

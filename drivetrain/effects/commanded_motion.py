@@ -121,7 +121,8 @@ class CommandedMotion(Effect):
         data = np.stack([np.hstack([part[:, order], part[:, order] @ turns.T]) for part in parts], axis=2)
         period = float(time[-1])
         repeated = period if self.repetitions > 1 else 0.0
-        return [len(order) + len(turns), len(time), repeated, period * self.repetitions, *time.tolist(), *data.ravel().tolist()]
+        sizes = [len(order) + len(turns), len(time), repeated, period * self.repetitions]
+        return [*sizes, *time.tolist(), *data.ravel().tolist()]
 
     def breakpoints(self) -> Sequence[float]:
         """Where accelerations jump, and the ends.

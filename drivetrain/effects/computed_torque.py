@@ -63,10 +63,12 @@ class ComputedTorque(Effect):
             Its ports.
         """
         added = (s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS)
+        at = [replace(place, joint=index) for index in range(len(place.joints))]
+        read = [(*s.commanded(one), *s.motion(one), s.BIAS_TORQUE) for one in at]
         own = tuple(
             Signal(f"{joint}:{signal.name}", signal.unit)
-            for index, joint in enumerate(place.joints)
-            for signal in (*s.commanded(replace(place, joint=index)), *s.motion(replace(place, joint=index)), s.BIAS_TORQUE)
+            for joint, signals in zip(place.joints, read, strict=True)
+            for signal in signals
         )
         out = tuple(Signal(f"{joint}:{signal.name}", signal.unit) for joint in place.joints for signal in added)
         return Ports(needs=(Signal("scene.mass_matrix", "kg m^2"), *own), adds=out)

@@ -36,19 +36,18 @@ def type_faults(effect: Any) -> list[Fault]:
     return faults
 
 
-def side_faults(effect: Any, sides: tuple[str, ...] = ("joint", "shaft", "motor")) -> list[Fault]:
+def side_faults(effect: Any) -> list[Fault]:
     """A side that is none.
 
     Args:
         effect: With a field ``side``.
-        sides: That it may have.
 
     Returns:
         One fault, or none.
     """
-    if effect.side in sides:
+    if effect.side in ("joint", "shaft", "motor"):
         return []
-    return [Fault(f"{type(effect).__name__}.side", f"must be {' or '.join(sides)}", effect.side)]
+    return [Fault(f"{type(effect).__name__}.side", "must be joint, shaft or motor", effect.side)]
 
 
 def checked_table(time: Any, values: Any, name: str) -> tuple[Array, Array]:

@@ -53,9 +53,7 @@ class MovingBelt(Effect):
             Its ports.
         """
         work = Signal("belt_power", "W")
-        return Ports(
-            needs=(s.JOINT_FRICTION,), adds=(s.SURFACE_SPEED,), tells=(work,), powers={work.name: Role.SOURCE}
-        )
+        return Ports(needs=(s.JOINT_FRICTION,), adds=(s.SURFACE_SPEED,), tells=(work,), powers={work.name: Role.SOURCE})
 
     def numbers(self, place: Place) -> Sequence[float]:
         """The speed.

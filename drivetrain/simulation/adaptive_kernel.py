@@ -23,7 +23,7 @@ from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3106627450, "simulation/fields.py": 2039904870,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 623343944,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 LOGGED, ROOM, REMEMBERS, BEFORE = range(4)  # words behind those of the plan

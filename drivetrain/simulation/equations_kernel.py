@@ -128,7 +128,9 @@ def _bodies(n: Any, w: Any) -> None:
         n[at + r] = place
         n[speeds + r] = speed
     mass_and_bias(
-        Places(joints, e, w[f.SPINS], w[f.AT_ROWS], w[f.AT_SPINS], at, speeds, w[f.AT_WORK], mass, turned, bias, felt_bias),
+        Places(
+            joints, e, w[f.SPINS], w[f.AT_ROWS], w[f.AT_SPINS], at, speeds, w[f.AT_WORK], mass, turned, bias, felt_bias
+        ),
         n, w,
     )  # fmt: skip
     for r in range(e):

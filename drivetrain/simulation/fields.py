@@ -27,7 +27,7 @@ PAYLOADS, AT_PAYLOADS = range(56, 58)
 # Laws of gears and of the tip's surroundings that bend within a step, called again until the step agrees with them
 # (0: none); six numbers a coordinate, between which rates a spring's has been tried; steps that never agreed.
 REPEATS, AT_REPEATS, AT_TRIED, UNSETTLED = range(58, 62)
-# Coupled motors: whether there are any; joints' motion from that of the coordinates, (n, n), a flag a joint; the bodies'
+# Coupled motors: whether there are any; joints' motion from that of the coordinates, (n, n), a flag a joint; bodies'
 # coordinates (joints, rotors on their own, rotors that follow several joints) and what of the turning of each
 # coordinate a motor feels: index of a body's coordinate and factor; inertia of reflected rotors at their shafts.
 COUPLED, AT_TURNS, AT_BOUND, BODIES, AT_BODIES, AT_SPREAD, AT_FELT, AT_FACTORS, AT_OWN = range(62, 71)

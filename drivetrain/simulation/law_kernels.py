@@ -19,7 +19,7 @@ from drivetrain.simulation.forces_kernel import tell_energies, tell_forces
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3106627450, "simulation/fields.py": 2039904870,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 623343944,
     "simulation/forces_kernel.py": 1668043062, "simulation/friction_kernel.py": 4042368809,
     "simulation/tip_kernel.py": 2653406141,
     "dynamics/compiled_vectors.py": 1257686601, "dynamics/passes.py": 2124356983,

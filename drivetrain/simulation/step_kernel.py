@@ -20,7 +20,7 @@ from drivetrain.simulation.equations_kernel import compute, guess_still, row_of,
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 3106627450, "simulation/fields.py": 2039904870,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 623343944,
     "dynamics/compiled_vectors.py": 1257686601,
 }  # fmt: skip
 

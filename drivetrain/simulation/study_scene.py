@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive, shaft_friction
@@ -73,7 +74,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
         The scene.
 
     Raises:
-        InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive, coupled motors.
+        InputError: Neither an arm nor one axis whose load's inertia is told, a joint without a drive.
     """
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
     faults += axis_faults(study) if study.arm is None else []
@@ -84,10 +85,9 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
     if isinstance(body, Inertia):
         moved = [axis_inertia(study, drives[body.name])]
     else:
-        moved = [float(one) for one in np.diag(mass_matrix(body, start))]
+        moved = _moved(body, start)
     effects: dict[str, tuple[Effect, ...]] = {
-        task.name: _joint(study, task, drives[task.name], moved[i], wishes)
-        for i, task in enumerate(study.joints)
+        task.name: _joint(study, task, drives[task.name], moved[i], wishes) for i, task in enumerate(study.joints)
     }
     if isinstance(body, Inertia):
         motion, load = axis_motion(study, wishes.repetitions)
@@ -96,8 +96,25 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
     else:
         effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions), *_carried(study, wishes.repetitions))
     duration = study.cycle.duration * wishes.repetitions
-    scene = Scene(body, effects, duration, start, study.cycle.velocity[0], study.name)
+    scene = Scene(body, effects, duration, start, study.cycle.velocity[0], study.name, _left_out(study, wishes))
     return with_feed_forward(scene) if wishes.feed_forward else scene
+
+
+def _moved(arm: Arm, position: Array) -> list[float]:
+    """Inertia that each motor moves, seen from its joint, or from its shaft where motors are coupled."""
+    mass = mass_matrix(arm, position)
+    if arm.coupling is not None:
+        turns = np.linalg.inv(arm.coupling)
+        mass = turns.T @ mass @ turns
+    return [float(one) for one in np.diag(mass)]
+
+
+def _left_out(study: Study, wishes: Wishes) -> tuple[str, ...]:
+    """What a reader of the plan should know is not in it."""
+    bound = [task.name for task in study.joints if task.coupled]
+    if not bound or not wishes.springs:
+        return ()
+    return (f"springs in the gears of {', '.join(bound)}: their motors are coupled",)
 
 
 def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:
@@ -124,7 +141,7 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: 
         MotorCurrent(drive.motor, task.amplifier.peak_current or math.inf, volts),
     ]
     if wishes.friction:
-        effects += _friction(at_joint(drive.joint_friction, travel), "joint")
+        effects += _friction(at_joint(drive.joint_friction, travel), "shaft" if task.coupled else "joint")
         effects += _friction(shaft_friction(drive), "motor")
         if drive.gear.no_load_torque:
             effects.append(DryFriction(Friction(coulomb=drive.gear.no_load_torque), "motor"))
@@ -133,7 +150,8 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: 
     network = thermal_network(drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if wishes.heat and network is not None and network.winding_capacity is not None:
         effects.append(WindingHeat(network))
-    if wishes.springs and drive.gear.stiffness_1 is not None and task.travel_per_turn is None:
+    single = task.travel_per_turn is None and not task.coupled
+    if wishes.springs and drive.gear.stiffness_1 is not None and single:
         critical = 2.0 * math.sqrt(drive.gear.stiffness_1 * inertia)
         effects.append(FlexibleJoint(drive.gear, wishes.damping * critical))
     return tuple(effects)

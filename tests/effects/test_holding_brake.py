@@ -53,5 +53,5 @@ def test_faults_come_together() -> None:
 
 @pytest.mark.parametrize("kind", [DryFriction, ViscousFriction])
 def test_a_side_that_is_none_is_refused(kind: type) -> None:
-    with pytest.raises(InputError, match="must be joint or motor"):
+    with pytest.raises(InputError, match="must be joint, shaft or motor"):
         kind(Friction(coulomb=1.0), side="middle")

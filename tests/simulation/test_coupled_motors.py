@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import drivetrain as dt
+from drivetrain.accuracy.auto import choose_effects
+from drivetrain.accuracy.decision import basis_of
+from drivetrain.accuracy.full_scene import full_scene
 from drivetrain.arm.coupling import belts_over, differential, placed, rotor_turns, shaft_motion, with_coupling
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.drive.friction import Friction
@@ -41,7 +46,7 @@ from drivetrain.simulation.inverse import Inverse, demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.study_scene import with_feed_forward
+from drivetrain.simulation.study_scene import scene_of, with_feed_forward
 from drivetrain.solvers.rosenbrock import Rodas4
 
 RATIOS = np.array([80.0, 100.0, 60.0, 50.0, -50.0, 70.0])
@@ -177,7 +182,7 @@ def test_the_whole_chain_follows_and_balances(electrical: str) -> None:
 def test_both_engines_agree_with_every_loss() -> None:
     body = arm()
     scene = replace(with_feed_forward(driven(body)), duration=0.5)
-    fine, exact = simulate(scene, solver=FixedStep(5e-5), interval=0.05), simulate(scene, solver=Rodas4(1e-6), interval=0.05)
+    fine, exact = (simulate(scene, solver=solver, interval=0.05) for solver in (FixedStep(5e-5), Rodas4(1e-6)))
     for name in body.joint_names:
         np.testing.assert_allclose(fine[f"{name}.position"], exact[f"{name}.position"], atol=2e-5)
         np.testing.assert_allclose(fine[f"{name}.shaft_speed"] if f"{name}.shaft_speed" in fine.series else 0.0,
@@ -279,3 +284,44 @@ def test_a_spring_beside_coupled_motors_tends_to_rigid() -> None:
     soft = simulate(pushed(body, np.zeros(6), 0.2, **{first: (spring,)}), solver=FixedStep(1e-4))
     for name in body.joint_names:
         np.testing.assert_allclose(soft[f"{name}.position"], rigid[f"{name}.position"], atol=1e-5)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> dt.Study:
+    """The PUMA as a study file whose wrist is driven through tubes, and whose shoulder by a differential."""
+    folder = tmp_path_factory.mktemp("coupled") / "puma560"
+    shutil.copytree(Path(__file__).resolve().parents[2] / "examples" / "puma560", folder)
+    with (folder / "study.yaml").open("a", encoding="utf-8") as file:
+        file.write(
+            "\ncoupling:\n  - {joints: [joint_4, joint_5, joint_6], type: belt, passes: [1, -1]}\n"
+            "  - {joints: [joint_2, joint_3], type: differential}\n"
+        )
+    return dt.load_study(folder / "study.yaml")
+
+
+def test_a_study_with_couplings_takes_what_sizing_computes(study: dt.Study) -> None:
+    evaluation = dt.evaluate(study)
+    scene = scene_of(study, {name: joint.drive for name, joint in evaluation.joints.items()})
+    times = evaluation.joints[scene.joints[0]].series.time
+    twice = times[1:][np.diff(times) == 0.0]
+    alone = times[~np.isin(times, twice)]
+    demand = demanded(plan(scene), alone)
+    for i, name in enumerate(scene.joints):
+        wanted = evaluation.joints[name].series.motor_torque[np.isin(times, alone)]
+        np.testing.assert_allclose(demand.motor_torque[:, i], wanted, atol=1e-9 * np.abs(wanted).max())
+    run = simulate(scene, solver=FixedStep(5e-4), interval=5e-3)
+    assert run.stopped_by is None
+    for name in scene.joints:
+        assert np.abs(run[f"{name}.position"] - run[f"{name}.command_position"]).max() < 1e-5
+        peak = np.abs(evaluation.joints[name].series.current).max()
+        assert np.abs(run[f"{name}.current"]).max() == pytest.approx(peak, rel=0.03)
+    assert np.ptp(run["energy_error"]) < 1e-4 * np.ptp(run["stored_energy"])
+
+
+def test_effects_are_chosen_behind_couplings_too(study: dt.Study) -> None:
+    evaluation = dt.evaluate(study)
+    full = full_scene(evaluation)
+    sprung = {name for name in full.joints if any(isinstance(one, FlexibleJoint) for one in full.effects[name])}
+    assert sprung <= {"joint_1"}
+    found = choose_effects(full, basis_of(full, evaluation), tolerance=0.05, step=1e-3)
+    assert found.proof is None or found.proof.proven

@@ -185,7 +185,7 @@ def test_what_is_no_scene_no_body_and_no_effects_is_told() -> None:
             plan(anything)
     with pytest.raises(InputError, match="resume"):
         simulate(joint_scene(1.0, [], 1.0), resume=nonsense)
-    with pytest.raises(InputError, match="joint or motor"):
+    with pytest.raises(InputError, match="joint, shaft or motor"):
         GivenTorque(np.array([0.0]), np.array([1.0]), side="moter")
 
 
