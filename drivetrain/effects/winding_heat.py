@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numba import njit
 
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
@@ -21,30 +22,39 @@ from drivetrain.errors import Fault, InputError
 SHARE = 0.005  # of the winding's time constant, between two steps
 
 
+@njit(error_model="numpy")
+def _warmed(x: Any, numbers: Any, words: Any, row: int) -> tuple[float, float]:
+    """Both temperatures after the time gathered, under the mean losses gathered in it."""
+    at, winding, housing, clock = words[row], x[words[row + 1]], x[words[row + 2]], x[words[row + 5]]
+    if clock == 0.0:
+        return winding, housing
+    # Rises over the state that these mean losses would reach decay along two exponentials.
+    p, q, ambient = x[words[row + 3]] / clock, x[words[row + 4]] / clock, numbers[at + 1]
+    end_w = ambient + numbers[at + 2] * p + numbers[at + 3] * (p + q)
+    end_h = ambient + numbers[at + 3] * (p + q)
+    a, b = winding - end_w, housing - end_h
+    u = numbers[at + 8] * a + numbers[at + 9] * b
+    v = numbers[at + 10] * a + numbers[at + 11] * b
+    u *= math.exp(numbers[at + 12] * clock)
+    v *= math.exp(numbers[at + 13] * clock)
+    return end_w + numbers[at + 4] * u + numbers[at + 5] * v, end_h + numbers[at + 6] * u + numbers[at + 7] * v
+
+
 @Compiled
 def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    if h <= 0.0:
-        return
     for k in range(words[0]):
         row = 2 + k * words[1]
-        at, winding, housing = words[row], words[row + 1], words[row + 2]
         copper, iron, clock = words[row + 3], words[row + 4], words[row + 5]
+        if h <= 0.0:
+            # What is recorded does not wait for the next step of the temperatures.
+            signals[words[row + 9]], signals[words[row + 10]] = _warmed(x, numbers, words, row)
+            continue
         x[copper] += h * signals[words[row + 6]]
         x[iron] += h * (signals[words[row + 7]] + signals[words[row + 8]])
         x[clock] += h
-        if x[clock] < numbers[at] * (1.0 - 1e-9):
+        if x[clock] < numbers[words[row]] * (1.0 - 1e-9):
             continue
-        # Rises over the state that these mean losses would reach decay along two exponentials.
-        p, q, ambient = x[copper] / x[clock], x[iron] / x[clock], numbers[at + 1]
-        end_w = ambient + numbers[at + 2] * p + numbers[at + 3] * (p + q)
-        end_h = ambient + numbers[at + 3] * (p + q)
-        a, b = x[winding] - end_w, x[housing] - end_h
-        u = numbers[at + 8] * a + numbers[at + 9] * b
-        v = numbers[at + 10] * a + numbers[at + 11] * b
-        u *= math.exp(numbers[at + 12] * x[clock])
-        v *= math.exp(numbers[at + 13] * x[clock])
-        x[winding] = end_w + numbers[at + 4] * u + numbers[at + 5] * v
-        x[housing] = end_h + numbers[at + 6] * u + numbers[at + 7] * v
+        x[words[row + 1]], x[words[row + 2]] = _warmed(x, numbers, words, row)
         x[copper] = x[iron] = x[clock] = 0.0
 
 
@@ -84,7 +94,7 @@ class WindingHeat(Effect):
         return replace(self, every=AT_ONCE)
 
     def ports(self, place: Place) -> Ports:
-        """Remembers temperatures and what has been lost since the last step; reads losses.
+        """Remembers temperatures and what has been lost since the last step; reads losses, tells its own states afresh.
 
         Args:
             place: Where it stands.
@@ -101,7 +111,8 @@ class WindingHeat(Effect):
                 State("gathered_time", "s", 1.0, memory=True),
             ),
             needs=(
-                replace(s.COPPER_LOSS, default=0.0), s.MOTOR_FRICTION_POWER, replace(s.MOTOR_VISCOUS_POWER, default=0.0)
+                replace(s.COPPER_LOSS, default=0.0), s.MOTOR_FRICTION_POWER,
+                replace(s.MOTOR_VISCOUS_POWER, default=0.0), s.WINDING_TEMPERATURE, s.HOUSING_TEMPERATURE,
             ),
         )  # fmt: skip
 

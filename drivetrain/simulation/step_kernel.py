@@ -83,6 +83,9 @@ def _row(n: Any, w: Any, t: float, row: Any, kept: Any) -> None:
     row[0] = t
     for k in range(states):
         row[1 + k] = n[w[f.AT_STATE] + k]
+    for k in range(w[f.AT_SHOWN], w[f.AT_SHOWN] + 2 * w[f.SHOWN], 2):
+        # An effect that moves a state on from time to time only tells what it is now.
+        row[1 + w[k]] = n[w[f.AT_SIGNALS] + w[k + 1]]
     for k in range(signals):
         row[1 + states + k] = n[w[f.AT_SIGNALS] + k]
     for k in range(w[f.POWERS]):
