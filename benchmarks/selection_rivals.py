@@ -111,7 +111,7 @@ class Compiled:
 
     def _possible(self) -> tuple[np.ndarray, list[np.ndarray]]:
         whole = problem(self.packed, replace(self.packed.study.wanted, sets=1))
-        root = Tree(whole)._narrowed(all_choices(whole.known, whole.setting), np.iinfo(np.int64).max)
+        root = Tree(whole)._narrowed(all_choices(whole.known, whole.setting), np.iinfo(np.int64).max, None)
         mask = np.zeros(len(self.task.pairs), dtype=np.bool_)
         pools = [np.zeros(0, dtype=np.int64)] * len(self.drives)
         if root is not None:

@@ -12,21 +12,27 @@ import math
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.periodic_rise import STEADY
 from drivetrain.sizing.check_kernels import fast_enough, life
 from drivetrain.sizing.check_numbers import CLOSE, essential_lack, gear_too_weak
 from drivetrain.sizing.compiling import njit_face, njit_leaf, njit_loop, njit_part
-from drivetrain.sizing.load_kernels import LOAD_NUMBERS, PEAK_LOAD, JointBounds
+from drivetrain.sizing.load_kernels import (
+    COOLEST,
+    HOTTEST,
+    LOAD_NUMBERS,
+    PEAK,
+    PEAK_LOAD,
+    SQUARE,
+    WARM_MAGNETS,
+    JointBounds,
+)
 from drivetrain.sizing.load_loops import add_drive, least_average, least_figures, least_peak
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
     CONTINUOUS,
-    COPPER,
     COULOMB,
     DIRECT_DRIVE,
     DRIVEN,
     DRIVING,
-    HOUSING_CAPACITY,
     INDUCTANCE,
     INNER,
     INPUT_INERTIA,
@@ -34,7 +40,6 @@ from drivetrain.sizing.packed_rows import (
     MAX_WINDING,
     MOMENTARY,
     NO_LOAD,
-    OUTER,
     PEAK_CURRENT,
     PEAK_TORQUE,
     RATED_LIFE,
@@ -42,10 +47,8 @@ from drivetrain.sizing.packed_rows import (
     RATED_TORQUE,
     RATIO,
     REPEATED,
-    RESISTANCE,
     ROTOR,
     VISCOUS,
-    WINDING_CAPACITY,
 )
 from drivetrain.sizing.packed_task import (
     ACCELERATION,
@@ -67,8 +70,6 @@ from drivetrain.sizing.packed_task import (
     RATE_BEFORE,
     RMS_FACTOR,
     SPEED,
-    STEP_SPEED,
-    STEP_SQUARE,
     TEMPERATURE_MARGIN,
     VOLTAGE_FACTOR,
     VOLTS,
@@ -79,18 +80,19 @@ from drivetrain.sizing.packed_task import (
 )
 from drivetrain.sizing.torque_kernels import breakaway, constant_at, curved_friction, first_look, resistance
 from drivetrain.sizing.vector_max import larger, smaller
+from drivetrain.sizing.warm_bound import least_warm_voltage, least_warmth
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1550225454,
+    "packed_task.py": 1799634810,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 2531705965,
+    "load_kernels.py": 747351674,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1820890624,
+    "check_kernels.py": 1000668928,
 }
 
 # Rows of the scratch of bounds.
@@ -152,10 +154,20 @@ def _least_start(row: Array, limits: Array, rests: Indices, m: Array, g: Array, 
 
 
 @njit_loop
-def _least_voltage(
-    row: Array, m: Array, ratio: float, ohms: float, constant: float, least: Array, most: Array
-) -> float:
-    """The voltage at fixed temperatures that cannot be undercut; the first and the last sample are left out."""
+def least_voltage(row: Array, m: Array, ratio: float, ohms: float, constant: float, least: Array, most: Array) -> float:
+    """The voltage at fixed temperatures that cannot be undercut; the first and the last sample are left out.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        m: The motor's row.
+        ratio: Of the gear.
+        ohms: Resistance of the winding.
+        constant: Torque constant [N m/A].
+        least, most: Ends of the interval of the motor's torque [N m], (N,).
+
+    Returns:
+        [V].
+    """
     speed, behind, at, ahead = row[SPEED], row[RATE_BEFORE], row[RATE_AT], row[RATE_AFTER]
     peak, turning, inverse, inductance = 0.0, constant * ratio, 1.0 / constant, m[INDUCTANCE]
     l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
@@ -190,42 +202,6 @@ def _gear_may_hold(task: PackedTask, joint: int, gear: int, bounds: JointBounds)
     return holds
 
 
-@njit_leaf
-def _least_rises(m: Array, limits: Array, copper: float, loss: float, parts: int) -> tuple[float, float]:
-    """Mean rises of winding and housing that cannot be undercut, infinite in a runaway.
-
-    Copper loss is s (r + r' x) with x the winding's rise and s the square of the current; y = x + r / r' follows
-    C y' / y = s r' - 1 / R + (h + r / r') / (R y) with h the housing's rise, R between them. Its mean over a cycle
-    that repeats is zero, so that mean of s and least h bound mean(1 / y), and that bounds mean(y). A housing cools by
-    no more than its own rate within a cycle, which bounds its least rise by its mean.
-    Of a mix of several parts only the losses at ambient temperature count.
-    """
-    inner, outer = m[INNER], m[OUTER]
-    housing = outer * (copper + loss)
-    winding = inner * copper + housing
-    if parts == 1:
-        above = resistance(m, limits[AMBIENT]) / (m[RESISTANCE] * m[COPPER])  # kelvins from no resistance at all
-        flow = inner if inner > 0.0 else outer
-        left = 1.0 - flow * copper / above
-        if not left > 0.0:
-            return np.inf, np.inf
-        if inner == 0.0:
-            winding = max(winding, above / left - above)
-            return winding, winding
-        kept = 1.0
-        if not (np.isnan(m[HOUSING_CAPACITY]) or np.isnan(m[WINDING_CAPACITY])):
-            kept = math.exp(-limits[DURATION] * (1.0 / inner + 1.0 / outer) / m[HOUSING_CAPACITY])
-        elif not np.isnan(m[WINDING_CAPACITY]):
-            kept = math.exp(-(1.0 + outer / inner) / STEADY)
-        share, given = outer / (inner + outer), loss * inner * outer / (inner + outer)
-        grows = kept * share / left
-        if not grows < 1.0:
-            return np.inf, np.inf
-        winding = max(winding, ((kept * given + above) / left - above) / (1.0 - grows))
-        housing = max(housing, share * winding + given)
-    return winding, housing
-
-
 @njit_part
 def _motor_may_hold(task: PackedTask, joint: int, m: Array, g: Array, bounds: JointBounds) -> bool:
     """The motor's and the amplifier's limits, LOW and HIGH filled."""
@@ -236,31 +212,25 @@ def _motor_may_hold(task: PackedTask, joint: int, m: Array, g: Array, bounds: Jo
     holds = not limits[PEAK_FACTOR] * peak > m[PEAK_TORQUE] * OVER
     ambient, heated = limits[AMBIENT], not np.isnan(m[INNER])
     constant, ohms = constant_at(m, ambient), resistance(m, ambient)
+    winding, magnets, hottest = least_warmth(m, g, limits, len(task.shares), between)
+    bounds.figures[PEAK], bounds.figures[SQUARE], bounds.figures[COOLEST] = peak, square, winding
+    bounds.figures[WARM_MAGNETS], bounds.figures[HOTTEST] = magnets, hottest
+    weakest, hot = constant_at(m, magnets), m[MAX_WINDING] - limits[TEMPERATURE_MARGIN]  # above it the pair falls
+    holds = holds and not (hottest - ambient > (hot - ambient) * OVER) and weakest > 0.0
     if holds and (m[MAGNET] <= 0.0 or not heated):
-        weakest = constant
-        if heated and not np.isnan(m[MAX_WINDING]):  # without a limit a runaway is not judged, nor its magnets
-            loss = 0.0
-            if limits[CURVED] == 0.0:
-                turning = abs(g[RATIO])
-                loss = turning * (m[COULOMB] * limits[STEP_SPEED] + m[VISCOUS] * turning * limits[STEP_SQUARE])
-            winding = 0.0
-            for _ in range(3):  # warmer magnets take more current, which warms them
-                copper = ohms * between / (weakest * weakest)
-                winding, housing = _least_rises(m, limits, copper, loss, len(task.shares))
-                weakest = constant_at(m, ambient + housing) if housing < np.inf else 0.0
-                if not weakest > 0.0:
-                    winding, weakest = np.inf, constant
-                    break
-            holds = not winding > (m[MAX_WINDING] - limits[TEMPERATURE_MARGIN] - ambient) * OVER
         current = limits[PEAK_FACTOR] * peak / weakest
         rms = limits[RMS_FACTOR] * math.sqrt(square / limits[DURATION]) / weakest
         holds = holds and not (current > m[PEAK_CURRENT] * OVER or current > limits[AMPLIFIER_PEAK] * OVER)
         holds = holds and not (rms > m[CONTINUOUS] * OVER or rms > limits[AMPLIFIER_CONTINUOUS] * OVER)
     room = limits[VOLTS] * OVER / limits[VOLTAGE_FACTOR]
     if holds:
-        holds = _least_voltage(row, m, g[RATIO], ohms, constant, least, most) <= room
+        holds = least_voltage(row, m, g[RATIO], ohms, constant, least, most) <= room
     if holds and not heated and not np.isnan(m[MAX_WINDING]):
-        holds = _least_voltage(row, m, g[RATIO], resistance(m, m[MAX_WINDING]), constant, least, most) <= room
+        holds = least_voltage(row, m, g[RATIO], resistance(m, m[MAX_WINDING]), constant, least, most) <= room
+    if holds and heated and hottest > ambient and constant_at(m, hot) > 0.0:
+        warm = resistance(m, winding), resistance(m, hot)
+        constants = constant_at(m, hot), weakest
+        holds = least_warm_voltage(row, m, g[RATIO], warm, constants, least, most) <= room
     return holds
 
 
@@ -299,7 +269,7 @@ def _own_bounds(task: PackedTask, joint: int, pair: int, bounds: JointBounds) ->
     low, high = bounds.scratch[OWN_LOW], bounds.scratch[OWN_HIGH]
     add_drive(bounds.low, task.force, at, task.numbers, pair, low)
     add_drive(bounds.high, task.force, at, task.numbers, pair, high)
-    own = JointBounds(low, high, bounds.own, bounds.scratch, bounds.instants, bounds.own)
+    own = JointBounds(low, high, bounds.own, bounds.scratch, bounds.instants, bounds.own, bounds.figures)
     for i in range(len(own.numbers)):
         own.numbers[i] = np.nan
     own.numbers[PEAK_LOAD] = least_peak(task.series[joint], task.tasks[joint], low, high)
@@ -340,44 +310,34 @@ def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bo
     return _may_hold(task, joint, pair, bounds)
 
 
-@njit_leaf
-def _least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> float:
-    """``least_energy``."""
-    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
-    _torque_bounds(task, joint, m, g, _own_bounds(task, joint, pair, bounds))
-    ambient, heated, limit = task.tasks[joint, AMBIENT], not np.isnan(m[INNER]), m[MAX_WINDING]
-    coolest = ambient if np.isnan(limit) else (min(ambient, limit) if heated else limit)
-    constant = constant_at(m, ambient)
-    loss = resistance(m, coolest) / (constant * constant)
-    if heated and m[MAGNET] > 0.0:
-        loss = 0.0  # warm magnets may be stronger without bound
-    return _least_sum(task.series[joint], g[RATIO], loss, bounds.scratch[LOW], bounds.scratch[HIGH])
-
-
-@njit_face
+@njit_part
 def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> float:
     """A lower bound of a pair's electrical energy over the cycle with any torque history within bounds.
 
     Args:
         task: The packed study.
         joint: Index of the joint.
-        pair: Index into ``task.pairs``; its torque can be computed.
-        bounds: From ``bound_joint``.
+        pair: Index into ``task.pairs``, for which ``may_hold`` was just asked and said yes.
+        bounds: As it left them.
 
     Returns:
         [J].
     """
-    return _least_energy(task, joint, pair, bounds)
+    m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
+    weakest, loss = constant_at(m, bounds.figures[WARM_MAGNETS]), 0.0
+    if weakest > 0.0 and (m[MAGNET] <= 0.0 or np.isnan(m[INNER])):  # warm magnets may be stronger without bound
+        loss = resistance(m, bounds.figures[COOLEST]) / (weakest * weakest)
+    return _least_drawn(task.series[joint], g[RATIO], loss, bounds.scratch[LOW], bounds.scratch[HIGH])
 
 
 @njit_loop
-def _least_sum(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
+def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
     """The least integral of torque times speed plus loss times torque squared."""
     speed, weight = row[SPEED], row[WEIGHT]
     total, inverse = 0.0, -0.5 / loss if loss > 0.0 else 0.0
     for t in range(len(least)):
         turning = ratio * speed[t]
-        best = inverse * turning if loss > 0.0 else (least[t] if turning > 0.0 else most[t])
-        torque = larger(least[t], smaller(most[t], best))
+        best = inverse * turning if loss > 0.0 else (-np.inf if turning > 0.0 else np.inf)
+        torque = smaller(larger(best, least[t]), most[t])
         total += weight[t] * torque * (turning + loss * torque)
     return total

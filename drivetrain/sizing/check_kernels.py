@@ -112,10 +112,10 @@ from drivetrain.solvers.compiled_function import call
 SOURCES = {
     "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1550225454,
+    "packed_task.py": 1799634810,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 2531705965,
+    "load_kernels.py": 747351674,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
     "heat_state.py": 3087972387,

@@ -25,10 +25,10 @@ def all_choices(known: tuple[Indices, ...], setting: Setting) -> Choices:
     count = np.array([len(pairs) for pairs in known], dtype=np.int64)
     first = np.concatenate([[0], np.cumsum(count)[:-1]]).astype(np.int64)
     pool = np.concatenate(known).astype(np.int64)
-    cost = setting.share[pool].copy()
-    dear = [UNPRICED if setting.energy or not size else cost[at] for at, size in zip(first, count, strict=True)]
-    least = np.array(dear)
-    return Choices(pool, cost, first, count, least, np.full(len(known), -1, dtype=np.int64))
+    cost = setting.base[pool] if not setting.energy else np.full(len(pool), UNPRICED)
+    least = np.array([cost[at] if size else UNPRICED for at, size in zip(first, count, strict=True)])
+    nothing, none = np.full(len(known), -1, dtype=np.int64), np.zeros(len(known), dtype=np.int64)
+    return Choices(pool, cost, np.zeros(len(pool), dtype=bool), first, count, least, nothing, none)
 
 
 def segment(choices: Choices, joint: int) -> Indices:
@@ -59,6 +59,20 @@ def cheapest(choices: Choices, joint: int) -> int:
     return int(choices.pool[first + int(np.argmin(choices.cost[first : first + choices.size[joint]]))])
 
 
+def least_cost(choices: Choices, joint: int) -> float:
+    """What the cheapest candidate of one joint costs.
+
+    Args:
+        choices: Of all joints.
+        joint: Index of the joint.
+
+    Returns:
+        In the objective's units.
+    """
+    first = choices.first[joint]
+    return float(choices.cost[first : first + choices.size[joint]].min())
+
+
 def chosen(choices: Choices, joint: int, kept: Mask) -> Choices:
     """The same choices with fewer candidates at one joint.
 
@@ -70,41 +84,43 @@ def chosen(choices: Choices, joint: int, kept: Mask) -> Choices:
     Returns:
         New choices, without gaps.
     """
-    masks = [np.ones(size, dtype=bool) for size in choices.size]
-    masks[joint] = kept
-    parts = [slice(first, first + size) for first, size in zip(choices.first, choices.size, strict=True)]
-    pool = np.concatenate([choices.pool[part][mask] for part, mask in zip(parts, masks, strict=True)])
-    cost = np.concatenate([choices.cost[part][mask] for part, mask in zip(parts, masks, strict=True)])
-    count = np.array([int(mask.sum()) for mask in masks], dtype=np.int64)
-    first = np.concatenate([[0], np.cumsum(count)[:-1]]).astype(np.int64)
-    return Choices(pool, cost, first, count, choices.least, choices.known)
+    parts = _parts(choices)
+    parts[joint] = choices.first[joint] + np.flatnonzero(kept)
+    tested = choices.tested.copy()
+    if tested[joint] == 1:  # those left need not be the ones that were tested
+        tested[joint] = 0
+    return _taken(choices, parts, tested)
 
 
-def closed_up(choices: Choices) -> Choices:
-    """The same choices without gaps between the joints.
+def closed_up(choices: Choices, *, in_order: bool = False) -> Choices:
+    """The same choices in memory of their own, without gaps between the joints.
 
     Args:
         choices: Of all joints.
+        in_order: The cheapest first.
 
     Returns:
         New choices.
     """
-    return chosen(choices, 0, np.ones(choices.size[0], dtype=bool))
+    parts = _parts(choices)
+    if in_order:
+        parts = [part[np.argsort(choices.cost[part], kind="stable")] for part in parts]
+    return _taken(choices, parts, choices.tested.copy())
 
 
-def copied(choices: Choices) -> Choices:
-    """The same choices in memory of their own.
+def _parts(choices: Choices) -> list[Indices]:
+    """Where the candidates of each joint stand."""
+    ends = choices.first + choices.size
+    return [np.arange(first, end) for first, end in zip(choices.first.tolist(), ends.tolist(), strict=True)]
 
-    Args:
-        choices: Of all joints.
 
-    Returns:
-        New choices.
-    """
-    return Choices(
-        choices.pool.copy(), choices.cost.copy(), choices.first.copy(), choices.size.copy(), choices.least.copy(),
-        choices.known.copy(),
-    )  # fmt: skip
+def _taken(choices: Choices, parts: list[Indices], tested: Indices) -> Choices:
+    """The candidates that stand at some places, by joint."""
+    size = np.array([len(part) for part in parts], dtype=np.int64)
+    first, at = np.zeros(len(parts), dtype=np.int64), np.concatenate(parts)
+    np.cumsum(size[:-1], out=first[1:])
+    pool, cost, exact = choices.pool[at], choices.cost[at], choices.exact[at]
+    return Choices(pool, cost, exact, first, size, choices.least.copy(), choices.known.copy(), tested)
 
 
 def others(choices: Choices) -> list[Choices]:
@@ -125,18 +141,23 @@ def others(choices: Choices) -> list[Choices]:
     return parts
 
 
-def without(choices: Choices, joint: int, pair: int) -> None:
-    """Take one candidate out, in place.
+def answered(choices: Choices, joint: int, pair: int, holds: bool) -> None:
+    """What the Python road said of one candidate, in place.
 
     Args:
-        choices: Of all joints; those of the joint are closed up.
+        choices: Of all joints.
         joint: Index of the joint.
-        pair: That goes.
+        pair: That was asked about.
+        holds: Whether it holds: then its cost is exact; else it is taken out and those of the joint are closed up.
     """
     first, size = int(choices.first[joint]), int(choices.size[joint])
     part = slice(first, first + size)
+    choices.known[joint] = pair if holds else -1
+    if holds:
+        choices.exact[part] |= choices.pool[part] == pair
+        return
     kept = choices.pool[part] != pair
     left = int(kept.sum())
-    choices.pool[first : first + left] = choices.pool[part][kept]
-    choices.cost[first : first + left] = choices.cost[part][kept]
+    for values in (choices.pool, choices.cost, choices.exact):
+        values[first : first + left] = values[part][kept]
     choices.size[joint] = left

@@ -8,19 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.bound_kernels import HIGH, LOW
-from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_loop, njit_part
+from drivetrain.sizing.bound_kernels import HIGH, LOW, least_energy, least_voltage
+from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
 from drivetrain.sizing.judge_kernels import ASK, FALLS, JUDGE, LOAD, POWER, may_hold
 from drivetrain.sizing.judge_kernels import EXACT as VERDICT
 from drivetrain.sizing.load_basis import NUMBERS
-from drivetrain.sizing.load_kernels import bound_joint, least_average, least_peak
-from drivetrain.sizing.load_loops import least_figures
+from drivetrain.sizing.load_kernels import (
+    HOTTEST,
+    PEAK,
+    SQUARE,
+    WARM_MAGNETS,
+    bound_joint,
+    least_average,
+    least_peak,
+)
 from drivetrain.sizing.packed_rows import (
     AVERAGE,
     CONTINUOUS,
-    COULOMB,
     DIRECT_DRIVE,
-    INDUCTANCE,
     INNER,
     MAGNET,
     MAX_INPUT,
@@ -28,66 +33,53 @@ from drivetrain.sizing.packed_rows import (
     MAX_WINDING,
     MEAN_INPUT,
     MOMENTARY,
-    OUTER,
     PEAK_CURRENT,
     PEAK_TORQUE,
     RATIO,
     REPEATED,
-    VISCOUS,
 )
 from drivetrain.sizing.packed_task import (
     AMBIENT,
     AMPLIFIER_CONTINUOUS,
     AMPLIFIER_PEAK,
-    CURVED,
     DURATION,
     FASTEST,
     MEAN_SPEED,
     PEAK_FACTOR,
-    RATE_AFTER,
-    RATE_AT,
-    RATE_BEFORE,
     RMS_FACTOR,
-    SPEED,
     SPEED_FACTOR,
-    STEP_SPEED,
-    STEP_SQUARE,
     TEMPERATURE_MARGIN,
     VOLTAGE_FACTOR,
     VOLTS,
-    WEIGHT,
     Indices,
     PackedTask,
 )
 from drivetrain.sizing.propagation import Memory, Setting, interval
 from drivetrain.sizing.torque_kernels import constant_at, resistance
 from drivetrain.sizing.units import call_judge, call_load, call_power
-from drivetrain.sizing.vector_max import larger, smaller
-from drivetrain.sizing.warm_bound import resting_share
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "units.py": 4239343723,
     "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1550225454,
+    "packed_task.py": 1799634810,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 2531705965,
+    "load_kernels.py": 747351674,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1820890624,
-    "bound_kernels.py": 3999289047,
-    "judge_kernels.py": 2399876618,
-    "warm_bound.py": 285983250,
+    "check_kernels.py": 1000668928,
+    "bound_kernels.py": 3482987182,
+    "judge_kernels.py": 1248434762,
+    "warm_bound.py": 3791348865,
     "bearing_bound.py": 1668248093,
-    "sieve_kernel.py": 952213413,
-    "propagation.py": 1900986838,
+    "sieve_kernel.py": 3747735845,
+    "propagation.py": 840751971,
 }
 
 MASS, PRICE, ENERGY, USED = range(4)
 OUT, BOUND, EXACT, UNSURE = range(4)
-LADDER = 8  # steps towards the temperatures; each adds a few percent of the one before
 BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
 
 
@@ -146,61 +138,6 @@ def _share(required: float, available: float) -> float:
     return required / available if available > 0.0 and required > 0.0 else 0.0
 
 
-@njit_loop
-def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
-    """The least integral of torque times speed plus loss times torque squared."""
-    speed, weight = row[SPEED], row[WEIGHT]
-    total, inverse = 0.0, -0.5 / loss if loss > 0.0 else 0.0
-    for t in range(len(least)):
-        turning = ratio * speed[t]
-        best = inverse * turning if loss > 0.0 else (-np.inf if turning > 0.0 else np.inf)
-        torque = smaller(larger(best, least[t]), most[t])
-        total += weight[t] * torque * (turning + loss * torque)
-    return total
-
-
-@njit_loop
-def _least_volts(row: Array, m: Array, ratio: float, ohms: float, constant: float, least: Array, most: Array) -> float:
-    """The voltage of a cold motor that cannot be undercut; the first and the last sample are left out."""
-    speed, behind, at, ahead = row[SPEED], row[RATE_BEFORE], row[RATE_AT], row[RATE_AFTER]
-    inductance, turning, peak = m[INDUCTANCE] / constant, constant * ratio, 0.0
-    l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
-    s, r0, r1, r2 = speed[1:-1], behind[1:-1], at[1:-1], ahead[1:-1]
-    for t in range(len(s)):
-        own, before, after = ohms / constant + inductance * r1[t], inductance * r0[t], inductance * r2[t]
-        low = smaller(own * l1[t], own * h1[t]) + smaller(before * l0[t], before * h0[t])
-        high = larger(own * l1[t], own * h1[t]) + larger(before * l0[t], before * h0[t])
-        low += smaller(after * l2[t], after * h2[t])
-        high += larger(after * l2[t], after * h2[t])
-        emf = turning * s[t]
-        peak = larger(peak, larger(emf + low, -(emf + high)))
-    return peak
-
-
-@njit_part
-def _coolest(task: PackedTask, joint: int, m: Array, g: Array, between: float) -> tuple[float, float, float]:
-    """What cannot be undercut: winding at any instant, magnets on average, hottest winding [C]; see ``warm_bound``."""
-    limits = task.tasks[joint]
-    ambient = limits[AMBIENT]
-    if np.isnan(m[INNER]):
-        return (ambient if np.isnan(m[MAX_WINDING]) else m[MAX_WINDING]), ambient, ambient
-    if m[MAGNET] > 0.0:
-        return ambient, ambient, ambient
-    share, loss = resting_share(m, len(task.shares), limits[DURATION]), 0.0
-    if limits[CURVED] == 0.0:
-        turning = abs(g[RATIO])
-        loss = turning * (m[COULOMB] * limits[STEP_SPEED] + m[VISCOUS] * turning * limits[STEP_SQUARE])
-    copper, magnets = 0.0, ambient
-    for _ in range(LADDER):
-        constant = constant_at(m, magnets)
-        if not constant > 0.0:
-            break
-        copper = resistance(m, ambient + share * m[OUTER] * copper) * between / (constant * constant)
-        magnets = ambient + m[OUTER] * (copper + loss)
-    hottest = ambient + (m[INNER] + m[OUTER]) * copper + m[OUTER] * loss
-    return ambient + share * m[OUTER] * copper, magnets, hottest
-
-
 @njit_part
 def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> tuple[float, float]:
     """What a candidate draws and how near it comes to its limits at least, whatever torque within the bounds it gives.
@@ -208,7 +145,7 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
     Args:
         task: The packed study.
         joint: Index of the joint.
-        pair: Index into ``task.pairs``, for which ``may_hold`` was just asked.
+        pair: Index into ``task.pairs``, for which ``may_hold`` was just asked and said yes.
         memory: Its bounds as that left them; ``torque`` is filled again.
 
     Returns:
@@ -216,13 +153,12 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
     """
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
     row, limits, bounds = task.series[joint], task.tasks[joint], memory.bounds
-    least, most = bounds.scratch[LOW], bounds.scratch[HIGH]
-    peak, square, between = least_figures(row, least, most)
-    winding, magnets, hottest = _coolest(task, joint, m, g, between)
-    weak = constant_at(m, magnets)
-    # Magnets that may be stronger without bound, or gone: no loss is certain.
+    least, most, figures = bounds.scratch[LOW], bounds.scratch[HIGH], bounds.figures
+    peak, square, hottest = figures[PEAK], figures[SQUARE], figures[HOTTEST]
+    weak = constant_at(m, figures[WARM_MAGNETS])
+    # Magnets that may be stronger without bound, or gone: no current is certain.
     sure = weak > 0.0 and not (m[MAGNET] > 0.0 and not np.isnan(m[INNER]))
-    energy = _least_drawn(row, g[RATIO], resistance(m, winding) / (weak * weak) if sure else 0.0, least, most)
+    energy = least_energy(task, joint, pair, bounds)
     turning = limits[SPEED_FACTOR] * abs(g[RATIO])
     used = max(_share(turning * limits[FASTEST], m[MAX_SPEED]), _share(turning * limits[FASTEST], g[MAX_INPUT]))
     used = max(used, _share(turning * limits[MEAN_SPEED], g[MEAN_INPUT]))
@@ -235,7 +171,7 @@ def bound_candidate(task: PackedTask, joint: int, pair: int, memory: Memory) -> 
     room = m[MAX_WINDING] - limits[TEMPERATURE_MARGIN] - limits[AMBIENT]
     used = max(used, _share(hottest - limits[AMBIENT], room))
     cold = constant_at(m, limits[AMBIENT])
-    volts = _least_volts(row, m, g[RATIO], resistance(m, limits[AMBIENT]), cold, least, most)
+    volts = least_voltage(row, m, g[RATIO], resistance(m, limits[AMBIENT]), cold, least, most)
     used = max(used, _share(limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
     if g[DIRECT_DRIVE] == 0.0:
         low, high, at = memory.torque[0], memory.torque[1], task.offsets[joint, joint]

@@ -64,14 +64,14 @@ SOURCES = {
     "units.py": 4239343723,
     "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1550225454,
+    "packed_task.py": 1799634810,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 2531705965,
+    "load_kernels.py": 747351674,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1820890624,
-    "bound_kernels.py": 3999289047,
+    "check_kernels.py": 1000668928,
+    "bound_kernels.py": 3482987182,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority

@@ -27,13 +27,16 @@ from drivetrain.sizing.packed_task import INSTANTS, Indices, PackedTask
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "compiling.py": 2693116001,
-    "packed_task.py": 1550225454,
+    "packed_task.py": 1799634810,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
 }
 
 # Numbers of a load; then one average torque an exponent. NaN: not needed so far.
 PEAK_LOAD, TILT, PUSH, SIDE, MOST_INERTIA, LOAD_NUMBERS = range(6)
+
+# Figures of bounds: largest torque [N m], sum of weight times square [N^2 m^2 s], coolest winding, magnets, hottest [C]
+PEAK, SQUARE, COOLEST, WARM_MAGNETS, HOTTEST, BOUNDS = range(6)
 
 SCRATCH = 3 + ROWS  # torque_kernels.py says what they hold
 CHECKS = 18
@@ -78,6 +81,7 @@ class JointBounds(NamedTuple):
         scratch: (SCRATCH, N).
         instants: Samples that ask much at least, (INSTANTS,).
         own: ``numbers`` where the joint's own drive adds to the torque.
+        figures: What no torque within the interval undercuts, of the pair asked about last, as above, (BOUNDS,).
     """
 
     low: Array
@@ -86,6 +90,7 @@ class JointBounds(NamedTuple):
     scratch: Array
     instants: Indices
     own: Array
+    figures: Array
 
 
 def new_load(task: PackedTask) -> JointLoad:
@@ -118,7 +123,9 @@ def new_bounds(task: PackedTask) -> JointBounds:
     samples = task.series.shape[2]
     count = LOAD_NUMBERS + len(task.exponents)
     instants, scratch = np.zeros(INSTANTS, dtype=np.int64), np.zeros((SCRATCH, samples))
-    return JointBounds(np.zeros(samples), np.zeros(samples), np.zeros(count), scratch, instants, np.zeros(count))
+    return JointBounds(
+        np.zeros(samples), np.zeros(samples), np.zeros(count), scratch, instants, np.zeros(count), np.zeros(BOUNDS)
+    )
 
 
 @njit_part

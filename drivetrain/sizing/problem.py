@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,7 +15,7 @@ from drivetrain.sizing.evaluate import evaluated
 from drivetrain.sizing.exact_road import judged
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.objectives import weight_of
-from drivetrain.sizing.packed_task import Packed, chosen_numbers
+from drivetrain.sizing.packed_task import SPEED, WEIGHT, Packed, chosen_numbers
 from drivetrain.sizing.power_bound import least_power
 from drivetrain.sizing.propagation import Choices, Indices, Memory, Setting, new_memory, set_power
 from drivetrain.sizing.results import Evaluation
@@ -24,6 +25,8 @@ from drivetrain.study.study import Wanted
 from drivetrain.study.verdicts import Verdict
 
 CLOSE = 1e-9  # to the limit: what is nearer is asked of the exact road
+EQUAL = 5e-10  # of the objective: sets that differ by less are put in order by their reserve
+RANK, RANKS = 1e-4, 100  # of a utilisation: pairs that differ by less are put in order by the study, up to so many
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,11 @@ class Problem:
     def n(self) -> int:
         """How many joints there are."""
         return len(self.known)
+
+    @property
+    def trifle(self) -> float:
+        """What puts equal sets in order adds less than this to their objective."""
+        return 1.1 * self.n * self.setting.reserve
 
     def numbers(self, drives: Mapping[int, int]) -> Array:
         """The numbers through which drives load joints.
@@ -168,7 +176,9 @@ def problem(packed: Packed, wanted: Wanted) -> Problem:
         unknown_by.append(pairs[lacking])
         pairs = pairs[~lacking]
         known_by.append(pairs[np.argsort(share[pairs], kind="stable")])
-    setting = Setting(share, weight_of(wanted, "energy"), _loads(packed))
+    energy = weight_of(wanted, "energy")
+    trifle = _trifle(packed, share, energy, known_by)
+    setting = Setting(share, _in_order(share, trifle, known_by), energy, trifle, _loads(packed))
     return Problem(
         packed, wanted, setting, tuple(known_by), tuple(unknown_by), _reach(packed),
         rules_of(packed, wanted), new_memory(task)
@@ -188,6 +198,28 @@ def _shares(packed: Packed, wanted: Wanted) -> tuple[Array, NDArray[np.bool_]]:
             pairs = slice(packed.task.first[joint], packed.task.first[joint + 1])
             lacking[pairs] |= np.isnan(packed.mass[pairs])
     return share, lacking
+
+
+def _trifle(packed: Packed, share: Array, energy: float, known: list[Indices]) -> float:
+    """What a whole utilisation counts: so little that all joints together count less than EQUAL of the objective."""
+    size = math.fsum(float(share[pairs[0]]) for pairs in known if len(pairs))
+    if energy:
+        task = packed.task
+        work = np.abs(task.bare * task.series[:, SPEED] * task.series[:, WEIGHT]).sum()
+        size += energy * float(work)
+    return EQUAL * (abs(size) or 1.0) / max(len(known), 1)
+
+
+def _in_order(share: Array, trifle: float, known: list[Indices]) -> Array:
+    """Shares with still less added, by which pairs of equal share come in the order of the study."""
+    base = share.copy()
+    for joint, pairs in enumerate(known):
+        values = share[pairs]
+        new = np.append(True, np.diff(values) > trifle)
+        place = np.arange(len(pairs))
+        rank = np.minimum(place - np.maximum.accumulate(np.where(new, place, 0)), RANKS)
+        base[pairs] += RANK * trifle * rank * (1.0 + 0.5 * (len(known) - joint) / len(known))
+    return base
 
 
 def _loads(packed: Packed) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from drivetrain.arrays import Array
 from drivetrain.sizing.bearing_bound import WIDER, least_bearing
 from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
-from drivetrain.sizing.judge_kernels import ASK, EXACT, FALLS, JUDGE, LOAD, POWER, bound_joint
+from drivetrain.sizing.judge_kernels import ASK, EXACT, FALLS, HOLDS, JUDGE, LOAD, POWER, bound_joint
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.packed_task import PackedTask
 from drivetrain.sizing.sieve_kernel import (
@@ -43,17 +43,17 @@ SOURCES = {
     "units.py": 4239343723,
     "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1550225454,
+    "packed_task.py": 1799634810,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 2531705965,
+    "load_kernels.py": 747351674,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1820890624,
-    "bound_kernels.py": 3999289047,
-    "judge_kernels.py": 2399876618,
-    "warm_bound.py": 285983250,
-    "sieve_kernel.py": 952213413,
+    "check_kernels.py": 1000668928,
+    "bound_kernels.py": 3482987182,
+    "judge_kernels.py": 1248434762,
+    "warm_bound.py": 3791348865,
+    "sieve_kernel.py": 3747735845,
     "bearing_bound.py": 1668248093,
 }
 
@@ -128,78 +128,79 @@ def interval(task: PackedTask, setting: Setting, joint: int, low: Array, high: A
 
 
 @njit_leaf
-def _close_up(choices: Choices, joint: int) -> None:
-    """Take out the candidates of a joint that cost infinitely much."""
+def _close_up(choices: Choices, joint: int, limit: float) -> None:
+    """Take out the candidates of a joint that cost as much as a limit or more."""
     begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
     kept = begin
     for at in range(begin, end):
-        if choices.cost[at] < np.inf:
+        if choices.cost[at] < limit:
             choices.pool[kept], choices.cost[kept] = choices.pool[at], choices.cost[at]
+            choices.exact[kept] = choices.exact[at]
             kept += 1
     choices.size[joint] = kept - begin
 
 
 @njit_leaf
+def _cheapest(choices: Choices, joint: int) -> int:
+    """Where in the pool the cheapest candidate of a joint stands."""
+    begin, best = choices.first[joint], choices.first[joint]
+    for at in range(begin, begin + choices.size[joint]):
+        if choices.cost[at] < choices.cost[best]:
+            best = at
+    return best
+
+
+@njit_leaf
 def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alone: bool, memory: Memory) -> int:
-    """Judge the cheapest candidates of a joint whose load is decided, until one holds.
+    """Judge the cheapest candidates of a joint whose load is decided, until the cheapest is known to hold.
 
     Args:
         task: The packed study.
         setting: What pairs cost, and which drives load which joints.
-        choices: The candidates; those of the joint that fall are taken out, where energy counts the costs of those
-            that hold become exact.
-        joint: Index of the joint, its load in memory.
+        choices: The candidates; those of the joint that fall are taken out, the costs of those that hold become exact.
+        joint: Index of the joint.
         alone: Whether no other drive loads it, so that what is judged holds for good.
-        memory: The load.
+        memory: Its numbers; the load is filled.
 
     Returns:
         OPEN, EMPTY, or ASKED: then ``known`` holds -2 less the pair that is to be asked of the Python road.
     """
-    begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
-    pool, cost, known = choices.pool, choices.cost, choices.known
-    exact, best, found = memory.exact, begin, OPEN
-    for at in range(end - begin):
-        exact[at] = False
+    pool, cost, exact, found, loaded = choices.pool, choices.cost, choices.exact, OPEN, False
+    choices.known[joint] = -1
     while True:
-        if setting.energy != 0.0:
-            best = begin
-            for at in range(begin, end):
-                if cost[at] < cost[best]:
-                    best = at
-        if best == end or cost[best] == np.inf:
-            break
-        if exact[best - begin]:
-            known[joint] = pool[best]
+        best = _cheapest(choices, joint)
+        if cost[best] == np.inf:
             break
         pair = pool[best]
-        if pair != known[joint]:
-            code = memory.verdicts[pair] if alone else UNKNOWN
-            if code == UNKNOWN:
-                memory.counts[JUDGED] += 1
-                code, _, _ = call_judge(memory.units[JUDGE], task, joint, pair, memory.load, EXACT)
-                memory.verdicts[pair] = code if alone and code != ASK else UNKNOWN
-            if code == ASK:
-                known[joint], found = -2 - pair, ASKED
-                break
-            if code == FALLS:
-                memory.suspects[pair] = True
-                cost[best] = np.inf
-                best += 1
-                continue
-        known[joint], exact[best - begin] = pair, True
-        if setting.energy != 0.0:
-            drawn = call_power(memory.units[POWER], task, joint, pair, memory.load, memory.power)
-            cost[best] = setting.share[pair] + setting.energy * drawn
-    _close_up(choices, joint)
+        if exact[best]:
+            choices.known[joint] = pair
+            break
+        code = memory.verdicts[pair] if alone else UNKNOWN
+        if code == HOLDS:
+            cost[best], exact[best] = memory.settled[pair], True
+            continue
+        if code == UNKNOWN:
+            if not loaded:
+                call_load(memory.units[LOAD], task, joint, memory.low, memory.load)
+                loaded = True
+            memory.counts[JUDGED] += 1
+            code, _, used = call_judge(memory.units[JUDGE], task, joint, pair, memory.load, EXACT)
+            if code != FALLS:
+                cost[best] = setting.base[pair] + setting.reserve * max(used, 0.0)
+                if setting.energy != 0.0:
+                    drawn = call_power(memory.units[POWER], task, joint, pair, memory.load, memory.power)
+                    cost[best] += setting.energy * drawn
+                memory.settled[pair] = cost[best]
+            memory.verdicts[pair] = code if alone and code != ASK else UNKNOWN
+        if code == ASK:
+            choices.known[joint], found = -2 - pair, ASKED
+            break
+        if code == FALLS:
+            memory.suspects[pair] = True
+            cost[best] = np.inf
+        exact[best] = True
+    _close_up(choices, joint, np.inf)
     return EMPTY if choices.size[joint] == 0 else found
-
-
-@njit_part
-def _least(choices: Choices, joint: int) -> float:
-    begin, least = choices.first[joint], np.inf
-    for at in range(begin, begin + choices.size[joint]):
-        least = min(least, choices.cost[at])
-    return least
 
 
 @njit_part
@@ -239,6 +240,29 @@ def _all_decided(setting: Setting, memory: Memory) -> bool:
     return True
 
 
+@njit_part
+def _decided(setting: Setting, memory: Memory, joint: int) -> bool:
+    """Whether every drive that loads a joint is decided."""
+    for k in range(memory.low.shape[0]):
+        if setting.loads[joint, k]:
+            for i in range(NUMBERS):
+                if memory.low[k, i] != memory.high[k, i]:
+                    return False
+    return True
+
+
+@njit_leaf
+def _new_range(task: PackedTask, setting: Setting, choices: Choices, joint: int, memory: Memory) -> bool:
+    """The range of the numbers left at a joint; where it changes, candidates that it loads are to be tested again."""
+    if not range_of_numbers(task, choices, joint, memory.low, memory.high):
+        return False
+    for other in range(memory.low.shape[0]):
+        if setting.loads[other, joint]:
+            choices.tested[other] = 0
+    return True
+
+
+# long kernel: one pass after another over all joints, each with its own way out
 @njit_entry
 def propagate(
     task: PackedTask, setting: Setting, choices: Choices, limit: float, full: int, passes: int, memory: Memory
@@ -252,39 +276,48 @@ def propagate(
         limit: Sets that cost as much or more are of no interest.
         full: Joints with at most so many candidates have all of them tested.
         passes: At most so many.
-        memory: Filled again; afterwards it holds the numbers that are left.
+        memory: It holds the numbers for which the candidates were tested, and afterwards those that are left.
 
     Returns:
         OPEN; EMPTY and the joint at which nothing is left; TOO_DEAR; ASKED and the joint.
     """
     n = task.first.size - 1
     for joint in range(n):
-        range_of_numbers(task, choices, joint, memory.low, memory.high)
+        _new_range(task, setting, choices, joint, memory)
     for _ in range(passes):
         memory.counts[PASSES] += 1
         changed = False
         for joint in range(n - 1, -1, -1):
-            decided = interval(task, setting, joint, memory.low, memory.high, memory.torque)
-            bound_joint(task, joint, memory.torque[0], memory.torque[1], memory.bounds)
-            least_bearing(task, setting.loads, joint, memory.low, memory.high, memory.bearing)
-            room = limit - (_sum(choices.least) - choices.least[joint])
-            tested = choices.size[joint] <= full
-            if not call_sieve(memory.units[SIEVE], task, joint, (setting, choices, room, tested), memory):
-                return EMPTY, joint
-            alone = not _loaded(setting.loads, joint)
-            # Short of a whole set the bounds are nearly as good as a judgement, and hundreds of times cheaper.
-            doubted = memory.suspects[choices.pool[choices.first[joint]]]
-            if decided and (alone or doubted or _all_decided(setting, memory)):
-                call_load(memory.units[LOAD], task, joint, memory.low, memory.load)
-                code = settle(task, setting, choices, joint, alone, memory)
-                if code != OPEN:
-                    return code, joint
-            least = _least(choices, joint)
+            before, room = choices.size[joint], limit - (_sum(choices.least) - choices.least[joint])
+            wanted = 2 if before <= full else 1
+            if choices.tested[joint] < wanted:
+                interval(task, setting, joint, memory.low, memory.high, memory.torque)
+                bound_joint(task, joint, memory.torque[0], memory.torque[1], memory.bounds)
+                least_bearing(task, setting.loads, joint, memory.low, memory.high, memory.bearing)
+                choices.tested[joint] = wanted
+                if not call_sieve(memory.units[SIEVE], task, joint, (setting, choices, room, wanted == 2), memory):
+                    return EMPTY, joint
+            else:
+                _close_up(choices, joint, room)
+                if choices.size[joint] == 0:
+                    return EMPTY, joint
+            best = _cheapest(choices, joint)
+            if not choices.exact[best] and _decided(setting, memory, joint):
+                alone = not _loaded(setting.loads, joint)
+                # Short of a whole set the bounds are nearly as good as a judgement, and hundreds of times cheaper.
+                if alone or memory.suspects[choices.pool[best]] or _all_decided(setting, memory):
+                    code = settle(task, setting, choices, joint, alone, memory)
+                    if code != OPEN:
+                        return code, joint
+                    best = _cheapest(choices, joint)
+            choices.known[joint] = choices.pool[best] if choices.exact[best] else -1
+            least = choices.cost[best]
             changed = changed or least > choices.least[joint]
             choices.least[joint] = max(choices.least[joint], least)
             if _sum(choices.least) >= limit:
                 return TOO_DEAR, joint
-            changed = range_of_numbers(task, choices, joint, memory.low, memory.high) or changed
+            if choices.size[joint] != before:
+                changed = _new_range(task, setting, choices, joint, memory) or changed
         if not changed:
             break
     return OPEN, 0

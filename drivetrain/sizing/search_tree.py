@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.choices import all_choices, cheapest, chosen, closed_up, copied, others, segment, without
+from drivetrain.sizing.choices import all_choices, answered, cheapest, chosen, closed_up, least_cost, others, segment
 from drivetrain.sizing.problem import Problem
 from drivetrain.sizing.propagation import ASKED, JUDGED, OPEN, PASSES, TESTED, Choices, Indices, propagate
 from drivetrain.sizing.spare_parts import Rule, least_under, narrowed_by, parted_by
@@ -57,12 +57,14 @@ class Found:
     """One set that holds.
 
     Attributes:
-        objective: Of the set.
+        objective: Of the set, with the trifles that put equals in order.
         pairs: One a joint.
+        costs: What each adds to it.
     """
 
     objective: float
     pairs: Pairs
+    costs: tuple[float, ...] = field(default=(), compare=False)
 
 
 @dataclass
@@ -140,7 +142,7 @@ class Tree:
             node = self._next()
             if self.counters["nodes"] % TELL_EVERY == 0:
                 self._tell(tell)
-            parts = [found for part in self._parts(node) if (found := self._narrowed(part, SMALL)) is not None]
+            parts = [found for part in self._parts(node) if (found := self._narrowed(part, SMALL, node)) is not None]
             if parts and self.counters["descents"] % DESCEND == 0:
                 self.following = parts[0] if self.fine else min(parts, key=lambda one: one.bound)
             for part in parts:
@@ -165,14 +167,14 @@ class Tree:
         self.started = True
         if any(len(pairs) == 0 for pairs in self.problem.known):
             return
-        root = self._narrowed(all_choices(self.problem.known, self.problem.setting), 0)
+        root = self._narrowed(all_choices(self.problem.known, self.problem.setting), 0, None)
         if root is None:
             return
         self._dive(root)
-        root = self._narrowed(root.choices, np.iinfo(np.int64).max)
+        root = self._narrowed(root.choices, np.iinfo(np.int64).max, root)
         if root is not None and not math.isinf(self.limit):
             self._dive(root)
-            root = self._narrowed(root.choices, np.iinfo(np.int64).max)
+            root = self._narrowed(root.choices, np.iinfo(np.int64).max, root)
         self._push(root)
 
     def _push(self, node: Node | None) -> None:
@@ -181,7 +183,7 @@ class Tree:
             self.counters["pushed"] += 1
             heapq.heappush(self.open, (node.bound, -self.counters["pushed"], node))
 
-    def _narrowed(self, choices: Choices, full: int) -> Node | None:
+    def _narrowed(self, choices: Choices, full: int, above: Node | None) -> Node | None:
         """What propagation leaves of some choices; a set that comes out of it is kept."""
         if not choices.size.all():
             return None
@@ -193,7 +195,8 @@ class Tree:
         self.counters["nodes made"] += 1
         memory.counts[:] = 0
         limit = self.limit
-        choices = copied(choices)
+        choices = closed_up(choices, in_order=setting.energy != 0.0)
+        memory.low[:], memory.high[:] = (math.nan, math.nan) if above is None else (above.low, above.high)
         code = ASKED
         while code == ASKED:
             code, joint = propagate(task, setting, choices, limit, full, PASSES_MOST, memory)
@@ -234,9 +237,7 @@ class Tree:
         if key not in self.asks:
             self.counters["asked of the exact road"] += 1
             self.asks[key] = self.problem.holds(joint, pair, drives)
-        choices.known[joint] = pair if self.asks[key] else -1
-        if not self.asks[key]:
-            without(choices, joint, pair)
+        answered(choices, joint, pair, self.asks[key])
 
     def _decided(self, node: Node) -> bool:
         """Whether every load is decided, and the cheapest candidates are known to hold."""
@@ -261,7 +262,9 @@ class Tree:
             self.supply_binds = True
             return
         self.counters["sets that fit"] += 1
-        self.best = sorted([*self.best, Found(float(node.choices.least.sum()), pairs)])[: self.problem.wanted.sets]
+        costs = np.array([least_cost(node.choices, joint) for joint in range(self.problem.n)])
+        found = Found(float(costs.sum()), pairs, tuple(costs.tolist()))
+        self.best = sorted([*self.best, found])[: self.problem.wanted.sets]
 
     def _dive(self, node: Node | None) -> None:
         """Go for sets that hold: the cheapest candidate from the tip to the base."""
@@ -271,7 +274,7 @@ class Tree:
             loads = self._open_loads(node)
             alone = loads.size and self._broken(node.choices) is None
             parts = self._one_load(node, int(loads[-1])) if alone else self._parts(node)
-            node = next((found for part in parts if (found := self._narrowed(part, SMALL)) is not None), None)
+            node = next((found for part in parts if (found := self._narrowed(part, SMALL, node)) is not None), None)
 
     def _parts(self, node: Node) -> list[Choices]:
         """A node in parts, each with less to be decided."""
@@ -282,19 +285,28 @@ class Tree:
         if not loads.size:
             self.fine = False
             return others(node.choices)
-        half = 0.5 * (node.high - node.low)
-        effect = half * np.einsum("j,jki->ki", np.abs(node.choices.least), self.problem.reach)
-        joint, number = np.unravel_index(int(np.argmax(effect)), effect.shape)
-        room = self.limit - node.bound
-        if math.isinf(room):
-            room = 0.1 * abs(node.bound)
-        self.fine = bool(effect[joint].sum() <= COARSE * room)
+        joint, number = self._widest(node)
         if self.fine:
             return self._one_load(node, int(loads[-1]))
-        pool = segment(node.choices, int(joint))
+        pool = segment(node.choices, joint)
         values = self.problem.packed.task.numbers[pool, number]
         below = values <= 0.5 * (node.low[joint, number] + node.high[joint, number])
-        return [chosen(node.choices, int(joint), below), chosen(node.choices, int(joint), ~below)]
+        return [chosen(node.choices, joint, below), chosen(node.choices, joint, ~below)]
+
+    def _widest(self, node: Node) -> tuple[int, int]:
+        """The joint and the number of its drive whose range may hide most of what a node can still gain."""
+        least, room = np.array(node.choices.least), self.limit - node.bound
+        if math.isinf(room):
+            room = 0.1 * abs(node.bound)
+        costs = np.array(self.best[0].costs) if self.best else 2.0 * np.abs(least)
+        # What a joint costs in the best set, over the least it may cost here, is there to be explained by its load.
+        gap = np.maximum(costs - least, 0.0) + 1e-3 * room
+        width = 0.5 * (node.high - node.low) * self.problem.reach
+        total = width.sum(axis=(1, 2))
+        self.fine = bool(np.abs(costs) @ total <= COARSE * room)
+        effect = np.einsum("j,jki->ki", gap / np.maximum(total, 1e-300), width)
+        joint, number = np.unravel_index(int(np.argmax(effect)), effect.shape)
+        return int(joint), int(number)
 
     def _one_load(self, node: Node, joint: int) -> list[Choices]:
         """The candidates of a joint that load others as its cheapest does, and the rest."""

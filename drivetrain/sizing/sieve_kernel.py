@@ -22,7 +22,6 @@ from drivetrain.sizing.judge_kernels import (
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.packed_task import PackedTask
 from drivetrain.sizing.units import address_of_unit
-from drivetrain.sizing.warm_bound import stays_cool
 
 Indices = NDArray[np.int64]
 
@@ -31,20 +30,21 @@ SOURCES = {
     "units.py": 4239343723,
     "compiling.py": 2693116001,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1550225454,
+    "packed_task.py": 1799634810,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 2531705965,
+    "load_kernels.py": 747351674,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1820890624,
-    "bound_kernels.py": 3999289047,
-    "judge_kernels.py": 2399876618,
-    "warm_bound.py": 285983250,
+    "check_kernels.py": 1000668928,
+    "bound_kernels.py": 3482987182,
+    "judge_kernels.py": 1248434762,
+    "warm_bound.py": 3791348865,
     "bearing_bound.py": 1668248093,
 }
 
 UNKNOWN = -1
+BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
 TESTED, JUDGED, PASSES, COUNTS = range(4)
 SIEVE = 3  # after the units that judge
 
@@ -53,19 +53,24 @@ class Choices(NamedTuple):
     """The candidates that are left at each joint, and what is known of them; n joints.
 
     Attributes:
-        pool: Pairs by joint, those of joint j from ``first[j]``, ``size[j]`` of them, cheapest first.
+        pool: Pairs by joint, those of joint j from ``first[j]``, ``size[j]`` of them, those that were cheapest first.
         cost: What each costs at least, in the order of the pool.
+        exact: Whether that is what it costs, and it holds: its load is decided, in the order of the pool.
         first, size: (n,).
         least: What each joint costs at least, (n,).
-        known: Pair of each joint that is known to hold with its load decided, -1 for none, (n,).
+        known: Pair of each joint that is known to hold and to be the cheapest, its load decided, -1 for none, (n,).
+        tested: How many candidates were held against the torque that is left possible: none (0), those that might be
+            the cheapest (1), all (2), (n,).
     """
 
     pool: Indices
     cost: Array
+    exact: NDArray[np.bool_]
     first: Indices
     size: Indices
     least: Array
     known: Indices
+    tested: Indices
 
 
 class Setting(NamedTuple):
@@ -73,12 +78,16 @@ class Setting(NamedTuple):
 
     Attributes:
         share: What each pair adds to the objective whatever it does, (P,).
+        base: The same, and a trifle by which pairs of equal share are put in order, (P,).
         energy: What one joule a cycle adds.
+        reserve: What a whole utilisation adds: a trifle, by which sets of equal objective are put in order.
         loads: Whether the drive of joint k changes what is asked of joint j, (j, k).
     """
 
     share: Array
+    base: Array
     energy: float
+    reserve: float
     loads: NDArray[np.bool_]
 
 
@@ -93,8 +102,8 @@ class Memory(NamedTuple):
         bearing: What the output bearing of one joint carries at least, (3,).
         power: Of one drive [W], (N,).
         verdicts: What was judged of the pairs of joints that no other drive loads: HOLDS, FALLS or UNKNOWN, (P,).
+        settled: What such a pair that holds costs, (P,).
         suspects: Pairs that once fell although the bounds let them pass, (P,).
-        exact: Whether a cost is that of the candidate at work, while costs are settled, (P,).
         counts: Work done: candidates tested, candidates judged, passes, (COUNTS,).
         units: Addresses of kernels, by JUDGE, POWER, LOAD and SIEVE, (4,).
     """
@@ -107,8 +116,8 @@ class Memory(NamedTuple):
     bearing: Array
     power: Array
     verdicts: Indices
+    settled: Array
     suspects: NDArray[np.bool_]
-    exact: NDArray[np.bool_]
     counts: Indices
     units: Indices
 
@@ -130,10 +139,11 @@ def new_memory(task: PackedTask) -> Memory:
     torque, suspects = np.zeros((2, samples)), np.zeros(len(task.pairs), dtype=np.bool_)
     bounds, bearing, units = new_bounds(task), np.zeros(3), np.append(judge_units(task, load), 0)
     memory = Memory(
-        empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, suspects, suspects.copy(), counts, units
-    )
-    setting = Setting(power, 0.0, np.zeros((n, n), dtype=np.bool_))
-    choices = Choices(units, power, units, units, power, units)
+        empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, np.zeros(len(task.pairs)), suspects,
+        counts, units
+    )  # fmt: skip
+    setting = Setting(power, power, 0.0, 0.0, np.zeros((n, n), dtype=np.bool_))
+    choices = Choices(units, power, suspects, units, units, power, units, units)
     units[SIEVE] = address_of_unit(sieve, task, setting, choices, 0, 0.0, True, memory)
     return memory
 
@@ -151,31 +161,35 @@ def sieve(
         choices: The candidates; those of the joint are closed up.
         joint: Index of the joint, its bounds in memory.
         limit: Candidates that cost as much or more are out.
-        full: Test all candidates; else, where energy does not count, only those up to the cheapest that may hold.
+        full: Test all candidates; else only those that may be the cheapest.
         memory: Bounds.
 
     Returns:
         Whether any is left.
     """
     begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
-    pool, cost = choices.pool, choices.cost
-    kept, lazy = begin, not full and setting.energy == 0.0
+    pool, cost, exact = choices.pool, choices.cost, choices.exact
+    kept, least = begin, np.inf
     for at in range(begin, end):
-        pair = pool[at]
-        asked = setting.share[pair]
-        if setting.energy == 0.0 and asked >= limit:
-            break
-        if kept == begin or not lazy:
+        pair, asked, sure = pool[at], cost[at], exact[at]
+        if asked >= limit:
+            continue
+        if (full or asked < least) and not sure:
             memory.counts[TESTED] += 1
             if not bearing_may_hold(task, joint, pair, memory.bearing):
                 continue
-            if not (may_hold(task, joint, pair, memory.bounds) and stays_cool(task, joint, pair, memory.bounds)):
+            if not may_hold(task, joint, pair, memory.bounds):
                 continue
             if setting.energy != 0.0:
-                asked += setting.energy * least_energy(task, joint, pair, memory.bounds)
+                drawn = least_energy(task, joint, pair, memory.bounds)
+                drawn *= BELOW if drawn > 0.0 else 1.0 / BELOW
+                asked = max(asked, setting.base[pair] + setting.energy * drawn)
                 if asked >= limit:
                     continue
-        pool[kept], cost[kept] = pair, asked
+            least = min(least, asked)
+        elif sure:
+            least = min(least, asked)
+        pool[kept], cost[kept], exact[kept] = pair, asked, sure
         kept += 1
     choices.size[joint] = kept - begin
     return kept > begin

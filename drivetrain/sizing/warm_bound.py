@@ -1,4 +1,4 @@
-"""How warm a pair at least gets while the torque of its joint lies in an interval, and what warmth makes of its limits.
+"""How warm a pair at least gets while the torque of its joint lies in an interval, and the voltage of a warm motor.
 
 The mean heat of a cycle can be bounded from below before any temperature is known; it warms the magnets, which then
 need more current, and the winding, which then has more resistance, and both add to the heat. Each step of that ladder
@@ -12,12 +12,10 @@ import math
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.bound_kernels import HIGH, LOW, OVER
+from drivetrain.drive.periodic_rise import STEADY
 from drivetrain.sizing.compiling import njit_leaf, njit_loop, njit_part
-from drivetrain.sizing.load_kernels import JointBounds
-from drivetrain.sizing.load_loops import least_figures
 from drivetrain.sizing.packed_rows import (
-    CONTINUOUS,
+    COPPER,
     COULOMB,
     HOUSING_CAPACITY,
     INDUCTANCE,
@@ -25,34 +23,27 @@ from drivetrain.sizing.packed_rows import (
     MAGNET,
     MAX_WINDING,
     OUTER,
-    PEAK_CURRENT,
     RATIO,
+    RESISTANCE,
     VISCOUS,
     WINDING_CAPACITY,
 )
 from drivetrain.sizing.packed_task import (
     AMBIENT,
-    AMPLIFIER_CONTINUOUS,
-    AMPLIFIER_PEAK,
     CURVED,
     DURATION,
-    PEAK_FACTOR,
     RATE_AFTER,
     RATE_AT,
     RATE_BEFORE,
-    RMS_FACTOR,
     SPEED,
     STEP_SPEED,
     STEP_SQUARE,
-    TEMPERATURE_MARGIN,
-    VOLTAGE_FACTOR,
-    VOLTS,
-    PackedTask,
 )
 from drivetrain.sizing.torque_kernels import constant_at, resistance
 from drivetrain.sizing.vector_max import larger, smaller
 
-STEPS = 8  # of the ladder; each adds a few percent of the one before
+STEPS = 8  # of the ladder at most; each adds a few percent of the one before
+ENOUGH = 1e-3  # of the rise: a step that adds less is the last
 
 
 @njit_part
@@ -64,11 +55,23 @@ def _least_sum(speed: float, drop: float, weak: float, strong: float) -> float:
 
 
 @njit_loop
-def _least_warm_voltage(
+def least_warm_voltage(
     row: Array, m: Array, ratio: float, ohms: tuple[float, float], constants: tuple[float, float], least: Array,
     most: Array,
 ) -> float:  # fmt: skip
-    """The voltage of a warm motor that cannot be undercut; the first and the last sample are left out."""
+    """The voltage of a warm motor that cannot be undercut; the first and the last sample are left out.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        m: The motor's row.
+        ratio: Of the gear.
+        ohms: Resistance of the winding at its coolest and at its hottest.
+        constants: Torque constant of magnets at their warmest and at their coolest [N m/A].
+        least, most: Ends of the interval of the motor's torque [N m], (N,).
+
+    Returns:
+        [V].
+    """
     speed, behind, at, ahead, inductance = row[SPEED], row[RATE_BEFORE], row[RATE_AT], row[RATE_AFTER], m[INDUCTANCE]
     cool, hot, weak, strong, peak = ohms[0], ohms[1], constants[0], constants[1], 0.0
     l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
@@ -112,48 +115,78 @@ def resting_share(m: Array, parts: int, duration: float) -> float:
     return min(max(duration * slow * quick / (quick - slow) * left, 0.0), 1.0)
 
 
-@njit_part
-def stays_cool(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
-    """Whether a pair may hold the limits of heat and current with some torque history within bounds.
+@njit_leaf
+def _least_rises(m: Array, limits: Array, copper: float, loss: float, parts: int) -> tuple[float, float]:
+    """Mean rises of winding and housing that cannot be undercut, infinite in a runaway.
+
+    Copper loss is s (r + r' x) with x the winding's rise and s the square of the current; y = x + r / r' follows
+    C y' / y = s r' - 1 / R + (h + r / r') / (R y) with h the housing's rise, R between them. Its mean over a cycle
+    that repeats is zero, so that mean of s and least h bound mean(1 / y), and that bounds mean(y). A housing cools by
+    no more than its own rate within a cycle, which bounds its least rise by its mean.
+    Of a mix of several parts only the losses at ambient temperature count.
+    """
+    inner, outer = m[INNER], m[OUTER]
+    housing = outer * (copper + loss)
+    winding = inner * copper + housing
+    if parts == 1:
+        above = resistance(m, limits[AMBIENT]) / (m[RESISTANCE] * m[COPPER])  # kelvins from no resistance at all
+        flow = inner if inner > 0.0 else outer
+        left = 1.0 - flow * copper / above
+        if not left > 0.0:
+            return np.inf, np.inf
+        if inner == 0.0:
+            winding = max(winding, above / left - above)
+            return winding, winding
+        kept = 1.0
+        if not (np.isnan(m[HOUSING_CAPACITY]) or np.isnan(m[WINDING_CAPACITY])):
+            kept = math.exp(-limits[DURATION] * (1.0 / inner + 1.0 / outer) / m[HOUSING_CAPACITY])
+        elif not np.isnan(m[WINDING_CAPACITY]):
+            kept = math.exp(-(1.0 + outer / inner) / STEADY)
+        share, given = outer / (inner + outer), loss * inner * outer / (inner + outer)
+        grows = kept * share / left
+        if not grows < 1.0:
+            return np.inf, np.inf
+        winding = max(winding, ((kept * given + above) / left - above) / (1.0 - grows))
+        housing = max(housing, share * winding + given)
+    return winding, housing
+
+
+@njit_leaf
+def least_warmth(m: Array, g: Array, limits: Array, parts: int, between: float) -> tuple[float, float, float]:
+    """Temperatures that no torque within an interval lets a motor stay below.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``, for which ``may_hold`` was just asked.
-        bounds: As it left them, with the interval of the motor's torque.
+        m, g: Rows of motor and gear.
+        limits: The joint's numbers, (TASK,).
+        parts: Of the mix.
+        between: Mean square of the motor's torque at the least [N^2 m^2], from ``least_figures``.
 
     Returns:
-        False only if no history within them lets these checks hold.
+        Winding at any instant, magnets on average, hottest winding [C], infinite in a runaway. A motor without a limit
+        of temperature is taken at ambient temperature, as one that runs away is judged; one of unknown heat has its
+        winding at the limit.
     """
-    m, g, limits = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]], task.tasks[joint]
-    if np.isnan(m[INNER]) or np.isnan(m[MAX_WINDING]) or m[MAGNET] > 0.0:
-        return True
-    peak, square, between = least_figures(task.series[joint], bounds.scratch[LOW], bounds.scratch[HIGH])
-    share, loss, ambient = resting_share(m, len(task.shares), limits[DURATION]), 0.0, limits[AMBIENT]
+    ambient, limit = limits[AMBIENT], m[MAX_WINDING]
+    if np.isnan(limit) or m[MAGNET] > 0.0:
+        return ambient, ambient, ambient
+    if np.isnan(m[INNER]):
+        return limit, ambient, ambient
+    share, loss = resting_share(m, parts, limits[DURATION]), 0.0
     if limits[CURVED] == 0.0:
         turning = abs(g[RATIO])
         loss = turning * (m[COULOMB] * limits[STEP_SPEED] + m[VISCOUS] * turning * limits[STEP_SQUARE])
-    copper, magnets = 0.0, ambient
+    cold, copper, housing, winding = resistance(m, ambient), 0.0, 0.0, 0.0
     for _ in range(STEPS):
-        constant = constant_at(m, magnets)
+        constant, before = constant_at(m, ambient + housing), winding
         if not constant > 0.0:
-            return False
-        copper = resistance(m, ambient + share * m[OUTER] * copper) * between / (constant * constant)
-        magnets = ambient + m[OUTER] * (copper + loss)
-    constant = constant_at(m, magnets)
-    hottest = ambient + (m[INNER] + m[OUTER]) * copper + m[OUTER] * loss
-    if not constant > 0.0 or hottest - ambient > (m[MAX_WINDING] - limits[TEMPERATURE_MARGIN] - ambient) * OVER:
-        return False
-    hot = m[MAX_WINDING] - limits[TEMPERATURE_MARGIN]  # above it the pair falls anyway
-    ohms = resistance(m, ambient + share * m[OUTER] * copper), resistance(m, hot)
-    constants = constant_at(m, hot), constant
-    least, most = bounds.scratch[LOW], bounds.scratch[HIGH]
-    if constants[0] > 0.0:
-        volts = _least_warm_voltage(task.series[joint], m, g[RATIO], ohms, constants, least, most)
-        if limits[VOLTAGE_FACTOR] * volts > limits[VOLTS] * OVER:
-            return False
-    current = limits[PEAK_FACTOR] * peak / constant
-    rms = limits[RMS_FACTOR] * math.sqrt(square / limits[DURATION]) / constant
-    if current > m[PEAK_CURRENT] * OVER or current > limits[AMPLIFIER_PEAK] * OVER:
-        return False
-    return not (rms > m[CONTINUOUS] * OVER or rms > limits[AMPLIFIER_CONTINUOUS] * OVER)
+            return ambient + share * m[OUTER] * copper, ambient + housing, np.inf
+        square = between / (constant * constant)
+        copper = square * resistance(m, ambient + share * m[OUTER] * copper)
+        winding, housing = _least_rises(m, limits, square * cold, loss, parts)
+        housing = max(housing, m[OUTER] * (copper + loss))
+        winding = max(winding, m[INNER] * copper + housing)
+        if not winding < np.inf:
+            return ambient + share * m[OUTER] * copper, ambient, np.inf
+        if winding - before <= ENOUGH * winding:
+            break
+    return ambient + share * m[OUTER] * copper, ambient + housing, ambient + winding

@@ -85,7 +85,7 @@ def test_a_limit_keeps_what_is_cheaper(make, seed):
         choices = all_choices(asked.known, asked.setting)
         code, _ = propagate(asked.packed.task, asked.setting, choices, limit * (1 + 1e-9), 10**9, 8, asked.memory)
         assert code == OPEN
-        assert choices.least.sum() <= limit
+        assert choices.least.sum() <= limit * (1 + 1e-9)  # equals are put in order by less than that
 
 
 @pytest.mark.parametrize("module", [propagation, power_bound])
