@@ -324,15 +324,40 @@ def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -
         [J].
     """
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
-    weakest, loss = constant_at(m, bounds.figures[WARM_MAGNETS]), 0.0
-    if weakest > 0.0 and (m[MAGNET] <= 0.0 or np.isnan(m[INNER])):  # warm magnets may be stronger without bound
-        loss = resistance(m, bounds.figures[COOLEST]) / (weakest * weakest)
-    return _least_drawn(task.series[joint], g[RATIO], loss, bounds.scratch[LOW], bounds.scratch[HIGH])
+    loss, scratch = certain_loss(m, bounds.figures), bounds.scratch
+    return least_drawn(task.series[joint], g[RATIO], loss, scratch[LOW], scratch[HIGH])
+
+
+@njit_leaf
+def certain_loss(m: Array, figures: Array) -> float:
+    """Copper loss over torque squared that no temperature within bounds lets a motor undercut.
+
+    Args:
+        m: The motor's row.
+        figures: Of the bounds, as ``may_hold`` left them.
+
+    Returns:
+        [W/(N m)^2]; 0 where warm magnets may be stronger without bound, or gone.
+    """
+    weakest = constant_at(m, figures[WARM_MAGNETS])
+    if not weakest > 0.0 or (m[MAGNET] > 0.0 and not np.isnan(m[INNER])):
+        return 0.0
+    return resistance(m, figures[COOLEST]) / (weakest * weakest)
 
 
 @njit_loop
-def _least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
-    """The least integral of torque times speed plus loss times torque squared."""
+def least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Array) -> float:
+    """The least integral of torque times speed plus loss times torque squared.
+
+    Args:
+        row: The joint's series, (SERIES, N).
+        ratio: Of the gear.
+        loss: Over torque squared [W/(N m)^2].
+        least, most: Ends of the interval of the motor's torque [N m], (N,).
+
+    Returns:
+        [J].
+    """
     speed, weight = row[SPEED], row[WEIGHT]
     total, inverse = 0.0, -0.5 / loss if loss > 0.0 else 0.0
     for t in range(len(least)):

@@ -50,10 +50,10 @@ SOURCES = {
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
     "check_kernels.py": 1000668928,
-    "bound_kernels.py": 3482987182,
-    "judge_kernels.py": 1248434762,
+    "bound_kernels.py": 4287468434,
+    "judge_kernels.py": 2138536719,
     "warm_bound.py": 3791348865,
-    "sieve_kernel.py": 3747735845,
+    "sieve_kernel.py": 1103702654,
     "bearing_bound.py": 1668248093,
 }
 
