@@ -70,7 +70,7 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
         "feasible": result.feasible,
         "objective": {
             "name": study.objective, "value": _finite(result.objective), "unit": _objective_unit(evaluation),
-            "remark": " ".join(uncounted(evaluation)),
+            "remark": "; ".join(uncounted(evaluation)),
         },
         "criteria": {name: _finite(value) for name, value in sorted(evaluation.criteria.items())},
         "missing": [_gap(gap) for gap in gaps(evaluation)],
@@ -161,5 +161,6 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
         },
         "fallen": {"count": len(selection.fallen), "by_joint_and_check": fallen},
         "advice": list(selection.advice),
+        "notes": list(selection.notes),
         "counters": dict(sorted(selection.counters.items())),
     }

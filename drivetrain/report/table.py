@@ -83,9 +83,10 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     lines = [
         Text.assemble((str(result.verdict), STYLES[result.verdict]), "  ", headline(evaluation, selection)),
         Text(overall_sentence(evaluation)),
-        Text(f"objective: {objective_text(evaluation)}"),
+        Text(f"objective: {objective_text(evaluation, selection)}"),
     ]
-    lines[1:1] = [Text(line, "yellow") for line in gaps(evaluation)]
+    missing = gaps(evaluation)
+    lines[1:1] = [Text(line, "yellow") for line in (missing[:1] if selection is not None else missing)]
     if selection is not None:
         lines += [Text(f"note: {line}", "yellow") for line in selection.notes]
         lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates fell"))

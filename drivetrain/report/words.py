@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
+from drivetrain.sizing.missing import gap_lines, uncounted
 from drivetrain.sizing.missing import gaps as missing_gaps
-from drivetrain.sizing.missing import uncounted
 from drivetrain.sizing.results import Evaluation, JointResult, Selection, lacking
 from drivetrain.study.study import DriveMass, Study
 from drivetrain.study.verdicts import Check, Verdict
@@ -180,6 +180,8 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
     if selection is not None and not selection.drives:
         unknown = selection.verdict is Verdict.NOT_CHECKED
         found = "is proven to do it: data are missing" if unknown else "does it"
+        if not evaluation.joints:
+            return "No set of drives can be chosen: joints have nothing to choose from."
         return f"No allowed set of drives {found}. Shown are the nearest candidates."
     drives = "The chosen drives" if selection is not None else "The given drives"
     words = {
@@ -217,22 +219,25 @@ def gaps(evaluation: Evaluation) -> tuple[str, ...]:
     if not where:
         return ()
     proven = "" if evaluation.verdict is Verdict.FAIL else ", so the drives are neither proven to fit nor seen to fail"
-    return (f"Data are missing to check {', '.join(where)}{proven}.", *(f"{gap}." for gap in missing_gaps(evaluation)))
+    return (f"Data are missing to check {', '.join(where)}{proven}.", *gap_lines(missing_gaps(evaluation)))
 
 
-def objective_text(evaluation: Evaluation) -> str:
+def objective_text(evaluation: Evaluation, selection: Selection | None = None) -> str:
     """The objective's value with its unit.
 
     Args:
         evaluation: What was found.
+        selection: The search behind it, if any; what it could not count is left out of the value, which says so.
 
     Returns:
         Such as ``12.3 kg of motors and gears``; says so where it is unknown.
     """
     kind = evaluation.study.objective
-    value = number(evaluation.objective)
+    part = selection is not None and bool(selection.notes)
+    value = number(selection.objective if selection is not None and part else evaluation.objective)
+    value += " as far as known," if part else ""
     if value in (DASH, "∞"):
-        return " ".join(uncounted(evaluation)) or f"{kind} not known: the catalogue rows lack it"
+        return "; ".join(uncounted(evaluation)) or f"{kind} not known"
     if kind == "weighted":
         parts = [f"{name} × {weight:g}" for name, weight in evaluation.study.wanted.weights]
         return f"{value}, weighted: {' + '.join(parts)}"

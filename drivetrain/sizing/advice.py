@@ -10,7 +10,7 @@ import numpy as np
 from drivetrain.sizing.bench import Bench
 from drivetrain.sizing.changed_work import WorkFamily
 from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.missing import gaps
+from drivetrain.sizing.missing import gap_lines, gaps
 from drivetrain.sizing.nearest import SUPPLY, Nearest
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.smallest_change import Steps, first_passing
@@ -54,7 +54,7 @@ def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
     Returns:
         Sentences, one a number that a sheet lacks; none where every essential check was made.
     """
-    found = tuple(f"{gap}." for gap in gaps(evaluation))
+    found = gap_lines(gaps(evaluation))
     hint = "No change of the task mends missing data: complete the catalogue rows, or state assumptions."
     return (*found, hint) if found else ()
 

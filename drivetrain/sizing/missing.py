@@ -44,8 +44,31 @@ class Gap:
     checks: tuple[str, ...]
 
     def __str__(self) -> str:
-        lack = f"{self.joint}: {self.part} {self.key} ({self.row}) has no {' or '.join(self.columns)}"
-        return f"{lack}: {' and '.join(self.checks)} cannot be judged"
+        return f"{self.place} has no {' or '.join(self.columns)}, so {' and '.join(self.checks)} cannot be judged"
+
+    @property
+    def place(self) -> str:
+        """Joint, part and row in words."""
+        return f"{self.joint}: {self.part} {self.key} ({self.row})"
+
+
+def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
+    """Gaps in words, those of the same columns together.
+
+    Args:
+        found: From ``gaps``.
+
+    Returns:
+        Sentences.
+    """
+    alike: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Gap]] = {}
+    for gap in found:
+        alike.setdefault((gap.columns, gap.checks), []).append(gap)
+    return tuple(
+        f"{each[0]}." if len(each) == 1
+        else f"To judge {' and '.join(checks)} fill {' or '.join(columns)} of {'; '.join(gap.place for gap in each)}."
+        for (columns, checks), each in alike.items()
+    )  # fmt: skip
 
 
 def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
@@ -160,8 +183,9 @@ def cells_to_fill(study: Study, pairs: Iterable[tuple[str, str]], column: str) -
         ("gears", [study.catalog.gears[key] for key in gears if key]),
     ]
     told = []
+    weightless = column == "mass"  # an ideal gear weighs nothing where nobody says
     for kind, parts in rows:
-        bare = [part for part in parts if getattr(part, column) is None]
+        bare = [part for part in parts if getattr(part, column) is None and not (weightless and part.kind == "ideal")]
         if bare:
             first = f"{bare[0].key} ({row_of(study, bare[0])})"
             told.append(f"{len(bare)} of {len(parts)} {kind} have none, such as {first}")
@@ -169,29 +193,27 @@ def cells_to_fill(study: Study, pairs: Iterable[tuple[str, str]], column: str) -
 
 
 def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
-    """What the objective cannot count.
+    """What counts in the objective and is not known.
 
     Args:
         evaluation: Of a set.
 
     Returns:
-        Sentences that name the joints and what to fill; none where everything that counts is known.
+        One sentence a term, without its full stop, that names the joints and the cells to fill.
     """
-    study, found = evaluation.study, []
+    study, joints = evaluation.study, evaluation.joints.values()
+    found = []
     for term, weight in study.wanted.weights:
         if weight == 0.0 or not math.isnan(evaluation.criteria.get(term, 0.0)):
             continue
         if term == "energy":
-            joints = [name for name, joint in evaluation.joints.items() if not joint.torque_known]
-            found.append(f"energy of {', '.join(joints)} not known: the motor's torque cannot be computed.")
-            continue
-        places = [
-            f"{joint.name}: {part.key} ({row_of(study, part)})"
-            for joint in evaluation.joints.values()
-            for part in lacking_parts(joint.drive, term)
-        ]
-        fill = f"fill the column {term} of {'; '.join(places)}"
-        found.append(f"{term} not known, so the objective is that of the rest: {fill}.")
+            unknown = [joint.name for joint in joints if not joint.torque_known]
+            mend = "the motor's torque cannot be computed"
+        else:
+            unknown = [joint.name for joint in joints if lacking_parts(joint.drive, term)]
+            mend = cells_to_fill(study, [(joint.motor, joint.gear) for joint in joints], term) if unknown else ""
+        if unknown:
+            found.append(f"{term} of {', '.join(unknown)} not known ({mend})")
     return tuple(found)
 
 

@@ -43,10 +43,11 @@ def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[C
     results = joints.values()
     checks = [check for result in results for check in result.checks] + list(shared)
     used = [check.utilisation for check in checks if check.utilisation is not None]
+    without = [None] * (len(study.joints) - len(results))  # joints that have no drive at all
     return {
-        "mass": _sum(drive_mass(result.drive) for result in results),
-        "price": _sum(drive_price(result.drive) for result in results),
-        "energy": _sum(_energy(study, result) for result in results),
+        "mass": _sum([*(drive_mass(result.drive) for result in results), *without]),
+        "price": _sum([*(drive_price(result.drive) for result in results), *without]),
+        "energy": _sum([*(_energy(study, result) for result in results), *without]),
         "utilisation": max(used, default=math.nan),
     }
 

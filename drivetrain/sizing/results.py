@@ -235,7 +235,7 @@ class Selection:
 
     @property
     def verdict(self) -> Verdict:
-        """Of the chosen drives; where none were found NOT CHECKED if data alone are missing of the nearest, else FAIL."""
+        """Of the chosen drives; where none were found FAIL, or NOT CHECKED if the nearest lack nothing but data."""
         found = self.evaluation.verdict
         return found if self.drives or found is Verdict.NOT_CHECKED else Verdict.FAIL
 

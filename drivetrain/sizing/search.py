@@ -7,8 +7,6 @@ import time
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-import numpy as np
-
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.advice import advice_on, missing_words
 from drivetrain.sizing.asked_for import check_asked, check_keys
@@ -17,16 +15,15 @@ from drivetrain.sizing.choices import all_choices
 from drivetrain.sizing.demand import Workload
 from drivetrain.sizing.evaluate import evaluated
 from drivetrain.sizing.given_drives import as_given, stands
-from drivetrain.sizing.missing import cells_to_fill, uncounted
+from drivetrain.sizing.missing import uncounted
 from drivetrain.sizing.nearest import nearest_set
-from drivetrain.sizing.objectives import weight_of
-from drivetrain.sizing.packed_task import Indices, pack
+from drivetrain.sizing.no_candidates import nothing_to_choose, why_nothing
+from drivetrain.sizing.packed_task import pack
 from drivetrain.sizing.problem import Problem, problem
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.sizing.search_tree import Found, Tell, Tree
 from drivetrain.sizing.spare_parts import narrowed_by
 from drivetrain.study.study import Study, Wanted
-from drivetrain.study.verdicts import Check, Verdict
 
 OPTIMAL = "optimal"
 ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none
@@ -153,7 +150,7 @@ def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
         study, told[0].drives, best.evaluation, best.objective, _proof(tree),
         FallenBeside(tree.problem, chosen), alternatives(tree.problem, chosen), missing_words(best.evaluation),
         dict(tree.counters), told, _bound(tree, best), None if tree.finished else tree,
-        notes=uncounted(best.evaluation),
+        notes=tuple(f"{told}; the objective is that of the rest" for told in uncounted(best.evaluation)),
     )  # fmt: skip
 
 
@@ -165,54 +162,21 @@ def _bound(tree: Tree, best: _Set) -> float:
 def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
     """The answer when no set was found: the nearest one, and what would mend it."""
     tell(1, 1, "what would mend it")
-    study, lacking = tree.problem.packed.study, _lacking(tree.problem)
+    study, lacking = tree.problem.packed.study, nothing_to_choose(tree.problem)
+    reasons = why_nothing(tree.problem)
     near = nearest_set(tree.problem)
     evaluation = evaluated(tree.problem.packed.work, near.keys, lacking)
     proof = "no set fits: every combination was ruled out"
     if lacking:
-        proof = "no set fits: " + "; ".join(check.remark for check in lacking)
+        proof = "no set fits: " + "; ".join(reason for reason, _ in reasons)
     elif not tree.finished:
         proof = f"not proven: the search stopped after {tree.counters['nodes']} nodes without a set that fits"
-    advice = _put_aside(tree.problem, lacking)
+    advice = tuple(f"{reason} ({mend})." if mend else f"{reason}." for reason, mend in reasons)
     return Selection(
         study, {}, evaluation, math.nan, proof, FallenBeside(tree.problem, near.pairs), {},
         advice or _broken_rules(tree.problem) or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
         None if tree.finished else tree,
     )  # fmt: skip
-
-
-def _lacking(problem: Problem) -> tuple[Check, ...]:
-    """What keeps joints from having any candidate, as checks that fail."""
-    study, found = problem.packed.study, []
-    for task, known, unknown in zip(study.joints, problem.known, problem.unknown, strict=True):
-        if len(known):
-            continue
-        remark = f"{task.name} has neither a given drive nor a candidate"
-        if len(unknown):
-            remark = _unknown(problem, task.name, unknown)
-        found.append(Check(f"candidates of {task.name}", 1.0, 0.0, "1", math.inf, Verdict.FAIL, remark=remark))
-    return tuple(found)
-
-
-def _unknown(problem: Problem, joint: str, pairs: Indices) -> str:
-    """Why no candidate of a joint can be ranked, and what would let it be."""
-    packed, found = problem.packed, []
-    for term, values in (("mass", packed.mass), ("price", packed.price)):
-        if np.isnan(values[pairs]).any() and (term == "mass" or weight_of(problem.wanted, term)):
-            keys = [packed.keys(pair) for pair in pairs]
-            found.append((term, cells_to_fill(packed.study, keys, term)))
-    terms, cells = " and ".join(term for term, _ in found), "; ".join(told for _, told in found)
-    return f"none of the {len(pairs)} candidates of {joint} has a known {terms} ({cells})"
-
-
-def _put_aside(problem: Problem, lacking: tuple[Check, ...]) -> tuple[str, ...]:
-    """What keeps joints from having any candidate, with the rules of the study that put them aside."""
-    tasks, found = problem.packed.study.joints, []
-    without = [task for task, known in zip(tasks, problem.known, strict=True) if not len(known)]
-    for check, task in zip(lacking, without, strict=True):
-        rules = f" ({'; '.join(task.passed_over)})" if task.passed_over and not task.pairs else ""
-        found.append(f"{check.remark}{rules}.")
-    return tuple(found)
 
 
 def _broken_rules(problem: Problem) -> tuple[str, ...]:

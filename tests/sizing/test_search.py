@@ -209,7 +209,10 @@ def test_price_without_prices_says_so(make):
     nothing = select(replace(study, catalog=replace(study.catalog, motors=motors)))
     assert not nothing.feasible
     assert nothing.evaluation.verdict is Verdict.FAIL
-    assert "none of the 16 candidates of j1 has a known price" in nothing.proof
+    assert "none of the 16 candidates of j1 and j2 has a known price" in nothing.proof
+    (told,) = nothing.advice
+    assert "fill the column price: 4 of 4 motors have none, such as m0 (motors.m0)" in told and "gears" not in told
+    assert np.isnan(nothing.evaluation.criteria["price"])  # of no drives at all, not 0
     motors["m1"] = study.catalog.motors["m1"]
     motors["m2"] = study.catalog.motors["m2"]
     selection = select(replace(study, catalog=replace(study.catalog, motors=motors)))
