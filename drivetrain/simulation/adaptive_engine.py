@@ -15,14 +15,15 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import adaptive_kernel as kernel
 from drivetrain.simulation import fields as f
-from drivetrain.simulation import rates_kernel
+from drivetrain.simulation import jacobian_kernel, rates_kernel
 from drivetrain.simulation.beginning import started
+from drivetrain.simulation.dependence import dependence
 from drivetrain.simulation.engine import Engine, Outcome, Wish, column_names
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers import layout as at
-from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
+from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks, column_groups
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
 from drivetrain.solvers.rosenbrock import Rodas4
 from drivetrain.solvers.solver import Solver
@@ -64,11 +65,10 @@ class AdaptiveStep(Engine):
         else:
             _fits(wish.resume, plan, words)
             first, kept = float(wish.resume["clock"][at.TIME]), wish.resume
-        words[f.HELD_MODES] = 1
-        c, place = int(words[f.COORDINATES]), int(words[f.AT_STATE])
-        start = numbers[place : place + len(plan.memory.states)].copy()
-        numbers = np.append(numbers, np.zeros(kernel.ENTRY * ROOM))
-        problem = _problem(plan, numbers, np.append(words, [0, ROOM, int(plan.memory.memory.any()), *[0] * (2 * c)]))
+        words[f.HELD_MODES], words[f.MOVING] = 1, plan.memory.moving
+        place = int(words[f.AT_STATE])
+        start = numbers[place : place + plan.memory.moving].copy()
+        problem = _problem(plan, *_extended(plan, numbers, words))
         times, breaks = _instants(plan, wish, first), _breaks(plan, words, getattr(self.solver, "rtol", 0.0))
         run = _Run(problem, _tuned(self.solver, plan), start, times, breaks)
         return run.looped(plan, wish, None if kept is None else _checkpoint(kept, plan, run))
@@ -110,16 +110,29 @@ def _refined(plan: Plan) -> Plan:
     return plan if same else planned(replace(plan.scene, effects=effects))
 
 
+def _extended(plan: Plan, numbers: Array, words: Any) -> tuple[Array, Any]:
+    """Numbers and words with what the adaptive engine itself needs behind them: modes, log, groups of the Jacobian."""
+    c, states = plan.body.c, plan.memory.moving
+    own = [0, ROOM, int(plan.memory.memory.any()), *[0] * (2 * c)]
+    starts, columns, row_starts, rows = column_groups(dependence(plan)[:states, :states], states)
+    at = len(words) + 2 + len(own), len(numbers) + kernel.ENTRY * ROOM
+    columns = np.append(columns, np.zeros(states - len(columns), dtype=np.int64))  # some are in no group
+    groups = [len(starts) - 1, *starts, *columns, *row_starts, *rows]
+    sizes = np.zeros(jacobian_kernel.room(states, c))
+    sizes[:states] = plan.memory.atol[:states] / USUAL
+    return np.concatenate([numbers, np.zeros(kernel.ENTRY * ROOM), sizes]), np.concatenate([words, at, own, groups])
+
+
 def _problem(plan: Plan, numbers: Array, words: Any) -> CompiledProblem:
     c = plan.body.c
     rubs = Events(kernel.values(), (at.GUARD,) * c, handler=kernel.handler(), names=tuple(_coordinates(plan)))
-    carried = tuple(int(k) for k in np.flatnonzero(plan.memory.memory))
-    hooks = Hooks(kernel.account(), carried, kernel.tell(), 1 + len(column_names(plan)), kernel.opens())
-    names = tuple(plan.memory.states)
+    hooks = Hooks(kernel.account(), (), kernel.tell(), 1 + len(column_names(plan)), kernel.opens())
+    names = tuple(plan.memory.states)[: plan.memory.moving]
     events = rubs if _rubs(plan) else None
     return CompiledProblem(
-        rates_kernel.rates(), len(names), numbers, words, events=events, hooks=hooks, names=names, may_jump=True
-    )
+        rates_kernel.rates(), len(names), numbers, words, jacobian=jacobian_kernel.jacobian(), events=events,
+        hooks=hooks, names=names, may_jump=True, differences=2 + int(words[words[words[f.WORDS]]]),
+    )  # fmt: skip
 
 
 def _rubs(plan: Plan) -> bool:
@@ -139,7 +152,8 @@ def _coordinates(plan: Plan) -> list[str]:
 def _tuned(solver: Solver, plan: Plan) -> Solver:
     """The solver with the tolerances of the plan's states."""
     if isinstance(solver, Rodas4) and solver.atol is None:
-        return replace(solver, atol=tuple(float(a) for a in plan.memory.atol * (solver.rtol / USUAL)))
+        atol = plan.memory.atol[: plan.memory.moving] * (solver.rtol / USUAL)
+        return replace(solver, atol=tuple(float(a) for a in atol))
     return solver
 
 
@@ -181,7 +195,8 @@ def _stopped(done: CompiledSolution, plan: Plan) -> Event:
 def _outcome(done: CompiledSolution, plan: Plan, stopped: Event | None, skipped: int) -> Outcome:
     work, kept = done.work, done.checkpoint
     logged = int(kept.words[plan.memory.words.size + kernel.LOGGED])
-    log = kept.numbers[plan.memory.numbers.size :].reshape(-1, kernel.ENTRY)[: min(logged, ROOM)]
+    first = plan.memory.numbers.size
+    log = kept.numbers[first : first + kernel.ENTRY * min(logged, ROOM)].reshape(-1, kernel.ENTRY)
     counters = {
         "steps": work.steps, "rejected": work.rejected, "rates": work.rates, "jacobians": work.jacobians,
         "factorisations": work.factorisations, "event_values": work.event_values, "mode_changes": logged,
@@ -216,7 +231,7 @@ def _kept(done: Checkpoint, plan: Plan) -> dict[str, Array]:
 
 def _fits(kept: dict[str, Array], plan: Plan, words: Any) -> None:
     """Refuse what another scene, or another engine, has kept."""
-    size, c = len(plan.memory.states), int(words[f.COORDINATES])
+    size, c = plan.memory.moving, int(words[f.COORDINATES])
     fits = {
         "numbers": plan.memory.kept, "modes": 3 * c, "samples": int(words[f.SAMPLES]), "block": at.BLOCK_ROWS * size,
         "jacobian": size * size, "clock": at.CLOCK_SIZE, "count": at.COUNT_SIZE,
@@ -233,7 +248,7 @@ def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
     numbers[: plan.memory.kept] = kept["numbers"]
     words[modes : modes + 3 * c] = kept["modes"]
     words[samples : samples + 4 * words[f.SAMPLES]][3::4] = kept["samples"]
-    size, clock, count = len(plan.memory.states), kept["clock"].copy(), kept["count"].astype(np.int64)
+    size, clock, count = plan.memory.moving, kept["clock"].copy(), kept["count"].astype(np.int64)
     # Segments and rows count from here; the first row is where the earlier run ended, and is not told again.
     count[at.SEGMENT], count[at.ROWS] = 0, 1
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))

@@ -5,7 +5,7 @@ it changes at an event, located by the solver: a sliding coordinate comes to res
 bound. Then the change that belongs to the event is forced, and only what it does to the others is left to
 complementarity: who asks "which mode?" anew at rest gets the old answer back, for ever.
 
-At the end of the words of a plan lie: how many events were logged, how many there is room for, whether any effect has a
+At the end of the words of a plan lie: where the words and numbers of the Jacobian begin, how many events were logged, how many there is room for, whether any effect has a
 memory, the modes before, and which way each stuck coordinate was last seen to give; at the end of the numbers the log
 itself (instant, coordinate, mode before, mode after).
 """
@@ -18,15 +18,18 @@ from typing import Any
 from drivetrain.dynamics.compiled_vectors import part
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all, call_one, shifted
-from drivetrain.simulation.equations_kernel import compute, guess_still, row_of, show_states, tell_motion
+from drivetrain.simulation.equations_kernel import compute, guess_still, show_states, tell_motion
+from drivetrain.simulation.vector_rows import row_of
 from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 623343944,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 2867580264,
     "dynamics/compiled_vectors.py": 1257686601,
+    "simulation/vector_rows.py": 0,
 }  # fmt: skip
-LOGGED, ROOM, REMEMBERS, BEFORE = range(4)  # words behind those of the plan
+# Words behind those of the plan; the first two are those of ``jacobian_kernel.py``.
+LOGGED, ROOM, REMEMBERS, BEFORE = range(2, 6)
 ENTRY = 4  # numbers an entry of the log
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
 PUSH = 1e-300  # [rad/s]: the speed that tells which way a coordinate was pushed off
@@ -35,7 +38,7 @@ PUSH = 1e-300  # [rad/s]: the speed that tells which way a coordinate was pushed
 @part
 def _at(t: float, x: Any, n: Any, w: Any) -> None:
     """The equations at an instant, rates to the spare place."""
-    for k in range(w[f.STATES]):
+    for k in range(w[f.MOVING]):
         n[w[f.AT_STATE] + k] = x[k]
         n[w[f.AT_SPARE] + k] = 0.0
     call_one(w[f.MOTION], t, 0.0, shifted(n, w[f.AT_SPARE]), n, w, 0)
@@ -106,8 +109,6 @@ def _account(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
         numbers[words[f.AT_ENERGIES] + k] += h * power
     if words[words[f.WORDS] + REMEMBERS]:
         call_all(words[f.ACCOUNTS], words[f.AT_ACCOUNTS], t, h, spare, numbers, words)
-        for k in range(2 * words[f.COORDINATES], words[f.STATES]):
-            x[k] = numbers[words[f.AT_STATE] + k]
 
 
 def _tell(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
@@ -118,7 +119,7 @@ def _tell(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     call_all(words[f.ACCOUNTS], words[f.AT_ACCOUNTS], t, 0.0, spare, numbers, words)
     result[0] = t
     for k in range(states):
-        result[1 + k] = x[k]
+        result[1 + k] = numbers[words[f.AT_STATE] + k]
     for k in range(signals):
         result[1 + states + k] = numbers[words[f.AT_SIGNALS] + k]
     for k in range(words[f.POWERS]):
@@ -128,7 +129,7 @@ def _tell(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
 def _opens(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     """Samples that are due; all laws are computed before the first."""
     told, spare = False, shifted(numbers, words[f.AT_SPARE])
-    for k in range(words[f.STATES]):
+    for k in range(words[f.MOVING]):
         numbers[words[f.AT_STATE] + k] = x[k]
     for k in range(words[f.SAMPLES]):
         at = words[f.AT_SAMPLES] + 4 * k
@@ -143,7 +144,7 @@ def _opens(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
             told = True
         call_all(1, at, t, 0.0, spare, numbers, words)
         words[at + 3] += 1
-    for k in range(2 * words[f.COORDINATES], words[f.STATES]):
+    for k in range(2 * words[f.COORDINATES], words[f.MOVING]):
         x[k] = numbers[words[f.AT_STATE] + k]
 
 

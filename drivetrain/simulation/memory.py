@@ -35,7 +35,7 @@ class Memory:
         states: Of each state, by full name, in the state.
         powers: Names of the powers that are summed up, in their order.
         atol: Error that does not matter, one a state [its unit].
-        memory: Whether a state is memory, which no rate changes, one a state.
+        memory: Whether a state is memory, which no rate changes, one a state; those that are come last.
     """
 
     numbers: Array
@@ -46,6 +46,11 @@ class Memory:
     powers: tuple[str, ...]
     atol: Array
     memory: NDArray[np.bool_]
+
+    @property
+    def moving(self) -> int:
+        """How many states follow rates."""
+        return int(len(self.memory) - self.memory.sum())
 
 
 class _Block:
@@ -64,20 +69,20 @@ class _Block:
 
 
 def signal_places(
-    known: Directory, joints: Sequence[str], c: int, shafts: Sequence[int] = ()
+    known: Directory, joints: Sequence[str], body: Mechanics
 ) -> tuple[dict[str, int], dict[str, int]]:
     """Where each signal lies.
 
     Args:
         known: All signals.
         joints: Names of the joints.
-        c: Number of coordinates.
-        shafts: Joints whose motors are coupled.
+        body: The mechanics.
 
     Returns:
         Places by full name, and the borders: ``mass``, ``tip``, ``added`` (from), ``tip_taken``, ``end``.
     """
-    n, places = len(joints), {}
+    n, c, places = len(joints), body.c, {}
+    shafts = () if body.coupled is None else body.coupled.shafts
     for field, signal in enumerate((*named.BEFORE, *named.AFTER)):
         for i, joint in enumerate(joints):
             places[f"{joint}.{signal.name}"] = field * n + i
@@ -114,7 +119,7 @@ def signal_places(
 
 
 def state_places(instances: Sequence[Instance], body: Mechanics, joints: Sequence[str]) -> dict[str, int]:
-    """Where each state lies: positions, deflections, speeds, then those of the effects.
+    """Where each state lies: positions, deflections, speeds, then those of the effects, those that are memory last.
 
     Args:
         instances: All effects.
@@ -130,9 +135,12 @@ def state_places(instances: Sequence[Instance], body: Mechanics, joints: Sequenc
     states |= {f"{joints[i]}.deflection": int(body.motors[i]) for i in body.springs}
     states |= {f"{joint}.{kinds[i]}speed": body.c + i for i, joint in enumerate(joints)}
     states |= {f"{joints[i]}.shaft_speed": body.c + int(body.motors[i]) for i in body.springs}
-    for one in sorted(instances, key=lambda one: one.rank):
-        for name in one.states:
-            states[name] = len(states)
+    ranked = sorted(instances, key=lambda one: one.rank)
+    for memory in (False, True):
+        for one in ranked:
+            for name, state in zip(one.states, one.ports.states, strict=True):
+                if state.memory == memory:
+                    states[name] = len(states)
     return states
 
 
@@ -152,7 +160,7 @@ def lay_out(
         The memory, states and signals still zero.
     """
     instances = [one for group in groups for one in group.instances]
-    places, borders = signal_places(known, joints, body.c, () if body.coupled is None else body.coupled.shafts)
+    places, borders = signal_places(known, joints, body)
     states = state_places(instances, body, joints)
     powers = tuple(sorted(known.powers))
     numbers, words, head = _Block(), _Block(), np.zeros(f.HEADER, dtype=np.int64)
@@ -162,7 +170,7 @@ def lay_out(
         signals[places[name]] = value
     c = body.c
     head[[f.JOINTS, f.COORDINATES, f.STATES, f.SIGNALS]] = body.n, c, len(states), len(signals)
-    head[f.OWN_STATES], head[f.KIND], head[f.SPINS] = 2 * c, body.kind, len(body.spins)
+    head[f.MOVING], head[f.KIND], head[f.SPINS] = len(states), body.kind, len(body.spins)
     head[f.AT_STATE], head[f.AT_RATES] = numbers.put(np.zeros(len(states))), numbers.put(np.zeros(len(states)))
     head[f.AT_SIGNALS], head[f.AT_ENERGIES] = numbers.put(signals), numbers.put(np.zeros(len(powers)))
     head[f.AT_VECTORS] = numbers.put(np.zeros(f.VECTORS * c))
@@ -200,8 +208,9 @@ def lay_out(
     head[f.NUMBERS], head[f.WORDS] = numbers.size, words.size
     block = np.concatenate([part.astype(np.int64) for part in words.parts])
     block[: f.HEADER] = head
-    atol, memory = _tolerances(instances, states, c)
-    return Memory(np.concatenate(numbers.parts), block, kept, places, states, powers, atol, memory)
+    return Memory(
+        np.concatenate(numbers.parts), block, kept, places, states, powers, *_tolerances(instances, states, c)
+    )
 
 
 @dataclass(frozen=True, eq=False)

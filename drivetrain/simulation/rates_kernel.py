@@ -11,19 +11,18 @@ from drivetrain.simulation.calls import call_all, call_one, shifted
 from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"simulation/calls.py": 1418883735, "simulation/fields.py": 623343944}
+SOURCES = {"simulation/calls.py": 1418883735, "simulation/fields.py": 2867580264}
 
 
 def _rates(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
-    states, at = words[f.STATES], words[f.AT_STATE]
+    states, at, spare = words[f.MOVING], words[f.AT_STATE], words[f.AT_SPARE]
     for k in range(states):
         numbers[at + k] = x[k]
-        result[k] = 0.0
-    call_one(words[f.MOTION], t, 0.0, result, numbers, words, 0)
+        numbers[spare + k] = 0.0
+    call_one(words[f.MOTION], t, 0.0, shifted(numbers, spare), numbers, words, 0)
     words[f.RATES_CALLS] += 1
-    if words[f.SOLVED] < 0:
-        for k in range(states):
-            result[k] = math.nan
+    for k in range(states):
+        result[k] = numbers[spare + k] if words[f.SOLVED] >= 0 else math.nan
 
 
 def _signals(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:

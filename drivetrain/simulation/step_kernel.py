@@ -16,12 +16,14 @@ import numpy as np
 from drivetrain.dynamics.compiled_vectors import part
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all, call_one, pointer_to, shifted
-from drivetrain.simulation.equations_kernel import compute, guess_still, row_of, show_states, tell_motion
+from drivetrain.simulation.equations_kernel import compute, guess_still, show_states, tell_motion
+from drivetrain.simulation.vector_rows import row_of
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 623343944,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 2867580264,
     "dynamics/compiled_vectors.py": 1257686601,
+    "simulation/vector_rows.py": 0,
 }  # fmt: skip
 
 # The clock, float64, and the counts, int64: all that a run must keep besides numbers and modes.

@@ -18,6 +18,7 @@ from drivetrain.solvers.layout import (
     ARGUMENT,
     BEFORE,
     CULPRIT,
+    DIFFERENCES,
     F0,
     FT,
     INNER,
@@ -25,6 +26,7 @@ from drivetrain.solvers.layout import (
     LIMIT,
     PART,
     PROBE,
+    RATES,
     RATES_AT,
     STAGE,
     TIME,
@@ -155,6 +157,9 @@ def fill_jacobian(
             block[FT, i] = exact[n, i]
             for j in range(n):
                 jacobian[i, j] = exact[j, i]
+        if count[DIFFERENCES]:
+            count[RATES] += count[DIFFERENCES] - 1
+            time_derivative(addresses[0], h, block, data, clock, count)
         return True
     increments(h, block, atol, rtol)
     time_derivative(addresses[0], h, block, data, clock, count)

@@ -89,6 +89,8 @@ class CompiledProblem:
         words: Its own int64 data; copied for each run.
         jacobian: Compiled function that fills n + 1 columns of n: the derivatives by each state, then by time.
             None: differences.
+        differences: How many right-hand sides ``jacobian`` asks for itself, and the solver for the derivatives by time
+            which it then leaves to it; 0: it asks for none.
         sparsity: Where the Jacobian can differ from zero, (n, n) of bool, for differences in few groups; None:
             anywhere. One that leaves out an entry costs accuracy that no tolerance sees.
         events: Or None.
@@ -114,6 +116,7 @@ class CompiledProblem:
     segment_word: int = -1
     declares_smooth: bool = True
     may_jump: bool = False
+    differences: int = 0
     _groups: Any = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -132,6 +135,9 @@ class CompiledProblem:
         if self.sparsity is not None and np.shape(self.sparsity) != (self.size, self.size):
             shape = np.shape(self.sparsity)
             raise InputError(Fault("problem.sparsity", f"must have shape ({self.size}, {self.size})", f"shape {shape}"))
+        if isinstance(self.differences, bool) or self.differences < 0 or (self.differences and not self.jacobian):
+            problem = "must count what a jacobian asks for"
+            raise InputError(Fault("problem.differences", problem, self.differences))
         if self.names and len(self.names) != self.size:
             raise InputError(Fault("problem.names", f"must have {self.size} entries", self.names))
         object.__setattr__(self, "_groups", column_groups(self.sparsity, self.size))
@@ -241,10 +247,12 @@ def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
     taken: list[Any] = []
     for j in sorted(range(size), key=lambda j: -int(full[:, j].sum())):
         fits = [k for k, rows in enumerate(taken) if not (rows & full[:, j]).any()]
+        if not full[:, j].any():
+            continue
         if fits:
             groups[fits[0]].append(j)
             taken[fits[0]] = taken[fits[0]] | full[:, j]
-        elif full[:, j].any():
+        else:
             groups.append([j])
             taken.append(full[:, j].copy())
     rows = [np.flatnonzero(full[:, j]) for j in range(size)]

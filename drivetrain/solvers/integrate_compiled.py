@@ -203,7 +203,7 @@ def _fresh(problem: CompiledProblem, wanted: Array, state: Array, m: int) -> Che
     clock, count = np.zeros(at.CLOCK_SIZE), np.zeros(at.COUNT_SIZE, dtype=np.int64)
     clock[at.TIME], clock[at.LAST_EVENT] = wanted[0], -np.inf
     clock[at.LAST_JUMP] = -np.inf
-    count[at.SEGMENT_WORD] = problem.segment_word
+    count[at.SEGMENT_WORD], count[at.DIFFERENCES] = problem.segment_word, problem.differences
     rows = np.zeros((len(wanted), problem.hooks.width if problem.hooks and problem.hooks.tell else problem.size))
     jacobian, values = np.zeros((problem.size, problem.size)), np.zeros((VALUE_ROWS, m))
     return Checkpoint(block, values, clock, count, jacobian, problem.numbers, problem.words, rows)

@@ -74,10 +74,10 @@ SOURCES = {
     "compiled_events.py": 3731178309,
     "compiled_function.py": 3950826625,
     "compiled_guard.py": 3022819764,
-    "compiled_jacobian.py": 374258292,
+    "compiled_jacobian.py": 1605203523,
     "compiled_output.py": 1554801868,
     "compiled_steps.py": 384317669,
-    "layout.py": 2459304168,
+    "layout.py": 2378651403,
     "rodas4_table.py": 1645622007,
     "step_control.py": 501471057,
 }

@@ -15,7 +15,7 @@ from drivetrain.solvers.layout import BLOCK_ROWS, CLOCK_SIZE, COUNT_SIZE, DORMAN
 SOURCES = {
     "compiled_function.py": 3950826625,
     "compiled_steps.py": 384317669,
-    "layout.py": 2459304168,
+    "layout.py": 2378651403,
     "rodas4_table.py": 1645622007,
 }
 _DOUBLES, _WORDS = types.CPointer(types.float64), types.CPointer(types.int64)

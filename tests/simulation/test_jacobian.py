@@ -1,0 +1,214 @@
+"""The Jacobian by few differences against central ones of every state alone, over random scenes of all effects."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import drivetrain as dt
+from drivetrain.arm.coupling import belts_over, differential, placed, with_coupling
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.effects.backlash import Backlash
+from drivetrain.effects.cascade_loop import CascadeLoop
+from drivetrain.effects.cogging import Cogging
+from drivetrain.effects.commanded_motion import CommandedMotion
+from drivetrain.effects.computed_torque import ComputedTorque
+from drivetrain.effects.current_loop import CurrentLoop
+from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.effect import Effect
+from drivetrain.effects.encoder import Encoder
+from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.given_voltage import GivenVoltage
+from drivetrain.effects.holding_brake import HoldingBrake
+from drivetrain.effects.lugre_friction import LuGreFriction
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.moving_belt import MovingBelt
+from drivetrain.effects.payload_change import Body, PayloadChange
+from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.effects.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.sampled_cascade import SampledCascade
+from drivetrain.effects.sampled_current_loop import SampledCurrentLoop
+from drivetrain.effects.supply_bus import StiffSupply, SupplyBus
+from drivetrain.effects.tip_contact import TipContact
+from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.wall_spring import WallSpring
+from drivetrain.effects.winding import Winding
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.motion.motion import Motion
+from drivetrain.simulation import adaptive_engine, jacobian_kernel, rates_kernel
+from drivetrain.simulation import fields as f
+from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.beginning import started
+from drivetrain.simulation.plan import Plan, plan
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import WHOLE, Inertia, Scene, joint_scene
+from drivetrain.solvers.compiled_function import evaluate
+from drivetrain.solvers.rosenbrock import Rodas4
+
+MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
+GEAR = Gear("g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4, backlash=1e-3)
+LAW = Friction(coulomb=0.7, static=1.0, stribeck_speed=0.1, viscous=0.2)
+NETWORK = ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0)
+TIME = np.linspace(0.0, 1.0, 11)
+TABLE = np.sin(5.0 * TIME)
+CASCADE: dict[str, Any] = {"position_gain": 20.0, "speed_gain": 0.05, "integral_time": 0.1, "peak_current": 20.0}
+ROTORS = (FullRotor(3e-5, 100.0), ReflectedRotor(3e-5, 100.0))
+GEARS: tuple[tuple[Effect, ...], ...] = ((), (FlexibleJoint(GEAR, 4.0),), (Backlash(GEAR, 2.0),))
+ELECTRIC: tuple[tuple[Effect, ...], ...] = (
+    (MotorCurrent(MOTOR, 20.0), GivenCurrent(TIME, TABLE)),
+    (Winding(MOTOR, 1.0), GivenVoltage(TIME, TABLE)),
+    (CurrentLoop(MOTOR, 3000.0, 20.0), PositionLoop(100.0, 10.0, 0.0302)),
+    (CurrentLoop(MOTOR, 3000.0, 20.0, 1.0), CascadeLoop(**CASCADE)),
+    (MotorCurrent(MOTOR, 20.0), SampledCascade(**CASCADE, every=1e-3, delay=1), Encoder(4096)),
+    (Winding(MOTOR), SampledCurrentLoop(MOTOR, 3000.0, 1e-4, 20.0), GivenCurrent(TIME, TABLE)),
+    (GivenTorque(TIME, TABLE, "motor"),),
+)
+MORE: tuple[Effect, ...] = (
+    MeshLoss(GEAR), DryFriction(LAW, "joint"), ViscousFriction(LAW, "motor"), WallSpring(100.0, 1.0, rest=0.1),
+    LuGreFriction(1e5, 0.7, 1.0, 0.01, 10.0, 0.1, "joint"), Cogging((0.01, 0.002), (12, 24), (0.0, 0.5)),
+    GivenTorque(TIME, TABLE, "joint"), MovingBelt(0.1), HoldingBrake(1.0, 0.5, (0.3,), (0.1,)),
+    WindingHeat(NETWORK, 40.0, 30.0),
+)  # fmt: skip
+
+
+def random_scene(rng: np.random.Generator) -> Scene:
+    """A UR5, a Panda or one joint, every joint with effects of its own."""
+    body: Any = (dt.load_arm("ur5"), dt.load_arm("panda"), Inertia(1.2, weight=3.0))[rng.integers(3)]
+    names = tuple(body.joint_names) if isinstance(body, dt.Arm) else ("joint",)
+    effects: dict[str, tuple[Effect, ...]] = {}
+    for name in names:
+        own = [ROTORS[rng.integers(2)], *GEARS[rng.integers(3)], *ELECTRIC[rng.integers(len(ELECTRIC))]]
+        own += [effect for effect in MORE if rng.random() < 0.35]
+        if any(isinstance(one, MovingBelt) for one in own):
+            own = [one for one in own if not isinstance(one, LuGreFriction)] + [DryFriction(LAW, "joint")]
+        effects[name] = tuple({type(one): one for one in own}.values())
+    count, whole = len(names), [(StiffSupply(48.0), SupplyBus(48.0, 0.01, 500.0))[rng.integers(2)]]
+    places = np.column_stack([np.sin(3.0 * TIME + i) for i in range(count)])
+    rates = np.column_stack([3.0 * np.cos(3.0 * TIME + i) for i in range(count)])
+    whole.append(CommandedMotion(Motion("m", names, TIME, places, rates, -9.0 * places)))
+    if isinstance(body, dt.Arm):
+        whole += [TipContact((0.0, 0.0, 5.0), (0.0, 0.0, 1.0), 1e4, 10.0)] if rng.random() < 0.3 else []
+        load = Body(2.0, np.array([0.0, 0.0, 0.05]), 1e-3 * np.eye(3))
+        whole += [PayloadChange(np.array([0.05]), (load,))] if rng.random() < 0.3 else []
+        constants = tuple((name, 0.0302) for name in names)
+        whole += [ComputedTorque(20.0, constants)] if rng.random() < 0.3 else []
+    return Scene(body, {**effects, WHOLE: tuple(whole)}, 1.0, np.zeros(count), np.zeros(count))
+
+
+def coupled_scene() -> Scene:
+    """A wrist differential, and belts over the second and third joint."""
+    coupling = placed(differential(1.0, 0.8), (3, 4), 6) @ placed(belts_over([1.0]), (1, 2), 6)
+    body = with_coupling(dt.load_arm("ur5"), coupling)
+    own = (FullRotor(3e-5, 100.0), CurrentLoop(MOTOR, 3000.0, 20.0), PositionLoop(100.0, 10.0, 0.0302), MeshLoss(GEAR))
+    places = np.column_stack([np.sin(3.0 * TIME + i) for i in range(6)])
+    rates = np.column_stack([3.0 * np.cos(3.0 * TIME + i) for i in range(6)])
+    whole = (StiffSupply(48.0), CommandedMotion(Motion("m", body.joint_names, TIME, places, rates, -9.0 * places)))
+    effects = {name: own for name in body.joint_names}
+    return Scene(body, {**effects, WHOLE: whole}, 1.0, np.zeros(6), np.zeros(6))
+
+
+def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, Any, float]:
+    """A plan, the data of its adaptive run, and a state and an instant at random, modes of friction as they are there."""
+    done = adaptive_engine._refined(plan(scene))
+    numbers, words = done.memory.numbers.copy(), done.memory.words.copy()
+    numbers = started(done, numbers, words)
+    words[f.MOVING] = done.memory.moving
+    place = int(words[f.AT_STATE])
+    numbers, words = adaptive_engine._extended(done, numbers, words)
+    sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_engine.USUAL, 1e-3)
+    state = numbers[place : place + done.memory.moving] + 0.3 * sizes * rng.normal(size=done.memory.moving)
+    rates = np.empty(len(state))
+    evaluate(rates_kernel.rates().address, 0.1, state, rates, numbers, words)
+    words[f.HELD_MODES] = 1
+    return done, numbers, words, state, 0.1
+
+
+def central(state: Any, t: float, numbers: Any, words: Any, sizes: Any) -> Any:
+    """Every state moved alone, to both sides."""
+    found, rates = np.empty((len(state), len(state))), np.empty((2, len(state)))
+    for j, size in enumerate(sizes):
+        step = 1e-6 * max(abs(state[j]), size)
+        for k, way in enumerate((1.0, -1.0)):
+            moved = state.copy()
+            moved[j] += way * step
+            evaluate(rates_kernel.rates().address, t, moved, rates[k], numbers, words)
+        found[:, j] = (rates[0] - rates[1]) / (2.0 * step)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(41))
+def test_few_differences_give_what_all_give(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    done, numbers, words, state, t = ready(random_scene(rng) if seed else coupled_scene(), rng)
+    m = len(state)
+    columns, rates = np.zeros((m + 1, m)), np.empty(m)
+    evaluate(jacobian_kernel.jacobian().address, t, state, columns, numbers, words)
+    found = columns[:m].T
+    sizes = done.memory.atol[:m] / adaptive_engine.USUAL
+    wanted = central(state, t, numbers, words, sizes)
+    evaluate(rates_kernel.rates().address, t, state, rates, numbers, words)
+    scale = np.maximum(np.abs(state), sizes)
+    # Rounding of the rates over a move of 1.5e-8, beside what moves the rate most.
+    most = np.abs(wanted * scale).max(axis=1, keepdims=True) + np.abs(rates)[:, None] + 1e-9
+    off = np.abs(found - wanted) * scale / most
+    i, j = np.unravel_index(int(off.argmax()), off.shape)
+    names = list(done.memory.states)
+    assert off.max() < 1e-5, (names[i], names[j], found[i, j], wanted[i, j])
+
+
+def whole_arm(duration: float = 0.5) -> Scene:
+    """A UR5 with springs, lossy meshes, current loops and heat in all joints, moved and held."""
+    names = dt.load_arm("ur5").joint_names
+    u = np.linspace(0.0, 1.0, 101)[:, None]
+    far = np.array([0.4, -0.3, 0.5, 0.2, -0.3, 0.4])
+    place = np.array([0.2, -1.2, 1.0, 0.3, 0.5, 0.1]) + far * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    speed = far * 30.0 * u**2 * (1.0 - u) ** 2 / (0.8 * duration)
+    turn = far * 60.0 * u * (1.0 - 3.0 * u + 2.0 * u**2) / (0.8 * duration) ** 2
+    motion = Motion("m", names, 0.8 * duration * u[:, 0], place, speed, turn)
+    motor = Motor("m", 0.3, 0.09, inductance=3e-4)
+    loops = [(3000.0, 90.0), (6000.0, 180.0), (3000.0, 90.0), (600.0, 15.0), (600.0, 15.0), (300.0, 8.0)]
+    effects: dict[str, tuple[Effect, ...]] = {
+        name: (
+            FullRotor(5e-5, 100.0), FlexibleJoint(GEAR, 4.0), MeshLoss(GEAR), CurrentLoop(motor, 3000.0, 40.0),
+            PositionLoop(stiffness, damping, 0.09), WindingHeat(NETWORK),
+        )
+        for name, (stiffness, damping) in zip(names, loops, strict=True)
+    }  # fmt: skip
+    effects[WHOLE] = (StiffSupply(48.0), CommandedMotion(motion))
+    return Scene(dt.load_arm("ur5"), effects, duration, place[0], np.zeros(6))
+
+
+def test_differences_are_counted() -> None:
+    scene = whole_arm(0.05)
+    done = adaptive_engine._refined(plan(scene))
+    run = simulate(scene, solver=AdaptiveStep(Rodas4(1e-5)))
+    counts = run.counters
+    m = done.memory.moving
+    assert (len(done.memory.states), m) == (66, 36)
+    groups = len(adaptive_engine.column_groups(adaptive_engine.dependence(done)[:m, :m], m)[0]) - 1
+    # Of 36 states the six motor currents, voltages, and twists go together; a rotor that turns is felt by all.
+    assert groups <= 21
+    stages = 5 * counts["factorisations"]
+    fresh = counts["rates"] - stages - (groups + 2) * counts["jacobians"]
+    assert counts["jacobians"] <= fresh <= counts["jacobians"] + counts["rejected"] + 300  # one a step, and to look
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-4, 1e-5])
+def test_a_whole_arm_comes_to_its_end_at_every_tolerance(rtol: float) -> None:
+    """At rest, where meshes stick and motors are about to turn, steps that are long see no way out; shorter ones do."""
+    scene = whole_arm()
+    run = simulate(scene, solver=AdaptiveStep(Rodas4(rtol)), interval=0.01)
+    assert run.stopped_by is None
+    assert run.counters["steps"] < 1500 and run.counters["rejected"] < 1500
+    best = simulate(scene, solver=AdaptiveStep(Rodas4(1e-7)), interval=0.01)
+    for name in scene.joints:
+        off = np.abs(run[f"{name}.current"] - best[f"{name}.current"]).max()
+        assert off < 30.0 * rtol * np.abs(best[f"{name}.current"]).max()
