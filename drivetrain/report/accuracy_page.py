@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drivetrain.report.bode_section import bode_section
@@ -18,6 +17,7 @@ from drivetrain.report.figures_accuracy import (
     told_setting,
     worst,
 )
+from drivetrain.report.json_text import json_text
 from drivetrain.report.quantities import DASH, number, with_unit
 from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
@@ -296,19 +296,8 @@ def accuracy_json(found: AccuracyFound) -> str:
             for joint, told in found.roads.joints.items()
         },
     }  # fmt: skip
-    return json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(data)
 
 
 def _changes(changes: Mapping[str, Change]) -> dict[str, dict[str, float]]:
     return {joint: vars(change) for joint, change in changes.items()}
-
-
-def _finite(value: object) -> object:
-    """Numbers that are none as null."""
-    if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_finite(one) for one in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

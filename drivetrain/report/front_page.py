@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
 from drivetrain.report.figures_front import figure_front, unit_of
+from drivetrain.report.json_text import json_text
 from drivetrain.report.quantities import DASH, number, percent
 from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
@@ -118,7 +118,7 @@ def front_json(found: Front) -> str:
         "job": "front",
         **front_data(found),
     }
-    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(data)
 
 
 def front_data(found: Front) -> dict[str, Any]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from drivetrain.drive.matching import RatioRange
+from drivetrain.report.json_text import json_text
 from drivetrain.sizing.ratio_results import RatioPoint, RatioStudy
 from drivetrain.version import __version__
 
@@ -33,15 +32,11 @@ def ratio_json(studies: Sequence[RatioStudy]) -> str:
         "feasible": all(found.feasible for found in studies),
         "joints": {found.joint: _joint(found) for found in studies},
     }
-    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _finite(value: float | None) -> float | None:
-    return None if value is None or not math.isfinite(value) else float(value)
+    return json_text(data)
 
 
 def _range(span: RatioRange | None) -> list[float | None] | None:
-    return None if span is None else [_finite(span.low), _finite(span.high)]
+    return None if span is None else [span.low, span.high]
 
 
 def _joint(found: RatioStudy) -> dict[str, Any]:
@@ -50,31 +45,32 @@ def _joint(found: RatioStudy) -> dict[str, Any]:
         "drive": {"motor": found.motor, "gear": found.gear, "ratio": found.drive.gear.ratio},
         "windows": [
             {
-                "low": _finite(window.low), "high": _finite(window.high),
+                "low": window.low, "high": window.high,
                 "low_binding": window.low_binding, "high_binding": window.high_binding,
             }
             for window in found.windows
         ],
         "best": _point(found.best),
-        "matched_inertia": _finite(forms.matching),
-        "least_rms_torque": _finite(forms.least_rms),
-        "least_peak_torque": _finite(forms.least_peak),
+        "matched_inertia": forms.matching,
+        "least_rms_torque": forms.least_rms,
+        "least_peak_torque": forms.least_peak,
         "rated_ranges": None if forms.rated is None else [_range(span) for span in forms.rated],
         "load_match": None if match is None else {
-            "accelerating_factor": _finite(match.accelerating_factor),
-            "load_factor": _finite(match.load_factor),
+            "accelerating_factor": match.accelerating_factor,
+            "load_factor": match.load_factor,
             "range": _range(match.range),
-            "best": _finite(match.best),
+            "best": match.best,
         },
-        "limits": {name: _finite(getattr(limits, name)) for name in vars(limits)},
+        "limits": {name: getattr(limits, name) for name in vars(limits)},
         "gears": [
             {
-                "gear": gear.key, "ratio": gear.ratio, "utilisation": _finite(gear.utilisation),
+                "gear": gear.key, "ratio": gear.ratio, "utilisation": gear.utilisation,
                 "binding": gear.binding, "verdict": str(gear.verdict), "inside": gear.inside,
             }
             for gear in found.gears
         ],
-        "reaction": {name: _finite(share) for name, share in found.reaction.items()},
+        "reaction": {name: share for name, share in found.reaction.items()},
+        "not_checked": [check.name for check in found.lacking],
         "notes": list(found.notes),
         "points": [_point(point) for point in found.points],
     }  # fmt: skip
@@ -83,10 +79,10 @@ def _joint(found: RatioStudy) -> dict[str, Any]:
 def _point(point: RatioPoint) -> dict[str, Any]:
     return {
         "ratio": point.ratio,
-        "rms_torque": _finite(point.rms_torque),
-        "peak_torque": _finite(point.peak_torque),
-        "motor_speed": _finite(point.motor_speed),
-        "winding_temperature": _finite(point.winding_temperature),
-        "utilisation": _finite(point.utilisation),
+        "rms_torque": point.rms_torque,
+        "peak_torque": point.peak_torque,
+        "motor_speed": point.motor_speed,
+        "winding_temperature": point.winding_temperature,
+        "utilisation": point.utilisation,
         "binding": point.binding,
     }

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
 import pandas as pd
 
 from drivetrain.report.fallen_columns import counted, fallen_columns
+from drivetrain.report.json_text import json_text, plain
 from drivetrain.report.sections import Extra
 from drivetrain.report.spread_section import spread_data
 from drivetrain.sizing.missing import Gap, gaps, uncounted
@@ -41,10 +41,10 @@ def result_json(
     """
     data = result_data(result, fallen=fallen)
     if spread is not None:
-        data["robustness"] = _finite_all(spread_data(spread))
+        data["robustness"] = plain(spread_data(spread))
     if extra is not None:
-        data |= _finite_all(extra.data)
-    return json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+        data |= plain(extra.data)
+    return json_text(data)
 
 
 def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> dict[str, Any]:
@@ -90,15 +90,6 @@ def _objective_unit(evaluation: Evaluation) -> str:
 def _finite(value: float | None) -> float | None:
     """A number that JSON can hold; None for NaN and infinity."""
     return None if value is None or not math.isfinite(value) else float(value)
-
-
-def _finite_all(data: Any) -> Any:
-    """Plain data whose numbers JSON can hold."""
-    if isinstance(data, dict):
-        return {name: _finite_all(value) for name, value in data.items()}
-    if isinstance(data, list):
-        return [_finite_all(value) for value in data]
-    return _finite(data) if isinstance(data, float) else data
 
 
 def _gap(gap: Gap) -> dict[str, Any]:

@@ -85,8 +85,8 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
         Text(overall_sentence(evaluation)),
         Text(f"objective: {objective_text(evaluation, selection)}"),
     ]
-    missing = gaps(evaluation)
-    lines[1:1] = [Text(line, "yellow") for line in (missing[:1] if selection is not None else missing)]
+    holes = gaps(evaluation)
+    lines[1:1] = [Text(line, "yellow") for line in (holes[:1] if selection is not None else holes)]
     if selection is not None:
         lines += [Text(f"note: {line}", "yellow") for line in selection.notes]
         lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates fell"))

@@ -1,0 +1,40 @@
+"""JSON that every reader takes: numbers that are none are null."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+
+def json_text(data: Mapping[str, Any]) -> str:
+    """Plain data as JSON text.
+
+    Args:
+        data: Texts, numbers, truths, None, and lists and dictionaries of them; NaN and infinity become null.
+
+    Returns:
+        Indented, with a line end; the same data give the same bytes.
+    """
+    return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """A value that strict JSON can hold.
+
+    Args:
+        value: As of ``json_text``.
+
+    Returns:
+        The same with None for what is no finite number, and Python's numbers for numpy's.
+    """
+    if isinstance(value, Mapping):
+        return {str(name): plain(one) for name, one in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
