@@ -8,7 +8,8 @@ from typing import Any
 from drivetrain.dynamics.compiled_vectors import dot, get, part
 from drivetrain.dynamics.mass_and_bias import ACCEL, BODY, COLUMNS
 from drivetrain.simulation import fields as f
-from drivetrain.simulation.equations_kernel import row_of, tell_motion
+from drivetrain.simulation.equations_kernel import tell_motion
+from drivetrain.simulation.vector_rows import row_of
 
 
 @part

@@ -19,13 +19,13 @@ from drivetrain.simulation.forces_kernel import tell_energies, tell_forces
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 2867580264,
-    "simulation/forces_kernel.py": 1668043062, "simulation/friction_kernel.py": 4042368809,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 2867580264,
+    "simulation/forces_kernel.py": 3054532781, "simulation/friction_kernel.py": 4042368809,
     "simulation/tip_kernel.py": 2653406141,
     "dynamics/compiled_vectors.py": 1257686601, "dynamics/passes.py": 2124356983,
     "dynamics/mass_and_bias.py": 3714271039,
-    "simulation/assembly_kernel.py": 0, "simulation/coupled_kernel.py": 0,
-    "simulation/settle_kernel.py": 0, "simulation/vector_rows.py": 0,
+    "simulation/assembly_kernel.py": 4181047817, "simulation/coupled_kernel.py": 489815516,
+    "simulation/settle_kernel.py": 3817236384, "simulation/vector_rows.py": 4108182124,
 }  # fmt: skip
 
 

@@ -165,10 +165,9 @@ def lay_out(
     powers = tuple(sorted(known.powers))
     numbers, words, head = _Block(), _Block(), np.zeros(f.HEADER, dtype=np.int64)
     words.put(head)
-    signals = np.zeros(borders["end"])
+    signals, c = np.zeros(borders["end"]), body.c
     for name, value in known.defaults.items():
         signals[places[name]] = value
-    c = body.c
     head[[f.JOINTS, f.COORDINATES, f.STATES, f.SIGNALS]] = body.n, c, len(states), len(signals)
     head[f.MOVING], head[f.KIND], head[f.SPINS] = len(states), body.kind, len(body.spins)
     head[f.AT_STATE], head[f.AT_RATES] = numbers.put(np.zeros(len(states))), numbers.put(np.zeros(len(states)))
@@ -184,7 +183,6 @@ def lay_out(
         head[place] = numbers.put(values)
     head[f.MOTION], head[f.FORCES], head[f.AT_THETA] = motion().address, forces().address, numbers.put([0.5])
     head[f.AT_SPARE] = numbers.put(np.zeros(len(states)))
-    head[f.PAYLOADS], head[f.AT_PAYLOADS] = len(body.payloads), numbers.put(body.payloads)
     _couple(head, body, numbers, words)
     head[f.AT_WORK_ROWS], head[f.AT_ROW_COUNT] = len(body.work), len(body.rows)
     head[f.AT_SPINS], head[f.AT_MOTORS] = words.put(body.spins), words.put(body.motors)
@@ -257,7 +255,8 @@ def _sampled(groups: Sequence[Group], wiring: _Wiring, numbers: _Block) -> list[
 
 
 def _couple(head: Words, body: Mechanics, numbers: _Block, words: _Block) -> None:
-    """How coupled motors turn with the joints."""
+    """What the tip carries, and how coupled motors turn with the joints."""
+    head[f.PAYLOADS], head[f.AT_PAYLOADS] = len(body.payloads), numbers.put(body.payloads)
     bound = body.coupled
     if bound is None:
         return

@@ -21,9 +21,9 @@ from drivetrain.simulation.vector_rows import row_of
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 708755978, "simulation/fields.py": 2867580264,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 2867580264,
     "dynamics/compiled_vectors.py": 1257686601,
-    "simulation/vector_rows.py": 0,
+    "simulation/vector_rows.py": 4108182124,
 }  # fmt: skip
 
 # The clock, float64, and the counts, int64: all that a run must keep besides numbers and modes.
