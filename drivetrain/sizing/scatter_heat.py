@@ -1,387 +1,361 @@
-"""Periodic winding temperature of one motor with many losses, carried over blocks of samples.
+"""Periodic winding temperature of one motor in many arms, carried over blocks of samples.
 
 In a block that is short against the time constants, what the losses do to the two temperatures is told by their sum
-and their first and second moment about the block's middle: the exponent of Magnus with the moments that it names,
-exact to the fifth order of the block's length (about 1e-8 of the rise for blocks of 1.5 % of a time constant). Inside
-a block the steps from sample to sample are taken only where an instant is asked for.
+and first moments about the block's middle: the exponent of Magnus to its third term, for blocks of 1.5 % of a time
+constant good to about 1e-9 of the rise. A part of a mix is one affine map of its start and of the heat that the other
+parts bring into the housing, see ``drive/mixed_heat.py``.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from numba import njit
 
 from drivetrain.arrays import Array
-from drivetrain.drive.exponentials import first, second
 from drivetrain.drive.periodic_rise import STEADY
-from drivetrain.sizing.scatter_blocks import ONE_NODE, STEADY_HEAT, Blocks, HeatMemory
+from drivetrain.sizing import scatter_numbers as k
+from drivetrain.sizing.compiling import njit_loop
+from drivetrain.sizing.lanes import (
+    Lanes,
+    highest,
+    largest_of,
+    lowest,
+    magnitude,
+    put,
+    root,
+    row,
+    spread,
+    where_less,
+)
+from drivetrain.sizing.scatter_blocks import NO_HEAT, ONE_NODE, STEADY_HEAT
+from drivetrain.sizing.scatter_exponentials import exponential_shares, matrix_exponential
+from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "drive/exponentials.py": 4137605713,
     "drive/periodic_rise.py": 2837073585,
-    "sizing/scatter_blocks.py": 4073483484,
+    "sizing/compiling.py": 2693116001,
+    "sizing/lanes.py": 1164611459,
+    "sizing/scatter_blocks.py": 3689356286,
+    "sizing/scatter_exponentials.py": 2837243181,
+    "sizing/scatter_numbers.py": 3762086000,
 }
 
-SMALL = 0.1  # norm of an exponent that is summed up as a series
-QUICK = 1e-3  # norm of a step that two orders carry, to 1e-10 of the rise
 MATCHED = 1e-4  # K between magnets put in and magnets that come out, before the last step of the secant
+STILL = 1e-9  # K: magnets that move less are found
 MOST_STEPS = 40
-
-# Where the rates stand that a trace needs.
-A, B, C, D, SOURCE, GROWTH, LOSS_SHARE, KIND_OF = range(8)
-
-Motor = tuple[float, float, float, float, float, float, float, float, float, float]
+ENDLESS = 1e100  # K: warmer is a runaway
+MEAN = -1.0  # a model whose temperatures do not move; a float like all kinds, so that nothing is compiled twice
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _moments(blocks: Blocks, square: Array, moments: Array) -> float:
-    """Moments of the squared torque in each block; their sum."""
-    total = 0.0
-    for k in range(len(moments)):
-        begin, end = blocks.first[k], blocks.first[k + 1]
-        values, step = square[begin:end], blocks.step[begin:end]
-        offset, spread = blocks.offset[begin:end], blocks.spread[begin:end]
-        m0, m1, m2 = 0.0, 0.0, 0.0
-        for i in range(len(values)):
-            m0 += step[i] * values[i]
-            m1 += offset[i] * values[i]
-            m2 += spread[i] * values[i]
-        moments[k, 0], moments[k, 1], moments[k, 2] = m0, m1, m2
-        total += m0
-    return total
+@njit_loop
+def interval_square(memory: Memory, t: int) -> Lanes:
+    """The mean square of a torque, linear from a sample to the next.
+
+    Args:
+        memory: Its torque.
+        t: The sample.
+
+    Returns:
+        [N^2 m^2].
+    """
+    left, right = row(memory.torque, t), row(memory.torque, t + 1)
+    return (left * left + left * right + right * right) * (1.0 / 3.0)
 
 
-@njit(cache=True, error_model="numpy")
-def _exponential(l00: float, l01: float, l10: float, l11: float, v0: float, v1: float, out: Array) -> None:
-    """e^L - and what a source v within it ends as - for a matrix with real eigenvalues, halved until it is small."""
-    norm = max(abs(l00), abs(l11)) + max(abs(l01), abs(l10))
-    halves = 0
-    while norm > SMALL:
-        norm *= 0.5
-        halves += 1
-    scale = 0.5**halves
-    l00, l01, l10, l11, v0, v1 = l00 * scale, l01 * scale, l10 * scale, l11 * scale, v0 * scale, v1 * scale
-    m = 0.5 * (l00 + l11)
-    half = 0.5 * (l00 - l11)
-    d = half * half + l01 * l10
-    # (e^x - 1)/x and its derivatives at m; even and odd part at m +- sqrt(d).
-    f0 = 1.0 + m * (1 / 2 + m * (1 / 6 + m * (1 / 24 + m * (1 / 120 + m * (1 / 720 + m / 5040)))))
-    f1 = 1 / 2 + m * (1 / 3 + m * (1 / 8 + m * (1 / 30 + m * (1 / 144 + m / 840))))
-    f2 = 1 / 3 + m * (1 / 4 + m * (1 / 10 + m * (1 / 36 + m / 168)))
-    f3 = 1 / 4 + m * (1 / 5 + m * (1 / 12 + m / 42))
-    f4 = 1 / 5 + m * (1 / 6 + m / 14)
-    f5 = 1 / 6 + m / 7
-    p = f0 + d * (f2 / 2 + d * f4 / 24)
-    q = f1 + d * (f3 / 6 + d * f5 / 120)
-    s00, s01, s10, s11 = p + q * half, q * l01, q * l10, p - q * half
-    e00, e01 = 1.0 + s00 * l00 + s01 * l10, s00 * l01 + s01 * l11
-    e10, e11 = s10 * l00 + s11 * l10, 1.0 + s10 * l01 + s11 * l11
-    r0, r1 = s00 * v0 + s01 * v1, s10 * v0 + s11 * v1
-    for _ in range(halves):
-        r0, r1 = e00 * r0 + e01 * r1 + r0, e10 * r0 + e11 * r1 + r1
-        trace = e00 + e11
-        cross = e01 * e10
-        e00, e01, e10, e11 = e00 * e00 + cross, e01 * trace, e10 * trace, e11 * e11 + cross
-    out[0], out[1], out[2], out[3], out[4], out[5] = e00, e01, e10, e11, r0, r1
+@njit_loop
+def _moments(task: ScatterTask, joint: int, memory: Memory) -> None:
+    """Moments of the squared torque in each block."""
+    first, step = task.blocks.first[joint], task.blocks.step
+    offset, second = task.blocks.offset[joint], task.blocks.spread[joint]
+    for block in range(task.blocks.part[joint, -1]):
+        m0 = m1 = m2 = apart = spread(0.0)
+        for t in range(first[block], first[block + 1]):
+            square, h = interval_square(memory, t), step[t]
+            heat = h * square
+            # Each interval's heat times that of those before it and how far apart they are; then within itself.
+            apart = apart + square * (offset[t] * m0 - h * m1) + (h / 6.0) * (heat * heat)
+            m0 = m0 + heat
+            m1 = m1 + offset[t] * square
+            m2 = m2 + second[t] * square
+        put(memory.moments, 4 * block, m0)
+        put(memory.moments, 4 * block + 1, m1)
+        put(memory.moments, 4 * block + 2, 0.5 * m2)
+        put(memory.moments, 4 * block + 3, 0.5 * apart - task.blocks.length[joint, block] / 12.0 * (m0 * m0))
 
 
-# long kernel: exponents, their composition and the way back through them share one set of rates
-@njit(cache=True, error_model="numpy")
-def _two_nodes(blocks: Blocks, heat: HeatMemory, loss: Array) -> float:
-    """Mean housing rise of the periodic state with the rates in ``heat``; states at the edges of blocks."""
-    r = heat.rates
-    a, b, c, d, rho, gamma, eta = r[A], r[B], r[C], r[D], r[SOURCE], r[GROWTH], r[LOSS_SHARE]
-    a00, a01, a10, a11, w0, w1 = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0
-    count = len(blocks.length)
-    for k in range(count):
-        h = blocks.length[k]
-        m0, m1, m2 = heat.moments[k, 0], heat.moments[k, 1], 0.5 * heat.moments[k, 2]
-        n0, n1 = eta * loss[k, 0], eta * loss[k, 1]
-        l00 = -a * h + gamma * (m0 + 2.0 * m2 * b * c)
-        l01 = b * h + gamma * (m1 * b + m2 * (a - d) * b)
-        l10 = c * h - gamma * (m1 * c - m2 * (a - d) * c)
-        l11 = -d * h - 2.0 * m2 * b * c * gamma
-        v0 = rho * (m0 + m1 * a + m2 * (a * a + b * c)) - n1 * b
-        v1 = n0 + n1 * d - rho * (m1 * c + m2 * (a + d) * c)
-        e = heat.maps[k]
-        _exponential(l00, l01, l10, l11, v0, v1, e)
-        w0, w1 = e[0] * w0 + e[1] * w1 + e[4], e[2] * w0 + e[3] * w1 + e[5]
-        a00, a10 = e[0] * a00 + e[1] * a10, e[2] * a00 + e[3] * a10
-        a01, a11 = e[0] * a01 + e[1] * a11, e[2] * a01 + e[3] * a11
-    if not abs(a00) + abs(a01) + abs(a10) + abs(a11) + abs(w0) + abs(w1) < 1e100:
-        return np.inf
-    middle = 0.5 * (a00 + a11)
-    if not middle + math.sqrt((0.5 * (a00 - a11)) ** 2 + a01 * a10) < 1.0:
-        return np.inf
-    left = (1.0 - a00) * (1.0 - a11) - a01 * a10
-    x0, x1 = ((1.0 - a11) * w0 + a01 * w1) / left, ((1.0 - a00) * w1 + a10 * w0) / left
-    total, length = 0.0, 0.0
-    heat.state[0, 0], heat.state[0, 1] = x0, x1
-    for k in range(count):
-        e, h = heat.maps[k], blocks.length[k]
-        y0, y1 = e[0] * x0 + e[1] * x1 + e[4], e[2] * x0 + e[3] * x1 + e[5]
-        bend = h * h / 12.0 * (c * (x0 - y0) - d * (x1 - y1))
-        total += 0.5 * h * (x1 + y1) + bend - eta * loss[k, 1]
+@njit_loop
+def _of_part(task: ScatterTask, joint: int, part: int, memory: Memory) -> tuple[float, float, Lanes]:
+    """Length [s], mean loss in the housing [W] and mean squared torque of a part."""
+    length, lost, total = 0.0, 0.0, spread(0.0)
+    for block in range(task.blocks.part[joint, part], task.blocks.part[joint, part + 1]):
+        length += task.blocks.length[joint, block]
+        lost += task.loss[joint, block, 0]
+        total = total + row(memory.moments, 4 * block)
+    return length, lost / length, total / length
+
+
+@njit_loop
+def _copper(p: Array, magnets: Lanes, lane: Array) -> tuple[Lanes, Lanes]:
+    """Copper loss at ambient temperature and its slope a squared torque; endless where no torque constant is left."""
+    constant = row(lane, k.TORQUE_CONSTANT) * (1.0 + p[k.MAGNET] * (magnets - p[k.REFERENCE]))
+    scale = where_less(0.0, constant, 1.0 / (constant * constant), ENDLESS)
+    return scale * row(lane, k.OHMS), scale * row(lane, k.SLOPE)
+
+
+# long kernel: the parts of a mix are summed up and then told apart
+@njit_loop
+def _mean(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lanes:
+    """Mean housing rise with temperatures that do not move; those of the windings are left as states at the start."""
+    p, lane, heat = task.numbers[joint], memory.lane, memory.heat
+    inner, outer = p[k.INNER] * row(lane, k.THERMAL), p[k.OUTER] * row(lane, k.THERMAL)
+    ohms, slope = _copper(p, magnets, lane)
+    rubbing, parts = row(lane, k.RUBBING), len(task.share)
+    needed = gained = hottest = spread(0.0)
+    for part in range(parts):
+        _, lost, square = _of_part(task, joint, part, memory)
+        copper, grown, loss = ohms * square, slope * square, rubbing * lost
+        left = 1.0 - inner * grown
+        if p[k.INNER] == 0.0:
+            alone = 1.0 - outer * grown
+            rise = where_less(0.0, alone, outer * (copper + loss) / alone, np.inf)
+            hottest = highest(hottest, rise)
+            put(heat, k.HEAT_ROWS * part + k.X0, rise)
+            continue
+        needed = where_less(0.0, left, needed + task.share[part] * (loss + copper / left), np.inf)
+        gained = where_less(0.0, left, gained + task.share[part] * (1.0 / outer - grown / left), -np.inf)
+    if p[k.INNER] == 0.0:
+        return hottest
+    housing = where_less(0.0, gained, needed / gained, np.inf)
+    for part in range(parts):
+        _, _, square = _of_part(task, joint, part, memory)
+        put(heat, k.HEAT_ROWS * part + k.X0, (inner * ohms * square + housing) / (1.0 - inner * slope * square))
+    return housing
+
+
+# long kernel: one pass over the motion with the map of the start carried beside
+@njit_loop
+def _one_node(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lanes:
+    """Hottest mean rise of the parts of a motor of one node, interval by interval; states at the start of each."""
+    p, lane, step = task.numbers[joint], memory.lane, task.blocks.step
+    ohms, slope = _copper(p, magnets, lane)
+    capacity, loss = p[k.WINDING_CAPACITY], task.series[joint, k.LOSS]
+    source, growth, lost = ohms * (1.0 / capacity), slope * (1.0 / capacity), row(lane, k.RUBBING) * (1.0 / capacity)
+    cooling, hottest = 1.0 / (p[k.OUTER] * capacity * row(lane, k.THERMAL)), spread(0.0)
+    for part in range(len(task.share)):
+        first, last = task.blocks.part[joint, part], task.blocks.part[joint, part + 1]
+        x, sum_x, sum_grown, length = spread(0.0), spread(0.0), spread(0.0), 0.0
+        grown = spread(1.0)
+        for t in range(task.blocks.first[joint, first], task.blocks.first[joint, last]):
+            h, square = step[t], interval_square(memory, t)
+            rate = growth * square - cooling
+            f, s = exponential_shares(rate * h)
+            push, push_grown = rate * x + (source * square + lost * loss[t]), rate * grown
+            sum_x = sum_x + h * (x + h * (push * s))
+            sum_grown = sum_grown + h * (grown + h * (push_grown * s))
+            x, grown = x + h * (push * f), grown + h * (push_grown * f)
+            length += h
+        start = where_less(grown, 1.0, x / (1.0 - grown), np.inf)
+        hottest = where_less(
+            start, ENDLESS, highest(hottest, (sum_x + start * sum_grown) / length), np.inf
+        )  # fmt: skip
+        at = k.HEAT_ROWS * part
+        put(memory.heat, at + k.X0, start)
+        put(memory.heat, at + k.A, cooling)
+        put(memory.heat, at + k.D, cooling)
+        put(memory.heat, at + k.SOURCE, source)
+        put(memory.heat, at + k.GROWTH, growth)
+        put(memory.heat, at + k.LOSS_IN, lost)
+    return hottest
+
+
+@njit_loop
+def _block(task: ScatterTask, joint: int, block: int, at: int, memory: Memory, unit: Lanes) -> tuple[
+    Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes
+]:  # fmt: skip
+    """What a block does to the rises of winding and housing; last two: what a watt in the housing adds."""
+    heat, h = memory.heat, task.blocks.length[joint, block]
+    a, b, c, d = row(heat, at + k.A), row(heat, at + k.B), row(heat, at + k.C), row(heat, at + k.D)
+    rho, gamma, eta = row(heat, at + k.SOURCE), row(heat, at + k.GROWTH), row(heat, at + k.LOSS_OUT)
+    m0, m1 = row(memory.moments, 4 * block), row(memory.moments, 4 * block + 1)
+    m2, twice = row(memory.moments, 4 * block + 2), gamma * row(memory.moments, 4 * block + 3)
+    n0, n1, bc = eta * task.loss[joint, block, 0], eta * task.loss[joint, block, 1], b * c
+    skew, bent = m2 * (a - d), gamma * m2 * b
+    return matrix_exponential(
+        gamma * (m0 + 2.0 * (m2 * bc)) - a * h,
+        b * (h + gamma * (m1 + skew - twice)),
+        c * (h - gamma * (m1 - skew + twice)),
+        -d * h - 2.0 * (gamma * (m2 * bc)),
+        rho * (m0 + (m1 - twice) * a + m2 * (a * a + bc)) - n1 * b + bent * n0 * (1.0 / h if h > 0.0 else 0.0),
+        n0 + n1 * d - rho * c * (m1 + m2 * (a + d) + twice),
+        bent * unit,
+        unit * h,
+    )
+
+
+# long kernel: map, integral of the housing and what the others bring are carried together
+@njit_loop
+def _part(task: ScatterTask, joint: int, part: int, memory: Memory, unit: Lanes) -> tuple[Lanes, Lanes, Lanes]:
+    """Determinant, and the mean housing rise times it without and with a watt brought; the map goes to memory."""
+    heat, at, mixed = memory.heat, k.HEAT_ROWS * part, len(task.share) > 1
+    c, d, eta = row(heat, at + k.C), row(heat, at + k.D), row(heat, at + k.LOSS_OUT)
+    a00 = a11 = spread(1.0)
+    a01 = a10 = w0 = w1 = g0 = g1 = i0 = i1 = iw = ig = spread(0.0)
+    length = 0.0
+    for block in range(task.blocks.part[joint, part], task.blocks.part[joint, part + 1]):
+        h = task.blocks.length[joint, block]
+        e00, e01, e10, e11, v0, v1, u0, u1 = _block(task, joint, block, at, memory, unit)
+        mean, bend = 0.5 * h, h * h / 12.0
+        y0, y1 = e00 * a00 + e01 * a10, e10 * a00 + e11 * a10
+        i0 = i0 + (mean * (a10 + y1) + bend * (c * (a00 - y0) - d * (a10 - y1)))
+        a00, a10 = y0, y1
+        y0, y1 = e00 * a01 + e01 * a11, e10 * a01 + e11 * a11
+        i1 = i1 + (mean * (a11 + y1) + bend * (c * (a01 - y0) - d * (a11 - y1)))
+        a01, a11 = y0, y1
+        y0, y1 = e00 * w0 + e01 * w1 + v0, e10 * w0 + e11 * w1 + v1
+        iw = iw + (mean * (w1 + y1) + bend * (c * (w0 - y0) - d * (w1 - y1)) - eta * task.loss[joint, block, 1])
+        w0, w1 = y0, y1
+        if mixed:
+            y0, y1 = e00 * g0 + e01 * g1 + u0, e10 * g0 + e11 * g1 + u1
+            ig = ig + (mean * (g1 + y1) + bend * (c * (g0 - y0) - d * (g1 - y1)))
+            g0, g1 = y0, y1
         length += h
-        x0, x1 = y0, y1
-        heat.state[k + 1, 0], heat.state[k + 1, 1] = x0, x1
-    return total / length
+    size = magnitude(a00) + magnitude(a01) + magnitude(a10) + magnitude(a11) + magnitude(w0) + magnitude(w1)
+    middle, off = 0.5 * (a00 + a11), 0.5 * (a00 - a11)
+    radius = middle + root(highest(off * off + a01 * a10, 0.0))
+    det = (1.0 - a00) * (1.0 - a11) - a01 * a10
+    det = where_less(size, ENDLESS, det if mixed else where_less(radius, 1.0, det, 0.0), 0.0)
+    x0, x1 = (1.0 - a11) * w0 + a01 * w1, (1.0 - a00) * w1 + a10 * w0
+    z0, z1 = (1.0 - a11) * g0 + a01 * g1, (1.0 - a00) * g1 + a10 * g0
+    for i, value in enumerate((x0, x1, z0, z1)):
+        put(memory.map, 4 * part + i, value)
+    return det, (i0 * x0 + i1 * x1 + iw * det) / length, (i0 * z0 + i1 * z1 + ig * det) / length
 
 
-@njit(cache=True, error_model="numpy")
-def _one_node(blocks: Blocks, heat: HeatMemory, square: Array) -> float:
-    """The same for one node, sample by sample; rises at all samples."""
-    r, rise = heat.rates, heat.rise
-    x, grown = 0.0, 1.0
-    for turn in range(2):
-        total, length = 0.0, 0.0
-        for k in range(len(square) - 1):
-            step = blocks.step[k]
-            rate = r[GROWTH] * square[k] - r[A]
-            source = r[SOURCE] * square[k] + r[LOSS_SHARE] * heat.loss[k]
-            share = first(rate * step)
-            push = rate * x + source
-            if turn == 0:
-                grown *= 1.0 + rate * step * share
-            else:
-                rise[k] = x
-                total += step * (x + step * push * second(rate * step, share))
-                length += step
-            x += step * push * share
-        if turn == 0:
-            if not (abs(x) < 1e100 and grown < 1.0):
-                return np.inf
-            x /= 1.0 - grown
-    rise[len(square) - 1] = x
-    return total / length
+# long kernel: rates, maps and balance of all parts share their numbers
+@njit_loop
+def _two_nodes(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lanes:
+    """Mean housing rise of the periodic state; states at the start of each part, and what others bring."""
+    p, lane, heat, parts = task.numbers[joint], memory.lane, memory.heat, len(task.share)
+    ohms, slope = _copper(p, magnets, lane)
+    inner, outer = p[k.INNER] * row(lane, k.THERMAL), p[k.OUTER] * row(lane, k.THERMAL)
+    inward, winding = 1.0 / inner, 1.0 / p[k.WINDING_CAPACITY]
+    needed = gained = spread(0.0)
+    stable = spread(1.0)
+    for part in range(parts):
+        length, _, square = _of_part(task, joint, part, memory)
+        unit = spread(1.0 / p[k.HOUSING_CAPACITY])
+        if np.isnan(p[k.HOUSING_CAPACITY]):
+            unit = outer * (1.0 / (STEADY * length))
+        at = k.HEAT_ROWS * part
+        put(heat, at + k.A, inward * winding)
+        put(heat, at + k.B, inward * winding)
+        put(heat, at + k.C, inward * unit)
+        put(heat, at + k.D, (inward + 1.0 / outer) * unit)
+        put(heat, at + k.SOURCE, ohms * winding)
+        put(heat, at + k.GROWTH, slope * winding)
+        put(heat, at + k.LOSS_OUT, row(lane, k.RUBBING) * unit)
+        put(heat, at + k.UNIT, unit)
+        det, mean, more = _part(task, joint, part, memory, unit)
+        if parts == 1:
+            put(heat, at + k.X0, row(memory.map, 0) / det)
+            put(heat, at + k.X1, row(memory.map, 1) / det)
+            return where_less(magnitude(det), 1e-300, np.inf, mean / det)
+        stable = where_less(slope * square, inward, where_less(magnitude(det), 1e-300, 0.0, stable), 0.0)
+        put(heat, at + k.X0, det)
+        put(heat, at + k.BROUGHT, -mean / more)
+        put(heat, at + k.X1, det / more)
+        needed = needed + task.share[part] * (mean / more)
+        gained = gained + task.share[part] * (det / more)
+    housing = where_less(0.0, lowest(gained, stable - 0.5), needed / gained, np.inf)
+    for part in range(parts):
+        at = k.HEAT_ROWS * part
+        brought, det = row(heat, at + k.BROUGHT) + housing * row(heat, at + k.X1), row(heat, at + k.X0)
+        put(heat, at + k.BROUGHT, brought)
+        put(heat, at + k.X0, (row(memory.map, 4 * part) + row(memory.map, 4 * part + 2) * brought) / det)
+        put(heat, at + k.X1, (row(memory.map, 4 * part + 1) + row(memory.map, 4 * part + 3) * brought) / det)
+    return housing
 
 
-@njit(cache=True, error_model="numpy")
-def _mean(motor: Motor, scale: float, square: float, loss: float) -> tuple[float, float]:
-    """Mean rises of winding and housing with temperatures that do not move; infinite in a runaway."""
-    inner, outer = motor[0], motor[1]
-    copper, slope = scale * motor[4] * square, scale * motor[5] * square
-    gain = slope * (inner + outer)
-    if not gain < 1.0:
-        return np.inf, np.inf
-    winding = (copper + slope * outer * loss) / (1.0 - gain)
-    housing = outer * (winding + loss)
-    return housing + inner * winding, housing
-
-
-@njit(cache=True, error_model="numpy")
-def _scale(motor: Motor, magnets: float) -> float:
-    """One over the square of the torque constant; 0 where nothing is left of it."""
-    constant = motor[6] * (1.0 + motor[7] * (magnets - motor[8])) if np.isfinite(magnets) else 0.0
-    return 1.0 / (constant * constant) if constant > 0.0 else 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def _mean_magnets(motor: Motor, square: float, loss: float) -> float:
-    """Magnet temperature of temperatures that do not move, as ``heat.settled`` finds it."""
-    ambient = motor[9]
-    previous = ambient
-    scale = _scale(motor, previous)
-    reached = ambient + _mean(motor, scale, square, loss)[1] if scale > 0.0 else np.inf
-    magnets = reached
-    for _ in range(MOST_STEPS):
-        if not np.isfinite(magnets):
-            return np.inf
-        if abs(magnets - previous) <= 1e-9:
-            return magnets
-        scale = _scale(motor, magnets)
-        found = ambient + _mean(motor, scale, square, loss)[1] if scale > 0.0 else np.inf
-        slope = (found - reached) / (magnets - previous)
-        if slope >= 1.0:
-            return np.inf
-        previous, reached = magnets, found
-        magnets = magnets + (found - magnets) / (1.0 - slope)
-    return magnets
-
-
-@njit(cache=True, error_model="numpy")
-def _rates(kind: int, motor: Motor, length: float, rubbing: float, heat: HeatMemory) -> None:
-    """Rates of heat flow that do not change with the magnets."""
-    inner, outer, winding, housing, r = motor[0], motor[1], motor[2], motor[3], heat.rates
-    r[KIND_OF] = kind
+@njit_loop
+def _reached(kind: float, task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lanes:
+    """Mean housing temperature that magnets of a temperature make; infinite in a runaway."""
     if kind == ONE_NODE:
-        r[A], r[B], r[C], r[D] = 1.0 / (outer * winding), 0.0, 0.0, 0.0
-        r[LOSS_SHARE] = rubbing / winding
+        rise = _one_node(task, joint, magnets, memory)
+    elif kind == MEAN:
+        rise = _mean(task, joint, magnets, memory)
     else:
-        if np.isnan(housing):
-            housing = STEADY * length / outer
-        r[A] = r[B] = 1.0 / (inner * winding)
-        r[C], r[D] = 1.0 / (inner * housing), (1.0 / inner + 1.0 / outer) / housing
-        r[LOSS_SHARE] = rubbing / housing
+        rise = _two_nodes(task, joint, magnets, memory)
+    return where_less(rise, ENDLESS, row(memory.lane, k.AMBIENT) + rise, np.inf)
 
 
-@njit(cache=True, error_model="numpy")
-def _housing(
-    kind: int, motor: Motor, magnets: float, square: Array, blocks: Blocks, heat: HeatMemory, loss: Array
-) -> float:
-    """Mean housing temperature with magnets of a temperature."""
-    scale = _scale(motor, magnets)
-    if scale == 0.0:
-        return np.inf
-    heat.rates[SOURCE], heat.rates[GROWTH] = scale * motor[4] / motor[2], scale * motor[5] / motor[2]
-    if kind == ONE_NODE:
-        return motor[9] + _one_node(blocks, heat, square)
-    return motor[9] + _two_nodes(blocks, heat, loss)
+# long kernel: the secant of many arms, each of which stops by itself
+@njit_loop
+def _settled(
+    kind: float, task: ScatterTask, joint: int, start: Lanes, slope: Lanes, near: Lanes, memory: Memory
+) -> Lanes:
+    """Magnet temperature that the mean housing temperature confirms, infinite where there is none.
+
+    ``near``: how far what comes out may be from what was put in for the last step, in which the slope is right.
+    """
+    previous, reached = start, _reached(kind, task, joint, start, memory)
+    runs = where_less(reached, np.inf, 0.0, 1.0)
+    reached = where_less(runs, 0.5, reached, previous)
+    magnets = previous + (reached - previous) / (1.0 - slope)
+    done = runs
+    for _ in range(MOST_STEPS):
+        done = where_less(magnitude(magnets - previous), STILL, 1.0, done)
+        if largest_of(-1.0 * done) == -1.0:
+            break
+        found = _reached(kind, task, joint, magnets, memory)
+        grown = (found - reached) / (magnets - previous)
+        over = where_less(found, np.inf, where_less(grown, 1.0, 0.0, 1.0), 1.0)
+        close = where_less(magnitude(found - magnets), near * (1.0 - slope), 1.0, 0.0)
+        over = where_less(close, 0.5, over, 0.0)
+        runs = where_less(done, 0.5, over, runs)
+        slope = where_less(close, 0.5, grown, slope)
+        moved = magnets + (found - magnets) / (1.0 - slope)
+        going = where_less(done, 0.5, 1.0 - over, 0.0)
+        previous = where_less(0.5, going, magnets, previous)
+        reached = where_less(0.5, going, found, reached)
+        magnets = where_less(0.5, going, moved, magnets)
+        done = highest(done, highest(close, runs))
+    return where_less(runs, 0.5, magnets, np.inf)
 
 
-@njit(cache=True, error_model="numpy")
-def settle(
-    kind: int, motor: Motor, loss: tuple[Array, Array], rubbing: float, square: Array, blocks: Blocks,
-    heat: HeatMemory,
-) -> tuple[float, float, float]:  # fmt: skip
+# long kernel: guess, settling and what is left for those that run away are one chain
+@njit_loop
+def settle(task: ScatterTask, joint: int, memory: Memory) -> None:
     """The periodic state of one motor.
 
     Args:
-        kind: Of its thermal nodes, not NO_HEAT.
-        motor: Resistances inside and outside [K/W], capacities of winding and housing [J/K] (NaN: unknown), resistance
-            with the winding at ambient temperature [ohm] and its slope [ohm/K], torque constant at reference
-            temperature [N m/A], its change [1/K], that temperature [C], ambient temperature [C].
-        loss: In the housing from each sample to the next [W], (M,), and its moments in the blocks, (K, 2).
-        rubbing: Factor on it.
-        square: Squared torque from each sample to the next [N^2 m^2], (M,).
-        blocks: Of samples.
-        heat: Takes states, bounds and rates.
-
-    Returns:
-        Magnet temperature [C], largest rise of the winding [K], infinite when it runs away, and its mean.
+        task: The set of drives at its work.
+        joint: Index of the joint.
+        memory: Torque and the arms' numbers are read; takes magnet temperatures, who runs away, and heat.
     """
-    total = _moments(blocks, square, heat.moments)
-    length, lost = 0.0, 0.0
-    for k in range(len(blocks.length)):
-        length += blocks.length[k]
-        lost += loss[1][k, 0]
-    mean_square, mean_loss = total / length, rubbing * lost / length
-    guess = _mean_magnets(motor, mean_square, mean_loss)
-    if kind == STEADY_HEAT:
-        if not np.isfinite(guess):
-            return motor[9], np.inf, np.inf
-        winding = _mean(motor, _scale(motor, guess), mean_square, mean_loss)[0]
-        return guess, winding, winding
-    _rates(kind, motor, length, rubbing, heat)
-    if kind == ONE_NODE:
-        for k in range(len(square)):
-            heat.loss[k] = loss[0][k]
-    else:
-        heat.loss[:] = loss[0]
-    magnets = guess if np.isfinite(guess) else motor[9]
-    found = _housing(kind, motor, magnets, square, blocks, heat, loss[1])
-    if not np.isfinite(found):
-        return motor[9], np.inf, np.inf
-    slope = 0.0
-    if np.isfinite(guess):  # of the mean, which is nearly that of the cycle
-        nudged = _mean(motor, _scale(motor, magnets + 1.0), mean_square, mean_loss)[1]
-        slope = min(nudged - _mean(motor, _scale(motor, magnets), mean_square, mean_loss)[1], 0.99)
-    previous, reached = magnets, found
-    magnets = magnets + (found - magnets) / (1.0 - slope)
-    for _ in range(MOST_STEPS):
-        if abs(magnets - previous) < 1e-9:
-            break
-        found = _housing(kind, motor, magnets, square, blocks, heat, loss[1])
-        if not np.isfinite(found):
-            return motor[9], np.inf, np.inf
-        if abs(found - magnets) <= MATCHED * (1.0 - slope) and np.isfinite(guess):
-            magnets = magnets + (found - magnets) / (1.0 - slope)
-            break
-        slope = (found - reached) / (magnets - previous)
-        if slope >= 1.0:
-            return motor[9], np.inf, np.inf
-        previous, reached = magnets, found
-        magnets = magnets + (found - magnets) / (1.0 - slope)
-    return magnets, _peak(kind, blocks, heat, square), 0.0
-
-
-@njit(cache=True, error_model="numpy")
-def _peak(kind: int, blocks: Blocks, heat: HeatMemory, square: Array) -> float:
-    """The largest rise of the winding; bounds of it in each block."""
-    peak, r, count = 0.0, heat.rates, len(blocks.length)
-    if kind == ONE_NODE:
-        for k in range(count):
-            low, high = np.inf, 0.0
-            for t in range(blocks.first[k], blocks.first[k + 1] + 1):
-                low, high = min(low, heat.rise[t]), max(high, heat.rise[t])
-            heat.low[k], heat.high[k] = low, high
-            peak = max(peak, high)
-        return peak
-    for k in range(count + 1):
-        peak = max(peak, heat.state[k, 0])
-    for k in range(count):
-        x0, x1 = heat.state[k, 0], heat.state[k + 1, 0]
-        fall = max(r[A] * blocks.length[k], 0.0)
-        gained = heat.moments[k, 0] * (r[SOURCE] + r[GROWTH] * peak * 1.1)
-        # Back from the end a winding cools at most; forward from the start it takes all of the block's heat.
-        warmest = min(x1 * math.exp(min(fall, 50.0)), x0 + gained + fall * max(heat.state[k, 1], 0.0) * 1.01)
-        heat.high[k] = max(max(x0, x1), warmest)
-        heat.low[k] = min(x0, x1) * math.exp(-min(fall, 50.0))
-    for k in range(count):
-        if heat.high[k] > peak:
-            peak = max(peak, _trace(blocks, heat, square, k, blocks.first[k + 1]))
-    return peak
-
-
-@njit(cache=True, error_model="numpy")
-def _trace(blocks: Blocks, heat: HeatMemory, square: Array, block: int, until: int) -> float:
-    """The largest rise in a block up to a sample; the rises at samples on the way."""
-    r = heat.rates
-    a, b, c, d = r[A], r[B], r[C], r[D]
-    x0, x1 = heat.state[block, 0], heat.state[block, 1]
-    peak = x0
-    for k in range(blocks.first[block], until):
-        heat.rise[k] = x0
-        step = blocks.step[k]
-        if step == 0.0:
-            continue
-        rate = r[GROWTH] * square[k] - a
-        s0, s1 = r[SOURCE] * square[k], r[LOSS_SHARE] * heat.loss[k]
-        if step * (abs(rate) + b + c + d) < QUICK:
-            f0, f1 = rate * x0 + b * x1 + s0, c * x0 - d * x1 + s1
-            x0 += step * (f0 + 0.5 * step * (rate * f0 + b * f1))
-            x1 += step * (f1 + 0.5 * step * (c * f0 - d * f1))
-            peak = max(peak, x0)
-            continue
-        pieces = 1 + int(min(511.0, 5.0 * step * (a + d)))
-        times = 1 + int(step / pieces * (abs(rate) + b + c + d) / SMALL)
-        part = step / (pieces * times)
-        for _ in range(pieces):
-            for _ in range(times):
-                f0, f1 = rate * x0 + b * x1 + s0, c * x0 - d * x1 + s1
-                g0, g1, factor = f0, f1, part
-                for order in range(2, 9):
-                    x0, x1 = x0 + factor * g0, x1 + factor * g1
-                    factor *= part / order
-                    if factor * max(abs(g0), abs(g1)) == 0.0 or (part * (abs(rate) + b) < 1e-3 and order > 4):
-                        break
-                    g0, g1 = rate * g0 + b * g1, c * g0 - d * g1
-            peak = max(peak, x0)
-    heat.rise[until] = x0
-    return peak
-
-
-@njit(cache=True, error_model="numpy")
-def temperature_in(blocks: Blocks, heat: HeatMemory, square: Array, sample: int) -> float:
-    """The rise of the winding at a sample, from the start of its block.
-
-    Args:
-        blocks: Of samples.
-        heat: From ``settle``.
-        square: Squared torque from each sample to the next [N^2 m^2], (M,).
-        sample: Index; -1: all of them, into ``heat.rise``.
-
-    Returns:
-        [K].
-    """
-    if heat.rates[KIND_OF] == ONE_NODE:
-        return heat.rise[max(sample, 0)]
-    if sample < 0:
-        for k in range(len(blocks.length)):
-            _trace(blocks, heat, square, k, blocks.first[k + 1])
-        return 0.0
-    _trace(blocks, heat, square, blocks.of[sample], sample)
-    return heat.rise[sample]
+    p, lane, heat = task.numbers[joint], memory.lane, memory.heat
+    kind, ambient = p[k.KIND], row(lane, k.AMBIENT)
+    for i in range(len(heat)):
+        put(heat, i, spread(0.0))
+    magnets, runs = ambient, spread(1.0)
+    if kind != NO_HEAT:
+        _moments(task, joint, memory)
+        magnets = _settled(MEAN, task, joint, ambient, spread(0.0), spread(0.0), memory)
+        if kind != STEADY_HEAT:
+            known = where_less(magnets, np.inf, 1.0, 0.0)
+            start = where_less(0.5, known, magnets, ambient)
+            nudged = _mean(task, joint, start + 1.0, memory) - _mean(task, joint, start, memory)
+            slope = where_less(0.5, known, lowest(nudged, 0.99), 0.0)
+            magnets = _settled(kind, task, joint, start, slope, MATCHED * known, memory)
+        runs = where_less(magnets, np.inf, 0.0, 1.0)
+        magnets = where_less(runs, 0.5, magnets, ambient)
+        if kind == STEADY_HEAT:
+            _mean(task, joint, magnets, memory)
+        else:
+            _reached(kind, task, joint, magnets, memory)
+    put(lane, k.MAGNETS, magnets)
+    put(lane, k.RUNS_AWAY, runs)
+    hot = spread(0.0) if np.isnan(p[k.HOTTEST]) else p[k.HOTTEST] - ambient
+    for part in range(len(task.share)):
+        for i in range(k.HEAT_ROWS):
+            at = k.HEAT_ROWS * part + i
+            put(heat, at, where_less(runs, 0.5, row(heat, at), hot if i == k.X0 else spread(0.0)))

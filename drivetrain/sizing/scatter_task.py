@@ -17,31 +17,22 @@ from drivetrain.drive.gear import torque_exponent
 from drivetrain.drive.motor import copper_coefficient
 from drivetrain.drive.motor_limits import thermal_resistances
 from drivetrain.drive.thermal_network import thermal_network
-from drivetrain.sizing import scatter_torque as k
+from drivetrain.sizing import scatter_numbers as k
 from drivetrain.sizing.demand import JointDemand, Workload, workload
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.evaluate import evaluated, given_drives
 from drivetrain.sizing.fill import Shelf
+from drivetrain.sizing.lanes import WIDTH
 from drivetrain.sizing.load_basis import load_basis
 from drivetrain.sizing.operation import Operation, operation
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Draws, Pair
-from drivetrain.sizing.scatter_blocks import (
-    NO_HEAT,
-    ONE_NODE,
-    STEADY_HEAT,
-    TWO_NODES,
-    Blocks,
-    HeatMemory,
-    blocks_of,
-    heat_memory,
-    loss_moments,
-    stacked,
-)
+from drivetrain.sizing.scatter_blocks import NO_HEAT, ONE_NODE, STEADY_HEAT, TWO_NODES, blocks_of, loss_moments
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.study import Study
 
 Indices = NDArray[np.int64]
 ROUNDING = 1e-9  # of the largest value: peaks that near may be exchanged by rounding
+
 
 @dataclass(frozen=True, eq=False)
 class Bench:
@@ -53,8 +44,6 @@ class Bench:
         nominal: Results by joint name, and checks of the supply, with nominal numbers.
         slow: Why only ``evaluate`` can judge it; empty: compiled code can.
         task: For compiled code.
-        blocks: Of samples, for heat, one row a joint.
-        counts: How many blocks each joint has, (n,).
         wrench: Loads on each output bearing: two of the tilting moment, axial, two radial, then what the payloads add,
             (n, 5, 1 + P, N).
         inertia: Of load over rotor and limit, then what the payloads add, (n, 1 + P, N).
@@ -65,68 +54,92 @@ class Bench:
     nominal: Evaluation
     slow: str
     task: k.ScatterTask
-    blocks: Blocks
-    counts: Indices
     wrench: Array
     inertia: Array
 
-    def memory(self) -> tuple[HeatMemory, k.Memory]:
+    def memory(self) -> k.Memory:
         """What one run writes into.
 
         Returns:
-            For heat, and for the rest.
+            Nothing in it yet.
         """
-        samples = len(self.task.weight)
-        return heat_memory(self.blocks), k.Memory(*(np.zeros(samples) for _ in range(7)))
+        samples, parts = len(self.task.weight), len(self.task.share)
+        rows = (
+            k.ROWS, self.task.payload.shape[1], samples, samples, samples, 4 * self.task.loss.shape[1],
+            k.HEAT_ROWS * parts, 4 * parts, k.CHECKS,
+        )  # fmt: skip
+        return k.Memory(*(np.zeros((count, WIDTH)) for count in rows))
 
 
-def bench(study: Study, drives: Mapping[str, Pair]) -> Bench:
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What benches of all sets of drives of a study share.
+
+    Attributes:
+        study: The task.
+        work: Of all joints.
+        added: What the whole of each payload asks.
+    """
+
+    study: Study
+    work: Workload
+    added: Added
+
+
+def ground(study: Study) -> Ground:
+    """What benches of all sets of drives of a study share.
+
+    Args:
+        study: The task.
+
+    Returns:
+        The ground.
+    """
+    work = workload(study)
+    return Ground(study, work, _payload_rows(study, work))
+
+
+def bench(study: Study, drives: Mapping[str, Pair], *, on: Ground | None = None) -> Bench:
     """A set of drives made ready for many arms.
 
     Args:
         study: The task.
         drives: Keys of (motor, gear) by joint name.
+        on: Of the study, where it is already prepared.
 
     Returns:
         The bench.
     """
-    nominal = evaluate(study, drives)
-    shelf, work = Shelf(study), workload(study)
+    base = ground(study) if on is None else on
+    nominal, shelf = evaluated(base.work, given_drives(study, drives)), Shelf(study)
     mounted = {i: shelf.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
     ops = [
-        operation(study, i, work.at(i, mounted).demand(mounted[i]), mounted[i]) for i in range(len(study.joints))
+        operation(study, i, base.work.at(i, mounted).demand(mounted[i]), mounted[i]) for i in range(len(study.joints))
     ]
-    numbers = np.array([_numbers(op) for op in ops])
-    series = np.array([_series(op) for op in ops])
-    blocks = [blocks_of(study.cycle.time, _fastest(row)) for row in numbers]
-    together, counts = stacked(blocks)
-    added = _payload_rows(study, work)
-    fixed = _fixed(nominal, _loads_scatter(study))
-    supply = study.supply
-    limits = (supply.peak_power, supply.mean_power, supply.regenerated_power)
+    numbers, series = np.array([_numbers(op) for op in ops]), np.array([_series(op) for op in ops])
+    cycle, supply, added = study.cycle, study.supply, base.added
+    blocks = blocks_of(cycle.time, cycle.parts, [_fastest(row) for row in numbers])
+    known = all(result.torque_known for result in nominal.joints.values())
+    limits = (supply.peak_power, supply.mean_power, supply.regenerated_power) if known else (None, None, None)
     task = k.ScatterTask(
         series=series,
         numbers=numbers,
-        weight=study.cycle.weights / study.cycle.weights.sum(),
-        loss=_moments(blocks, series, together.length.shape[1]),
+        weight=cycle.weights / cycle.weights.sum(),
+        share=np.array(cycle.shares, dtype=np.float64),
+        blocks=blocks,
+        loss=np.array([loss_moments(blocks, i, motion[k.LOSS]) for i, motion in enumerate(series)]),
         payload=added.force,
         bearing=np.zeros((len(ops), 5, 1 + added.force.shape[1], 0)),
         inertia=np.zeros((len(ops), 1 + added.force.shape[1], 0)),
+        counts=np.zeros((len(ops), 2), dtype=np.int64),
         bearing_limits=np.array([_bearing_limits(op) for op in ops]),
-        fixed=fixed,
+        fixed=_fixed(nominal, _loads_scatter(study)),
+        made=_made(nominal),
         supply=np.array([math.nan if limit is None else limit for limit in limits]),
     )
     wrench = np.array([_with_added(_bearing(op.demand.wrench), added.wrench[i]) for i, op in enumerate(ops)])
     inertia = np.array([_inertia(op, added.inertia[i]) for i, op in enumerate(ops)])
-    return Bench(study, drives, nominal, _slow(study, ops, numbers), task, together, counts, wrench, inertia)
-
-
-def _moments(blocks: list[Blocks], series: Array, most: int) -> Array:
-    """Of the loss in the housing in each block, rows filled up with zeros, (n, K, 2)."""
-    found = np.zeros((len(series), most, 2))
-    for row, one, motion in zip(found, blocks, series, strict=True):
-        row[: len(one.length)] = loss_moments(one, motion[k.LOSS])
-    return found
+    return Bench(study, drives, nominal, _slow(study, ops), task, wrench, inertia)
 
 
 def aimed(ready: Bench, draws: Draws) -> k.ScatterTask:
@@ -142,26 +155,27 @@ def aimed(ready: Bench, draws: Draws) -> k.ScatterTask:
     if not _loads_scatter(ready.study):
         return ready.task
     reach = np.abs(draws.payload - 1.0).max(axis=0, initial=0.0)
-    wrench, inertia = _kept(ready.wrench, reach), _kept(ready.inertia[:, np.newaxis], reach)[:, 0]
-    return ready.task._replace(bearing=wrench, inertia=inertia)
+    wrench, bearings = _kept(ready.wrench, reach)
+    inertia, masses = _kept(ready.inertia[:, np.newaxis], reach)
+    counts = np.array([bearings, [0 if not one.any() else count for one, count in zip(inertia, masses, strict=True)]]).T
+    return ready.task._replace(bearing=wrench, inertia=inertia[:, 0], counts=np.ascontiguousarray(counts))
 
 
-def _kept(parts: Array, reach: Array) -> Array:
-    """The samples at which one of some loads can be largest; parts (n, C, 1 + P, N)."""
-    sizes = np.linalg.norm(parts, axis=1)  # of all components together
-    count, kept = 0, []
+def _kept(parts: Array, reach: Array) -> tuple[Array, list[int]]:
+    """The samples at which one of some loads can be largest, first of each row; parts (n, C, 1 + P, N)."""
+    kept = []
     groups = ([0, 1], [2], [3, 4]) if parts.shape[1] == 5 else ([0],)
-    for joint in range(len(sizes)):
+    for own in parts:
         places: set[int] = set()
         for group in groups:
-            norms = np.linalg.norm(parts[joint, group], axis=0)
+            norms = np.linalg.norm(own[group], axis=0)
             change = reach @ norms[1:]
             found = possible_peaks(np.maximum(norms[0] - change, 0.0), norms[0] + change)
             places |= set(found.tolist())
         kept.append(sorted(places))
-        count = max(count, len(places))
-    rows = [parts[joint][:, :, np.resize(places, count)] for joint, places in enumerate(kept)]
-    return np.ascontiguousarray(np.array(rows))
+    most = max(len(places) for places in kept)
+    rows = [own[:, :, np.resize(places, most)] for own, places in zip(parts, kept, strict=True)]
+    return np.ascontiguousarray(np.array(rows)), [len(places) for places in kept]
 
 
 def possible_peaks(low: Array, high: Array) -> Indices:
@@ -183,7 +197,7 @@ def _loads_scatter(study: Study) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class _Added:
+class Added:
     """What the whole of each payload asks: force (n, P, N), bearing loads (n, 5, P, N), inertia (n, P, N)."""
 
     force: Array
@@ -191,9 +205,9 @@ class _Added:
     inertia: Array
 
 
-def _payload_rows(study: Study, work: Workload) -> _Added:
+def _payload_rows(study: Study, work: Workload) -> Added:
     n, bodies, samples = len(study.joints), len(study.payloads), len(study.cycle.time)
-    found = _Added(np.zeros((n, bodies, samples)), np.zeros((n, 5, bodies, samples)), np.zeros((n, bodies, samples)))
+    found = Added(np.zeros((n, bodies, samples)), np.zeros((n, 5, bodies, samples)), np.zeros((n, bodies, samples)))
     if not _loads_scatter(study):
         return found
     for p, body in enumerate(study.payloads):
@@ -250,20 +264,29 @@ def _fixed(nominal: Evaluation, payload: bool) -> Array:
     return found
 
 
-def _slow(study: Study, ops: list[Operation], numbers: Array) -> str:
+def _made(nominal: Evaluation) -> Array:
+    """1, and NaN for the checks that lack data of a drive whose torque cannot be computed."""
+    found = np.ones((len(nominal.joints), k.CHECKS))
+    for row, result in zip(found, nominal.joints.values(), strict=True):
+        if not result.torque_known:
+            made = {check.name for check in result.checks if check.utilisation is not None}
+            row[[name not in made for name in k.NAMES]] = math.nan
+    return found
+
+
+def _slow(study: Study, ops: list[Operation]) -> str:
     """Why compiled code cannot judge a set of drives."""
-    if any(op.missing for op in ops):
-        return "data are missing to compute a motor's torque"
-    if len(study.cycle.parts) > 1 and (numbers[:, k.KIND] != NO_HEAT).any():
-        return "the heat of a mix is computed arm by arm"
-    return ""
+    instant = any(one.stop - one.start < 2 for one in study.cycle.parts)
+    return "a task of one instant has no heat in blocks" if instant else ""
 
 
 def _fastest(row: Array) -> float:
     """Sum of the rates of heat flow that the blocks must follow [1/s]."""
+    inner, outer, winding = row[k.INNER], row[k.OUTER], row[k.WINDING_CAPACITY]
+    if row[k.KIND] == ONE_NODE:
+        return float(1.0 / (outer * winding))
     if row[k.KIND] != TWO_NODES:
         return 0.0
-    inner, outer, winding = row[k.INNER], row[k.OUTER], row[k.WINDING_CAPACITY]
     housing = row[k.HOUSING_CAPACITY]
     slow = 0.0 if math.isnan(housing) else (1.0 / inner + 1.0 / outer) / housing
     return float(1.0 / (inner * winding) + slow)
@@ -326,7 +349,7 @@ def _numbers(op: Operation) -> list[float]:
         _or_nan(rated) if running else nothing if rated is None else rated, motor.torque_constant, motor.resistance,
         copper_coefficient(motor.reference_temperature), motor.reference_temperature, motor.magnet_coefficient,
         motor.inductance or 0.0, inner, outer, winding, housing, kind, _or_nan(motor.max_winding_temperature),
-        safety.temperature_margin, _printed(op), float(np.any(op.demand.at_rest)), float(op.demand.moves),
+        safety.temperature_margin, _printed(op), float(op.demand.moves),
         _loose(friction, 1.0), _loose(friction, -1.0),
         _loose(shaft, 1.0) + running, _loose(shaft, -1.0) + running, nothing if direct else _or_nan(repeated),
         nothing if direct else _or_nan(gear.momentary_torque), nothing if direct else _or_nan(average),

@@ -11,7 +11,7 @@ from drivetrain.sizing.many_arms import SUPPLY_NAMES, figures_of, judged
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Source, deviated, sources
 from drivetrain.sizing.scatter_task import bench
-from drivetrain.sizing.scatter_torque import NAMES
+from drivetrain.sizing.scatter_numbers import NAMES
 from drivetrain.sizing.uncertainty import SUPPLY, drives_of
 
 FELT = 1e-9  # of a utilisation: a smaller change is none

@@ -13,7 +13,7 @@ from drivetrain.sizing.many_arms import SUPPLY_NAMES, Figures, judged
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Pair, drawn, sources
 from drivetrain.sizing.scatter_task import bench
-from drivetrain.sizing.scatter_torque import NAMES
+from drivetrain.sizing.scatter_numbers import NAMES
 
 SUPPLY = "supply"
 QUANTILES = (0.05, 0.5, 0.95)

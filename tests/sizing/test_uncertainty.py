@@ -14,12 +14,12 @@ from scipy import stats
 from drivetrain.drive.motor import torque_constant
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
-from drivetrain.sizing import scatter_heat, scatter_kernels, scatter_torque
+from drivetrain.sizing import scatter_exponentials, scatter_heat, scatter_kernels, scatter_torque, scatter_watch
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.many_arms import SUPPLY_NAMES, figures_of, judged
 from drivetrain.sizing.scatter import Source, built, deviated, drawn, sources
+from drivetrain.sizing.scatter_numbers import NAMES
 from drivetrain.sizing.scatter_task import bench
-from drivetrain.sizing.scatter_torque import NAMES
 from drivetrain.sizing.tornado import effects
 from drivetrain.sizing.uncertainty import Chance, drives_of, robustness
 from drivetrain.study.load import load_study
@@ -59,7 +59,9 @@ def figures(study, drives, draws):
     return np.concatenate([part.joints for part in parts]), np.concatenate([part.supply for part in parts])
 
 
-@pytest.mark.parametrize("module", [scatter_torque, scatter_heat, scatter_kernels])
+@pytest.mark.parametrize("module", [
+    scatter_exponentials, scatter_torque, scatter_heat, scatter_watch, scatter_kernels
+])  # fmt: skip
 def test_sources_are_those_compiled(module):
     folder = Path(scatter_heat.__file__).parents[1]
     assert {name: zlib.crc32((folder / name).read_bytes()) for name in module.SOURCES} == module.SOURCES
