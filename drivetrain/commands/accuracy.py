@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, report_folder, say, told, working
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, report_folder, say, told, working, writable
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation
@@ -45,8 +45,14 @@ def _accuracy(
         from drivetrain.study.load import load_study
         from drivetrain.units import quantity
 
-        share = None if tolerance is None else quantity(tolerance, "", "--tolerance", above=0.0)
-        loaded = load_study(study)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            share = None if tolerance is None else quantity(tolerance, "", "--tolerance", above=0.0)
+        with together:
+            loaded = load_study(study)
+        together.tell()
         wishes = loaded.simulation if share is None else replace(loaded.simulation, tolerance=share)
         result = judged(loaded)
         with working("leaving out one effect after the other") as step:
@@ -99,6 +105,8 @@ def judged(study: Study) -> Evaluation:
     if len(chosen.evaluation.joints) < len(study.joints):
         lacking = [task.name for task in study.joints if task.name not in chosen.evaluation.joints]
         raise InputError(Fault("joints", f"no drive was found for {', '.join(lacking)}", file=study.path))
-    if not chosen.feasible:
+    if not chosen.drives:
         say("note: no set of drives fits; the nearest candidates are simulated", errors=True)
+    elif not chosen.feasible:
+        say("note: the drives are not proven to fit: data are missing", errors=True)
     return chosen.evaluation

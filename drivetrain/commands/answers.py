@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, report_folder, say, told, working
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, report_folder, say, told, working, writable
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -37,7 +37,12 @@ def _why_not(
         from drivetrain.sizing.why_not import why_not
         from drivetrain.study.load import load_study
 
-        loaded = load_study(study)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            loaded = load_study(study)
+        together.tell()
         with working("looking for what would let it pass"):
             found = why_not(loaded, joint, motor, gear)
             page = why_not_report(found)
@@ -63,13 +68,24 @@ def _curve(
 ) -> None:
     """Show what the best drives become as payload, cycle time, supply voltage or air temperature change."""
     with told():
+        from drivetrain.errors import Fault, InputError
         from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
         from drivetrain.report.outputs import write_files
         from drivetrain.sizing.curves import optimum_curve, varied
         from drivetrain.study.load import load_study
 
-        loaded, what = load_study(study), varied(vary)
-        ends = _ends(low, high, what.unit)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            if points < 2:
+                raise InputError(Fault("--points", "must be 2 or more", points))
+        with together:
+            what = varied(vary)
+            ends = _ends(low, high, what.unit)
+        with together:
+            loaded = load_study(study)
+        together.tell()
         with working("selecting along the curve") as step:
             found = optimum_curve(loaded, what, ends, points=points, payload=payload, progress=step)
             page = curve_report(found)
@@ -115,12 +131,22 @@ def _front(
         from drivetrain.report.outputs import write_files
         from drivetrain.sizing.front import pareto_front
         from drivetrain.study.load import load_study
+        from drivetrain.study.trade_offs import read_criterion
         from drivetrain.units import quantity
 
-        seconds = quantity(time_limit, "s", "--time-limit", above=0.0)
-        loaded = load_study(study)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            seconds = quantity(time_limit, "s", "--time-limit", above=0.0)
+        names = [name.strip() for name in by.split(",") if name.strip()]
+        for name in names:
+            with together:
+                read_criterion(name, "--by")
+        with together:
+            loaded = load_study(study)
+        together.tell()
         with working("searching the front") as step:
-            names = [name.strip() for name in by.split(",") if name.strip()]
             found = pareto_front(loaded, names, time_limit=seconds, progress=step)
             files = {"front.html": front_report(found), "front.json": front_json(found)}
         say(front_sentence(found))
@@ -143,10 +169,17 @@ def _free_ratio(
     with told():
         from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
         from drivetrain.report.outputs import write_files
-        from drivetrain.sizing.free_ratio import free_ratios
+        from drivetrain.sizing.free_ratio import free_ratios, goal_of
         from drivetrain.study.load import load_study
 
-        loaded = load_study(study)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            goal_of(goal)
+        with together:
+            loaded = load_study(study)
+        together.tell()
         with working("turning the ratios"):
             found = free_ratios(loaded, goal=goal)
             page = free_ratio_report(found)

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.shared import FITS, say, told, working
+from drivetrain.commands.shared import FITS, Together, say, told, working, writable
 
 if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm
     from drivetrain.arrays import Array
+    from drivetrain.errors import Fault
     from drivetrain.simulation.recording import Recording
     from drivetrain.solvers.solver import Solver
 
@@ -68,52 +69,61 @@ def _simulate(
         if Path(what).suffix.lower() in STUDIES:
             from drivetrain.commands.simulation import Asked, simulate_study
 
-            _only_of_arms({"--from": start != "0 rad", "--tip": tip is not None})
             asked = Asked(duration, None if solver is None else solver.value, step, effects, tolerance, resume, out)
-            raise typer.Exit(simulate_study(Path(what), asked))
+            whose = "an arm without drives; the study says where it starts"
+            misplaced = _not_of(whose, {"--from": start != "0 rad", "--tip": tip})
+            raise typer.Exit(simulate_study(Path(what), asked, misplaced))
         from drivetrain.arm.load import load_arm
         from drivetrain.simulation.passive import simulate_passive
         from drivetrain.units import quantity
 
-        loaded = load_arm(what, tip=tip)
-        method = _solver(solver or Method.ADAPTIVE, step or "1 ms")
-        seconds = quantity(duration or "3 s", "s", "--duration", above=0.0)
-        position, rest = _start(loaded, start), [0.0] * loaded.n
+        together = Together()
+        together.faults += _not_of("studies", {"--effects": effects, "--tolerance": tolerance, "--resume": resume})
+        with together:
+            writable(out)
+        with together:
+            width = quantity(step or "1 ms", "s", "--step", above=0.0)
+        with together:
+            method = _solver(solver or Method.ADAPTIVE)
+        with together:
+            seconds = quantity(duration or "3 s", "s", "--duration", above=0.0)
+        with together:
+            loaded = load_arm(what)
+            position, rest = _start(loaded, start), [0.0] * loaded.n
+        with together:
+            loaded = load_arm(what, tip=tip)
+        together.tell()
         with working(f"simulating {loaded.name}"):
-            recording = simulate_passive(loaded, position, rest, seconds, solver=method)
+            recording = simulate_passive(loaded, position, rest, seconds, solver=method(width))
         _deliver(recording, out or Path(f"{loaded.name}_recording"))
         raise typer.Exit(FITS)
 
 
-def _only_of_arms(given: dict[str, bool]) -> None:
-    from drivetrain.errors import Fault, InputError
+def _not_of(whose: str, given: dict[str, object]) -> list[Fault]:
+    """Options that are given and mean nothing here."""
+    from drivetrain.errors import Fault
 
-    faults = [
-        Fault(name, "is for an arm without drives; the study says where it starts") for name in given if given[name]
-    ]
-    if faults:
-        raise InputError(faults)
+    return [Fault(name, f"is for {whose}") for name, value in given.items() if value]
 
 
-def _solver(method: Method, step: str) -> Solver:
+def _solver(method: Method) -> Callable[[float], Solver]:
+    """Makes the solver from its step [s]."""
     from drivetrain.solvers.adaptive import DormandPrince853
     from drivetrain.solvers.explicit import Euler, RungeKutta4, SemiImplicitEuler
-    from drivetrain.units import quantity
 
-    if method is Method.ADAPTIVE:
-        return DormandPrince853()
-    fixed: dict[Method, Callable[[float], Solver]] = {
+    known: dict[Method, Callable[[float], Solver]] = {
+        Method.ADAPTIVE: lambda step: DormandPrince853(),
         Method.RK4: RungeKutta4,
         Method.SEMI_IMPLICIT: SemiImplicitEuler,
         Method.EULER: Euler,
     }
-    if method not in fixed:
+    if method not in known:
         from drivetrain.errors import Fault, InputError
 
         raise InputError(
             Fault("--solver", "is for studies; an arm takes adaptive, rk4, semi-implicit or euler", method.value)
         )
-    return fixed[method](quantity(step, "s", "--step", above=0.0))
+    return known[method]
 
 
 def _start(arm: Arm, text: str) -> Array:

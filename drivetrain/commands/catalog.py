@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, lines, listed, say, told
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, lines, listed, say, told, writable
 
 app = typer.Typer(help="Look after catalogues of motors and gears.", no_args_is_help=True, rich_markup_mode="rich")
 
@@ -64,6 +64,7 @@ def _import(
     with told():
         from drivetrain.catalog.importers import import_mgdb, import_table
 
+        writable(out)
         bring = import_mgdb if form is Source.MGDB else import_table
         done = bring(source, out, basis=_basis(basis or []), keep_faulty=not drop_faulty, overwrite=force)
         listed("left out", [str(fault) for fault in done.refused], most=25)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from drivetrain.errors import Fault
 
 COMPILING = "compiling to machine code, up to half a minute: this is the first run; later ones find it done ..."
 FITS, DOES_NOT_FIT, BAD_INPUT, STOPPED = 0, 1, 2, 130
@@ -33,6 +38,59 @@ def told() -> Iterator[None]:
         except KeyboardInterrupt:
             say("stopped", errors=True)
             raise typer.Exit(STOPPED) from None
+
+
+class Together:
+    """Faults of several inputs, told at once: each is read inside ``with``, then ``tell`` raises what was wrong."""
+
+    def __init__(self) -> None:
+        self.faults: list[Fault] = []
+
+    def __enter__(self) -> Together:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> bool:
+        from drivetrain.errors import InputError
+
+        if isinstance(error, InputError):
+            self.faults += error.faults
+            return True
+        return False
+
+    def tell(self) -> None:
+        """Go no further where something was wrong.
+
+        Raises:
+            InputError: Every fault so far.
+        """
+        from drivetrain.errors import InputError
+
+        if self.faults:
+            raise InputError({str(fault): fault for fault in self.faults}.values())
+
+
+def writable(out: Path | None, *, file: bool = False) -> None:
+    """Refuse a place for results before any work is done for them.
+
+    Args:
+        out: Folder, or file; None: nothing was asked for.
+        file: It is a file.
+
+    Raises:
+        InputError: A file stands in the way, or there is no right to write.
+    """
+    from drivetrain.errors import Fault, InputError
+
+    if out is None:
+        return
+    if file and out.is_dir():
+        raise InputError(Fault("--out", "must be a file, but is a folder", str(out), f"such as {out / 'results.csv'}"))
+    folder = out.absolute().parent if file else out.absolute()
+    there = next(one for one in (folder, *folder.parents) if one.exists())
+    if not there.is_dir():
+        raise InputError(Fault("--out", f"must be a folder, but {there} is a file", str(out)))
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(Fault("--out", f"there is no right to write into {there}", str(out)))
 
 
 def say(text: str, *, errors: bool = False) -> None:

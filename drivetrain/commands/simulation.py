@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drivetrain.commands.accuracy import judged
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, report_folder, say, working
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, report_folder, say, working, writable
 
 if TYPE_CHECKING:
+    from drivetrain.errors import Fault
     from drivetrain.report.simulation_page import SimulationFound
     from drivetrain.simulation.engine import Engine
     from drivetrain.simulation.recording import Recording
@@ -38,12 +40,13 @@ class Asked:
     out: Path | None = None
 
 
-def simulate_study(path: Path, asked: Asked) -> int:
+def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) -> int:
     """Run a study's cycle with its drives, and write what happens.
 
     Args:
         path: The study.
         asked: What the command line says.
+        misplaced: Options that mean nothing to a study, told with all other faults.
 
     Returns:
         The exit code: 0 when every check holds on what was simulated, 1 when one fails or the run was stopped.
@@ -57,14 +60,27 @@ def simulate_study(path: Path, asked: Asked) -> int:
     from drivetrain.simulation.plan import plan
     from drivetrain.sizing.results import Verdict
     from drivetrain.study.load import load_study
+    from drivetrain.study.simulation import Simulation
 
-    loaded = load_study(path)
-    wishes = _wishes(loaded.simulation, asked)
+    together, said = Together(), Simulation()
+    together.faults += misplaced
+    with together:
+        writable(asked.out)
+    with together:
+        seconds = _duration(asked)
+    with together:
+        earlier = _earlier(asked)
+    with together:
+        loaded = load_study(path)
+        said = loaded.simulation
+    with together:
+        wishes = _wishes(said, asked)
+    together.tell()
     result = judged(loaded)
     full, scene, words = _scene(result, wishes)
-    ready = plan(replace(scene, duration=_duration(asked, scene)))
+    ready = plan(scene if seconds is None else replace(scene, duration=seconds))
     say(str(ready))
-    recording = _run(ready.scene, wishes, asked)
+    recording = _run(ready.scene, wishes, earlier)
     inverse = wishes.solver == "inverse"
     whole = not inverse and recording.stopped_by is None
     found = SimulationFound(
@@ -119,10 +135,16 @@ def _wishes(study: Simulation, asked: Asked) -> Simulation:
     return told
 
 
-def _duration(asked: Asked, scene: Scene) -> float:
+def _duration(asked: Asked) -> float | None:
     from drivetrain.units import quantity
 
-    return scene.duration if asked.duration is None else quantity(asked.duration, "s", "--duration", above=0.0)
+    return None if asked.duration is None else quantity(asked.duration, "s", "--duration", above=0.0)
+
+
+def _earlier(asked: Asked) -> Recording | None:
+    from drivetrain.simulation.recording import load_recording
+
+    return None if asked.resume is None else load_recording(asked.resume)
 
 
 def _scene(result: Evaluation, wishes: Simulation) -> tuple[Scene, Scene, str]:
@@ -149,12 +171,10 @@ def _scene(result: Evaluation, wishes: Simulation) -> tuple[Scene, Scene, str]:
     return full, wanted_scene(full, wishes.effects), f"without {', '.join(left)}"
 
 
-def _run(scene: Scene, wishes: Simulation, asked: Asked) -> Recording:
+def _run(scene: Scene, wishes: Simulation, earlier: Recording | None) -> Recording:
     from drivetrain.accuracy.runs import interval_of
-    from drivetrain.simulation.recording import load_recording
     from drivetrain.simulation.run import simulate
 
-    earlier = None if asked.resume is None else load_recording(asked.resume)
     with working("simulating") as step:
         return simulate(
             scene, solver=_engine(wishes), interval=interval_of(scene.duration), resume=earlier,

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, listed, report_folder, say, told, working
+from drivetrain.commands.shared import (
+    DOES_NOT_FIT,
+    FITS,
+    Together,
+    listed,
+    report_folder,
+    say,
+    told,
+    working,
+    writable,
+)
 
 if TYPE_CHECKING:
     from drivetrain.report.sections import Extra
@@ -51,6 +61,7 @@ def _demo(out: OutFolder = None) -> None:
         from drivetrain.shipped import shipped
         from drivetrain.study.load import load_study
 
+        writable(out)
         study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
         code = _deliver(_selected(study), out or Path("reports") / "demo", as_json=False)
         say("next: `drivetrain init my_arm.yaml` writes a study of your own to start from")
@@ -69,9 +80,15 @@ def _init(
         from drivetrain.report.outputs import write_files
         from drivetrain.study.template import study_template
 
-        if file.exists() and not force:
-            raise InputError(Fault(str(file), "is already there", hint="choose another name, or give --force"))
-        write_files(file.parent, {file.name: study_template(arm)})
+        together = Together()
+        with together:
+            writable(file, file=True)
+            if file.exists() and not force:
+                raise InputError(Fault(str(file), "is already there", hint="choose another name, or give --force"))
+        with together:
+            text = study_template(arm)
+        together.tell()
+        write_files(file.parent, {file.name: text})
         say(f"wrote {file}")
         say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")
 
@@ -104,7 +121,12 @@ def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> N
         from drivetrain.sizing.evaluate import evaluate
         from drivetrain.study.load import load_study
 
-        loaded = load_study(study)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            loaded = load_study(study)
+        together.tell()
         with working("judging the given drives"):
             result = evaluate(loaded)
         raise typer.Exit(_deliver(result, out or report_folder(loaded.name), as_json=as_json))
@@ -138,16 +160,24 @@ def _select(
     with told():
         from dataclasses import replace
 
-        from drivetrain.commands.trade_offs import asked_beside
+        from drivetrain.commands.trade_offs import options_beside
         from drivetrain.study.load import load_study
 
-        seconds = _seconds(time_limit)
-        loaded = load_study(study)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            seconds = _seconds(time_limit)
+        with together:
+            beside = options_beside(front, curve, curve_from, curve_to)
+        with together:
+            loaded = load_study(study)
+        together.tell()
         wanted = loaded.wanted
         wanted = wanted if sets is None else replace(wanted, sets=sets)
         wanted = wanted if seconds is None else replace(wanted, time_limit=seconds)
         wanted = wanted if objective is None else replace(wanted, weights=((objective.value, 1.0),))
-        loaded = asked_beside(replace(loaded, wanted=wanted), front, curve, curve_from, curve_to)
+        loaded = replace(loaded, wanted=wanted, trade_offs=replace(loaded.trade_offs, **beside))
         raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
 
 
@@ -162,7 +192,12 @@ def _currents(
         from drivetrain.sizing.evaluate import evaluate
         from drivetrain.study.load import load_study
 
-        loaded = load_study(study)
+        together = Together()
+        with together:
+            writable(out, file=True)
+        with together:
+            loaded = load_study(study)
+        together.tell()
         with working("computing currents"):
             result = evaluate(loaded)
         write_files(out.parent, {out.name: currents_csv(result)})
@@ -182,13 +217,23 @@ def _ratio(
 ) -> None:
     """Vary each joint's gear ratio: torque, heat, every check, and the window in which all hold."""
     with told():
+        from drivetrain.errors import Fault, InputError, nearest
         from drivetrain.report.outputs import write_files
         from drivetrain.report.ratio_json import ratio_json
         from drivetrain.report.ratio_page import ratio_report, ratio_sentence
         from drivetrain.sizing.ratio import chosen_drives, ratio_studies, ratio_study
         from drivetrain.study.load import load_study
 
-        loaded = load_study(study)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            loaded = load_study(study)
+            names = [task.name for task in loaded.joints]
+            strange = [one for one in joint or () if one not in names]
+            if strange:
+                raise InputError(Fault("--joint", "is no joint of the study", o, nearest(o, names)) for o in strange)
+        together.tell()
         with working("varying the ratios"):
             drives = chosen_drives(loaded) if joint else None
             found = [ratio_study(loaded, name, drives=drives) for name in joint or ()] or list(ratio_studies(loaded))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, say, told, working
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, say, told, working, writable
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -26,6 +26,7 @@ def _sweep(
     """Select or size at every combination of values, on all cores or a cluster; run it again to go on."""
     with told():
         _demand_libraries()
+        from drivetrain.errors import Fault, InputError
         from drivetrain.report.outputs import write_files
         from drivetrain.report.sweep_page import sweep_report
         from drivetrain.study.load import study_from
@@ -33,7 +34,15 @@ def _sweep(
         from drivetrain.sweep.run import run_sweep
         from drivetrain.sweep.shards import read_results
 
-        sweep = read_sweep(file)
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            if workers is not None and workers < 0:
+                raise InputError(Fault("--workers", "must be 0 or more", workers))
+        with together:
+            sweep = read_sweep(file)
+        together.tell()
         folder = out or Path(f"{file.stem}_results")
         say(f"{len(sweep)} points in {sweep.shards} shards: {' x '.join(sweep.names)}")
         with working("judging points") as step:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from drivetrain.commands.shared import working
 
@@ -10,34 +10,29 @@ if TYPE_CHECKING:
     from drivetrain.errors import Fault
     from drivetrain.sizing.results import Selection
     from drivetrain.sizing.trade_offs import TradeOffsFound
-    from drivetrain.study.study import Study
     from drivetrain.study.trade_offs import CurveWanted
 
 
-def asked_beside(
-    study: Study, front: str | None, curves: list[str] | None, low: str | None, high: str | None
-) -> Study:  # fmt: skip
-    """A study with the front and the curves that the command line asks for instead of its own.
+def options_beside(
+    front: str | None, curves: list[str] | None, low: str | None, high: str | None
+) -> dict[str, Any]:  # fmt: skip
+    """The front and the curves that the command line asks for instead of what a study says.
 
     Args:
-        study: As its file says.
         front: Criteria parted by commas; None: as the study says.
         curves: Each on one line; None or none: as the study says.
         low, high: Ends of the one curve that is asked for.
 
     Returns:
-        The study.
+        Fields of ``TradeOffs`` by name; none where the study has its say.
 
     Raises:
         InputError: Every fault of the options at once.
     """
-    from dataclasses import replace
-
     from drivetrain.errors import Fault, InputError
     from drivetrain.study.trade_offs import read_criterion
 
     faults: list[Fault] = []
-    asked = study.trade_offs
     names = [] if front is None else [name.strip() for name in front.split(",") if name.strip()]
     for name in names:
         try:
@@ -49,8 +44,8 @@ def asked_beside(
     found = _curves(curves or [], low, high, faults)
     if faults:
         raise InputError(faults)
-    asked = replace(asked, front=tuple(dict.fromkeys(names))) if front is not None else asked
-    return replace(study, trade_offs=replace(asked, curves=tuple(found)) if found else asked)
+    asked: dict[str, Any] = {} if front is None else {"front": tuple(dict.fromkeys(names))}
+    return asked | ({"curves": tuple(found)} if found else {})
 
 
 def beside(selection: Selection) -> TradeOffsFound | None:

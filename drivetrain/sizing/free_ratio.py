@@ -62,7 +62,7 @@ def free_ratios(
         InputError: No joint with a free ratio, unknown joints, series or motors, or data without which the goal
             cannot be computed.
     """
-    aim = _goal(goal)
+    aim = goal_of(goal)
     wanted = free if free is not None else {t.name: t.free_ratio for t in study.joints if t.free_ratio is not None}
     design = _design(study, aim, wanted, drives or {})
     ratios, rounds = _settled(design)
@@ -84,7 +84,18 @@ class _Allowed:
     ended_by: str
 
 
-def _goal(goal: Goal | str) -> Goal:
+def goal_of(goal: Goal | str) -> Goal:
+    """A goal by its name.
+
+    Args:
+        goal: Such as ``heat``.
+
+    Returns:
+        The goal.
+
+    Raises:
+        InputError: There is none of that name.
+    """
     known = [one.value for one in Goal]
     if str(goal) not in known:
         raise InputError(Fault("goal", "is none that ratios can be chosen for", str(goal), nearest(str(goal), known)))

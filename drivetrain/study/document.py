@@ -13,6 +13,7 @@ from drivetrain.errors import Fault, InputError
 Place = tuple[str | int, ...]  # keys and list positions from the top, such as ("joints", "elbow", "drive")
 
 _DEEPEST = 20
+_MOST_NAMED = 5  # files of a folder that is no study
 _PLAIN = ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
 _MERGE_KEY = "tag:yaml.org,2002:merge"
 
@@ -113,9 +114,15 @@ def _content(file: Path) -> bytes:
     try:
         content = file.read_bytes()
         content.decode("utf-8")
-    except (FileNotFoundError, IsADirectoryError):
+    except FileNotFoundError:
         raise InputError(Fault("the study file", "does not exist", str(file), "drivetrain init writes one")) from None
-    except UnicodeDecodeError as error:
+    except IsADirectoryError:
+        inside = sorted(one.name for one in file.glob("*.y*ml"))[:_MOST_NAMED]
+        hint = f"it holds {', '.join(inside)}" if inside else "drivetrain init writes a study"
+        raise InputError(Fault("the study file", "is a folder", str(file), hint)) from None
+    except (OSError, ValueError) as error:  # no right to read it, or no name that a file can have
+        if not isinstance(error, UnicodeDecodeError):
+            raise InputError(Fault("the study file", f"cannot be read: {error}", str(file))) from None
         raise InputError(Fault(f"byte {error.start}", "the file must be UTF-8 text", file=str(file))) from None
     return content
 
@@ -131,6 +138,8 @@ def _root(file: Path, content: bytes) -> yaml.Node | None:
         raise InputError(Fault(column, f"is not YAML: {words}", hint=_yaml_hint(words), file=where)) from None
     except yaml.YAMLError as error:
         raise InputError(Fault("the file", f"is not YAML: {error}", file=str(file))) from None
+    except RecursionError:
+        raise InputError(Fault("the file", "nests too deeply", file=str(file))) from None
 
 
 def _yaml_hint(words: str) -> str:
