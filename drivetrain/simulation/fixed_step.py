@@ -77,10 +77,11 @@ def _looped(plan: Plan, wish: Wish, run: Run) -> Outcome:
     _, _, clock, counts, _ = run
     advance, parts, filled = kernel.compiled(), [], 0
     rows, events, logged = _room(plan, wish, clock), np.empty((EVENTS, 4)), []
+    scratch = np.empty(3 * plan.body.c, dtype=np.int64)
     while True:
         counts[kernel.ROWS] = counts[kernel.EVENTS] = 0
         counts[kernel.BUDGET] = CHUNK
-        code = advance(*run, rows[filled:], events)
+        code = advance(*run, rows[filled:], events, scratch)
         filled += counts[kernel.ROWS]
         if code == kernel.FULL:
             parts.append(rows)

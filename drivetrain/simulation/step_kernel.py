@@ -11,7 +11,6 @@ from functools import lru_cache
 from typing import Any
 
 import numba as nb
-import numpy as np
 
 from drivetrain.dynamics.compiled_vectors import part
 from drivetrain.simulation import fields as f
@@ -100,7 +99,7 @@ def _accept(n: Any, w: Any, t: float, h: float, theta: float) -> int:
     """Move on by a solved step; a coordinate or state that is no number any more, or -1."""
     joints, c, x, rates, bad = w[f.JOINTS], w[f.COORDINATES], w[f.AT_STATE], w[f.AT_RATES], -1
     change, guess, last, surface = row_of(w, f.CHANGE), row_of(w, f.GUESS), row_of(w, f.LAST), row_of(w, f.SURFACE)
-    own = shifted(n, rates)
+    own, slower = shifted(n, rates), 1.0 / h
     _equations(n, w, f.FORCES, t, h, own)
     call_all(w[f.ACCOUNTS], w[f.AT_ACCOUNTS], t + theta * h, h, own, n, w)
     for k in range(w[f.POWERS]):
@@ -118,7 +117,7 @@ def _accept(n: Any, w: Any, t: float, h: float, theta: float) -> int:
             n[last + i] = 0.0
         else:
             n[speed] += n[change + i]
-            n[last + i] = n[change + i] / h
+            n[last + i] = n[change + i] * slower
         if not abs(n[speed]) < BEYOND:
             bad = c + i
     for k in range(2 * c, w[f.STATES]):
@@ -129,16 +128,17 @@ def _accept(n: Any, w: Any, t: float, h: float, theta: float) -> int:
 
 
 @part
-def _log(w: Any, c: int, t: float, before: Any, events: Any, counts: Any) -> None:
+def _log(w: Any, c: int, t: float, before: Any, log: Any, counts: Any, room: int) -> None:
     """Write down the modes that have changed."""
     for i in range(c):
         mode = w[w[f.AT_MODES] + i]
         if mode != before[i]:
-            if counts[EVENTS] < len(events):
-                events[counts[EVENTS], 0] = t
-                events[counts[EVENTS], 1] = i
-                events[counts[EVENTS], 2] = before[i]
-                events[counts[EVENTS], 3] = mode
+            if counts[EVENTS] < room:
+                at = 4 * counts[EVENTS]
+                log[at] = t
+                log[at + 1] = i
+                log[at + 2] = before[i]
+                log[at + 3] = mode
             counts[EVENTS] += 1
 
 
@@ -163,56 +163,61 @@ def _next_node(n: Any, w: Any, clock: Any, counts: Any, breaks: Any) -> float:
 
 # long kernel: the loop over nodes
 @nb.njit(cache=True, error_model="numpy", nogil=True)
-def _advance(numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, rows: Any, events: Any) -> int:
+def _advance(
+    numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, rows: Any, events: Any, scratch: Any
+) -> int:
     """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back."""
-    n, w = pointer_to(numbers), pointer_to(words)
-    c, slack = words[f.COORDINATES], SLACK * clock[STEP]
-    kept, before = np.zeros(3 * c, dtype=np.int64), np.zeros(c, dtype=np.int64)
-    budget, modes = counts[BUDGET], words[f.AT_MODES]
-    guess, last, speeds = row_of(w, f.GUESS), row_of(w, f.LAST), words[f.AT_STATE] + c
+    # Pointers all: handing over an array costs two counts of its references, each dearer than a small law.
+    n, w, time, count = pointer_to(numbers), pointer_to(words), pointer_to(clock), pointer_to(counts)
+    jumps, table, log, before = pointer_to(breaks), pointer_to(rows), pointer_to(events), pointer_to(scratch)
+    most, width, room = rows.shape[0], rows.shape[1], events.shape[0]
+    c, step, slack = w[f.COORDINATES], time[STEP], SLACK * time[STEP]
+    budget, modes = count[BUDGET], w[f.AT_MODES]
+    guess, last, speeds = row_of(w, f.GUESS), row_of(w, f.LAST), w[f.AT_STATE] + c
     while True:
-        t = clock[TIME]
+        t = time[TIME]
         _sample(n, w, t, slack)
-        if t >= clock[NEXT_ROW] - slack:
-            if counts[ROWS] == len(rows):
+        if t >= time[NEXT_ROW] - slack:
+            if count[ROWS] == most:
                 return FULL
-            _row(n, w, t, rows[counts[ROWS]], kept)
-            if abs(t - clock[END]) <= slack:
-                rows[counts[ROWS], 0] = clock[END]
-            counts[ROWS] += 1
-            counts[INSTANTS] += 1
-            clock[NEXT_ROW] = min(clock[INTERVAL] * (math.floor(t / clock[INTERVAL] + 1e-6) + 1.0), clock[END])
-        if t >= clock[END] - slack:
+            row = shifted(table, count[ROWS] * width)
+            _row(n, w, t, row, before)
+            if abs(t - time[END]) <= slack:
+                row[0] = time[END]
+            count[ROWS] += 1
+            count[INSTANTS] += 1
+            time[NEXT_ROW] = min(time[INTERVAL] * (math.floor(t / time[INTERVAL] + 1e-6) + 1.0), time[END])
+        if t >= time[END] - slack:
             return DONE
         if budget == 0:
             return PAUSED
         budget -= 1
-        to = _next_node(n, w, clock, counts, breaks)
+        to = _next_node(n, w, time, count, jumps)
         # A whole step is exactly that, however the clock is rounded: laws may keep what they have made for it.
-        h = clock[STEP] if abs(to - t - clock[STEP]) <= slack else to - t
-        theta = 1.0 if counts[SOFT] else 0.5
-        counts[SOFT] = 0
+        h = step if abs(to - t - step) <= slack else to - t
+        theta = 1.0 if count[SOFT] else 0.5
+        count[SOFT] = 0
         for i in range(c):
-            before[i] = words[modes + i]
-            numbers[guess + i] = numbers[speeds + i] + theta * h * numbers[last + i]
-        numbers[words[f.AT_THETA]] = theta
-        _equations(n, w, f.MOTION, t, h, shifted(n, words[f.AT_RATES]))
-        if words[f.SOLVED] < 0:
-            counts[CULPRIT] = -1 - words[f.SOLVED]
-            return JAMMED if words[f.SOLVED] > -1000 else ENDLESS
-        counts[SOLVES] += words[f.SOLVED]
-        counts[STEPS] += 1
+            before[i] = w[modes + i]
+            n[guess + i] = n[speeds + i] + theta * h * n[last + i]
+        n[w[f.AT_THETA]] = theta
+        _equations(n, w, f.MOTION, t, h, shifted(n, w[f.AT_RATES]))
+        if w[f.SOLVED] < 0:
+            count[CULPRIT] = -1 - w[f.SOLVED]
+            return JAMMED if w[f.SOLVED] > -1000 else ENDLESS
+        count[SOLVES] += w[f.SOLVED]
+        count[STEPS] += 1
         bad = _accept(n, w, t, h, theta)
-        clock[TIME] = to
-        _log(w, c, to, before, events, counts)
+        time[TIME] = to
+        _log(w, c, to, before, log, count, room)
         if bad >= 0:
-            counts[CULPRIT] = bad
+            count[CULPRIT] = bad
             return DIVERGED
-        if to >= breaks[counts[NEXT_BREAK]] - slack:
-            while breaks[counts[NEXT_BREAK]] <= to + slack:
-                counts[NEXT_BREAK] += 1
+        if to >= jumps[count[NEXT_BREAK]] - slack:
+            while jumps[count[NEXT_BREAK]] <= to + slack:
+                count[NEXT_BREAK] += 1
             # Half a step ahead a stiff spring would ring for ever after a jump; a whole one calms it.
-            counts[SOFT] = words[f.STIFF]
+            count[SOFT] = w[f.STIFF]
 
 
 @lru_cache(maxsize=1)
@@ -221,11 +226,12 @@ def compiled() -> Any:
 
     Returns:
         A function of ``numbers, words`` (as ``plan.py`` lays them out), ``clock, counts`` (as named above), ``breaks``
-        (instants, rising, an infinity last), and what it fills: ``rows`` (time, states, signals, energies) and
-        ``events`` (time, coordinate, mode before and after). It returns why it came back.
+        (instants, rising, an infinity last), what it fills: ``rows`` (time, states, signals, energies) and ``events``
+        (time, coordinate, mode before and after), and three whole numbers a coordinate as scratch. It returns why it
+        came back.
     """
     flat, whole = nb.types.Array(nb.float64, 1, "C"), nb.types.Array(nb.int64, 1, "C")
     table = nb.types.Array(nb.float64, 2, "C")
-    _advance.compile(nb.int64(flat, whole, flat, whole, flat, table, table))
+    _advance.compile(nb.int64(flat, whole, flat, whole, flat, table, table, whole))
     _advance.disable_compile()
     return _advance
