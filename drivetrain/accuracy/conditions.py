@@ -19,11 +19,13 @@ from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import body_jacobian
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.effects.bounds import mean_of, rms_of
+from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect, Place
 from drivetrain.effects.estimate import Conditions, TaskSeries
 from drivetrain.effects.mesh_loss import MeshLoss
 from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.effects.sampled_cascade import SampledCascade
 from drivetrain.effects.viscous_friction import ViscousFriction
 from drivetrain.errors import InputError
 from drivetrain.simulation.inverse import Demand, demanded
@@ -107,7 +109,8 @@ def _conditions(ready: Plan, demand: Demand, joint: int, basis: Basis, mass: Arr
     motor = basis.motors[name]
     own = float(body.rotors[joint])
     inertia = mass[:, joint] - (own if isinstance(scene.body, Arm) and joint not in body.springs else 0.0)
-    loop = next((effect for effect in effects if isinstance(effect, PositionLoop)), None)
+    constant = float(torque_constant(motor, motor.reference_temperature))
+    stiffness, damping, period = _loop(effects, constant * float(body.ratios[joint]) ** 2)
     mesh = next((effect for effect in effects if isinstance(effect, MeshLoss)), None)
     limits = [float(getattr(effect, "peak_current", math.inf)) for effect in effects]
     base = Conditions(
@@ -121,12 +124,24 @@ def _conditions(ready: Plan, demand: Demand, joint: int, basis: Basis, mass: Arr
         rotor_inertia=own,
         free=float(np.abs(current).max()) < min(limits, default=math.inf),
         series=series,
-        torque_constant=float(torque_constant(motor, motor.reference_temperature)),
+        torque_constant=constant,
         mesh_share=1.0 if mesh is None else 1.0 + mesh.numbers(_place(ready, joint))[0],
-        loop_stiffness=math.inf if loop is None else loop.stiffness,
-        loop_damping=math.inf if loop is None else loop.damping,
+        loop_stiffness=stiffness,
+        loop_damping=damping,
+        sample_period=period,
     )
     return _warmed(base, motor, basis.networks.get(name), _shaft_loss(effects, speed * body.ratios[joint]))
+
+
+def _loop(effects: Sequence[Effect], scale: float) -> tuple[float, float, float]:
+    """Stiffness and damping of a position loop at the joint, and its period; ``scale`` takes a current there."""
+    for effect in effects:
+        if isinstance(effect, PositionLoop):
+            return effect.stiffness, effect.damping, 0.0
+        if isinstance(effect, CascadeLoop | SampledCascade):
+            damping = effect.speed_gain * scale
+            return effect.position_gain * damping, damping, effect.period or 0.0
+    return math.inf, math.inf, 0.0
 
 
 def _place(ready: Plan, joint: int) -> Place:

@@ -24,6 +24,7 @@ from drivetrain.simulation.scene import WHOLE, Scene
 
 COSTS = {
     "FlexibleJoint": 6.0, "Backlash": 6.0, "MeshLoss": 3.0, "LuGreFriction": 3.0, "CurrentLoop": 2.0,
+    "SampledCurrentLoop": 8.0, "SampledCascade": 2.0, "Encoder": 0.5,
     "DryFriction": 2.0, "ViscousFriction": 1.0, "Cogging": 1.0, "WindingHeat": 0.5, "FullRotor": 0.5,
 }  # fmt: skip
 """What keeping an effect is thought to cost, relative to others: states and coordinates more, bounds to be solved."""

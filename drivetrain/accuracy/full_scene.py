@@ -7,20 +7,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from drivetrain.accuracy.variants import choices, without
+from drivetrain.accuracy.variants import choices, left, without
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.effects.cogging import Cogging
 from drivetrain.effects.current_loop import CurrentLoop
 from drivetrain.effects.effect import Effect
+from drivetrain.effects.encoder import Encoder
 from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.effects.sampled_cascade import SampledCascade
+from drivetrain.effects.sampled_current_loop import SampledCurrentLoop
 from drivetrain.effects.supply_bus import StiffSupply
+from drivetrain.effects.winding import Winding
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.scene import WHOLE, Scene
+from drivetrain.simulation.shaping import ratios_of
 from drivetrain.simulation.study_scene import Wishes, scene_of
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
+from drivetrain.study.simulation import KNOWN_EFFECTS, Control, Simulation
 from drivetrain.study.study import JointTask, Study
 
 AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``drive/heat.py``
@@ -46,7 +53,8 @@ def full_scene(evaluation: Evaluation, wishes: Simulation | None = None) -> Scen
         wishes: Loops and repetitions; None: the study's own.
 
     Returns:
-        Friction, mesh losses, springs, inductance behind a current loop, heat that starts in its periodic state.
+        Friction, mesh losses, springs, inductance behind a current loop, heat that starts in its periodic state; and
+        what the study states beside the sheets: loops at samples, encoders, cogging.
 
     Raises:
         InputError: As ``scene_of``.
@@ -60,16 +68,20 @@ def full_scene(evaluation: Evaluation, wishes: Simulation | None = None) -> Scen
             repetitions=told.repetitions,
         ),
     )  # fmt: skip
-    effects = dict(built.effects)
+    effects, ratios = dict(built.effects), dict(zip(built.joints, ratios_of(built), strict=True))
     for task in study.joints:
         joint = evaluation.joints[task.name]
-        own = [_with_inductance(effect, joint.drive, told) for effect in effects[task.name]]
+        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, told, task.name)]
+        own = [one for effect in own for one in _sampled(effect, ratios[task.name], told.control.get(task.name))]
+        teeth = told.cogging.get(task.name)
+        own += [Cogging((teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
         effects[task.name] = (*own, *_heat(study, task, joint))
     volts = {available_voltage(task.amplifier, study.supply.voltage) for task in study.joints}
     if len(volts) == 1:
         effects[WHOLE] = (*effects[WHOLE], StiffSupply(volts.pop()))
     else:
-        effects |= {task.name: tuple(_quick(e) for e in effects[task.name]) for task in study.joints}
+        gone = [Choice(kind, task.name) for task in study.joints for kind in ("SampledCurrentLoop", "CurrentLoop")]
+        effects |= {name: left(name, effects[name], gone) for name in built.joints}
     return replace(built, effects=effects)
 
 
@@ -84,19 +96,35 @@ def wanted_scene(full: Scene, names: Iterable[str]) -> Scene:
         The scene, with what its controllers feed forward.
     """
     kept = {KNOWN_EFFECTS[name] for name in names}
-    return without(full, [one for one in choices(full) if one.kind not in kept])
+    gone = [one for one in choices(full) if one.kind not in kept]
+    if "CurrentLoop" not in kept:  # what stands in for a sampled one is left out too
+        gone += [Choice("CurrentLoop", joint) for joint in full.joints]
+    return without(full, gone)
 
 
-def _with_inductance(effect: Effect, drive: Drive, told: Simulation) -> Effect:
-    """A current loop around the winding where the sheet prints an inductance."""
-    if isinstance(effect, MotorCurrent) and drive.motor.inductance:
-        return CurrentLoop(drive.motor, told.current_bandwidth, effect.peak_current)
-    return effect
+def _electrical(effect: Effect, drive: Drive, told: Simulation, joint: str) -> tuple[Effect, ...]:
+    """A current loop around the winding where the sheet prints an inductance; sampled where that is stated."""
+    if not isinstance(effect, MotorCurrent) or not drive.motor.inductance:
+        return (effect,)
+    control = told.control.get(joint)
+    if control is None or control.amplifier_rate is None:
+        return (CurrentLoop(drive.motor, told.current_bandwidth, effect.peak_current),)
+    every = 1.0 / control.amplifier_rate
+    loop = SampledCurrentLoop(drive.motor, told.current_bandwidth, every, effect.peak_current)
+    return Winding(drive.motor), loop
 
 
-def _quick(effect: Effect) -> Effect:
-    """Without a current loop: limits of voltage that differ from joint to joint are MotorCurrent's own."""
-    return effect.quasi_static() or effect if isinstance(effect, CurrentLoop) else effect
+def _sampled(effect: Effect, ratio: float, control: Control | None) -> tuple[Effect, ...]:
+    """The position loop as a digital controller runs it: a cascade of the same gains on an encoder, where stated.
+
+    Stiffness K and damping D at the joint are a position gain K / D around a speed gain D / (ratio^2 kt) at the motor.
+    """
+    if control is None or not isinstance(effect, PositionLoop):
+        return (effect,)
+    gain = effect.damping / (ratio**2 * effect.torque_constant)
+    counts = None if control.encoder_bits is None else 2**control.encoder_bits
+    cascade = SampledCascade(effect.stiffness / effect.damping, gain, every=1.0 / control.rate, delay=control.delay)
+    return Encoder(counts), cascade
 
 
 def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ...]:

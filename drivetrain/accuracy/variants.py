@@ -32,8 +32,12 @@ LABELS = {
     "CurrentLoop": "inductance and current loop",
     "WindingHeat": "heat: R(T) and kt(T)",
     "FullRotor": "rotor as a body",
+    "SampledCascade": "samples of position and speed loop",
+    "SampledCurrentLoop": "samples of the current loop",
+    "Encoder": "steps of the encoder",
 }
 """Effects that may be left out; commands, loops, motors, supplies and contacts may not."""
+PARTNERS = {"SampledCurrentLoop": "Winding"}  # whose stand-in holds what the partner does
 SPRINGS = ("FlexibleJoint", "Backlash")
 
 
@@ -50,7 +54,7 @@ def choices(scene: Scene) -> tuple[Choice, ...]:
         Choice(type(effect).__name__, joint)
         for joint, effects in scene.effects.items()
         for effect in effects
-        if type(effect).__name__ in LABELS
+        if type(effect).__name__ in LABELS and effect.quasi_static() != effect
     ]
     body = scene.body
     if isinstance(body, Arm) and body.level is RotorLevel.FULL and any(rotor is not None for rotor in body.rotors):
@@ -73,7 +77,7 @@ def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
     body = scene.body
     if isinstance(body, Arm) and Choice("FullRotor", WHOLE) in gone:
         body = at_level(body, RotorLevel.REFLECTED)
-    effects = {joint: _left(joint, own, gone) for joint, own in scene.effects.items()}
+    effects = {joint: left(joint, own, gone) for joint, own in scene.effects.items()}
     ratios = dict(zip(scene.joints, ratios_of(scene), strict=True))
     less = replace(scene, body=body, effects=effects)
     for joint, now in zip(scene.joints, _ratios(less), strict=True):
@@ -112,16 +116,28 @@ def _settled(scene: Scene) -> Scene:
     return replace(scene, position=position, speed=demand.speed[0])
 
 
-def _left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
-    """What is left of a joint's effects."""
-    left: list[Effect] = []
+def left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
+    """What is left of a joint's effects.
+
+    Args:
+        joint: Its name.
+        effects: All of them.
+        gone: What is left out; what stands in for one may be left out too.
+
+    Returns:
+        The rest, stand-ins in their places.
+    """
+    kept: list[Effect] = []
     for effect in effects:
         stays: Effect | None = effect
-        if Choice(type(effect).__name__, joint) in gone:
-            stays = effect.quasi_static()
+        kind = ""
+        while stays is not None and type(stays).__name__ != kind and Choice(type(stays).__name__, joint) in gone:
+            kind, stays = type(stays).__name__, stays.quasi_static()
+        if any(Choice(owner, joint) in gone for owner, one in PARTNERS.items() if one == type(effect).__name__):
+            stays = None
         if stays is not None:
-            left.append(stays)
-    return tuple(left)
+            kept.append(stays)
+    return tuple(kept)
 
 
 def _ratios(scene: Scene) -> tuple[float, ...]:

@@ -70,6 +70,7 @@ class Conditions:
         rise: Of the winding in the periodic state [K].
         housing_resistance: From housing to air [K/W].
         loop_stiffness, loop_damping: Of the position loop, at the joint [N m/rad, N m s/rad].
+        sample_period: Of that loop [s]; 0 for a continuous one.
     """
 
     peak_current: float
@@ -91,3 +92,4 @@ class Conditions:
     housing_resistance: float = 0.0
     loop_stiffness: float = math.inf
     loop_damping: float = math.inf
+    sample_period: float = 0.0

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
+from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.loop_gains import gain_faults
 from drivetrain.errors import Fault, InputError
@@ -132,6 +133,14 @@ class SampledCascade(Effect):
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
         return 0.0, measured - self.every * speed, 0.0, *(0.0,) * MOST_DELAY
+
+    def quasi_static(self) -> Effect:
+        """The same loops without samples.
+
+        Returns:
+            A ``CascadeLoop`` of the same gains.
+        """
+        return CascadeLoop(self.position_gain, self.speed_gain, self.integral_time, self.peak_current)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         """The period.

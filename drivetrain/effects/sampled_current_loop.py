@@ -9,6 +9,7 @@ from typing import Any
 
 from drivetrain.drive.motor import Motor
 from drivetrain.effects import signals as s
+from drivetrain.effects.current_loop import CurrentLoop
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
 from drivetrain.errors import Fault, InputError
 
@@ -134,6 +135,14 @@ class SampledCurrentLoop(Effect):
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
         drop, emf = self.motor.resistance * current, self.motor.torque_constant * speed
         return drop + emf, drop + (1.0 - self.fed_forward) * emf, current
+
+    def quasi_static(self) -> Effect:
+        """The same loop without samples, its winding with it: where it stands in, ``Winding`` goes.
+
+        Returns:
+            A ``CurrentLoop`` of the same bandwidth.
+        """
+        return CurrentLoop(self.motor, self.bandwidth, self.peak_current)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         """The period.

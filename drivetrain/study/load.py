@@ -14,11 +14,11 @@ from drivetrain.study.resolve_arm import arm_files, resolve_arm, resolve_payload
 from drivetrain.study.resolve_coupling import resolve_coupling
 from drivetrain.study.resolve_cycle import motion_files, resolve_cycle, resolve_motions
 from drivetrain.study.resolve_joints import Surroundings, resolve_joints
+from drivetrain.study.resolve_simulation import resolve_simulation
 from drivetrain.study.resolve_wanted import resolve_trade_offs, resolve_wanted
 from drivetrain.study.rows import catalog_folders, resolve_catalog
 from drivetrain.study.schema import StudyForm
 from drivetrain.study.schema_tolerances import TolerancesForm
-from drivetrain.study.simulation import Simulation
 from drivetrain.study.study import DriveMass, Safety, Study
 from drivetrain.study.tolerances import Tolerances
 from drivetrain.study.validate import read_form
@@ -63,6 +63,7 @@ def study_from(document: Document) -> Study:
     joints = resolve_joints(Surroundings(form, arm, catalog, ledger), names)
     wanted = resolve_wanted(form, names, ledger)
     trade_offs = resolve_trade_offs(form, cycle, payloads, ledger)
+    simulation = resolve_simulation(form, names, ledger)
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
@@ -84,7 +85,7 @@ def study_from(document: Document) -> Study:
         catalog=catalog,
         wanted=wanted,
         tolerances=_tolerances(form),
-        simulation=Simulation(**form.simulation.model_dump()),
+        simulation=simulation,
         trade_offs=trade_offs,
         notes=tuple(ledger.notes),
     )

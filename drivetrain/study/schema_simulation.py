@@ -9,9 +9,10 @@ from pydantic import BeforeValidator, Field
 from drivetrain.errors import nearest
 from drivetrain.study import fields as f
 from drivetrain.study.form import Form
-from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
+from drivetrain.study.simulation import KNOWN_EFFECTS, Control, Simulation
 
 USUAL = Simulation()
+USUAL_CONTROL = Control()
 WORDS = ("auto", "all", "none")
 
 
@@ -32,6 +33,32 @@ def _effects(value: Any) -> tuple[str, ...]:
 
 Effects = Annotated[tuple[str, ...], BeforeValidator(_effects)]
 Share = Annotated[float, f.Quantity("", above=0.0)]
+Rate = Annotated[float, f.Quantity("Hz", above=0.0)]
+
+
+class ControlForm(Form):
+    """How a joint is controlled: by a digital controller, its loops closed at samples."""
+
+    sampled: bool = Field(default=USUAL_CONTROL.sampled, description="false: continuous loops")
+    rate: Rate = Field(default=USUAL_CONTROL.rate, description="of position and speed loop")
+    amplifier_rate: Rate | None = Field(
+        default=USUAL_CONTROL.amplifier_rate, description="of the current loop; null: continuous"
+    )
+    delay: Annotated[int, Field(ge=0, le=2)] = Field(
+        default=USUAL_CONTROL.delay, description="samples from measuring to giving out"
+    )
+    encoder_bits: Annotated[int, Field(ge=4, le=40)] | None = Field(
+        default=None, description="of the motor's encoder, a turn; default: as fine as numbers are"
+    )
+
+
+class CoggingForm(Form):
+    """What a motor's magnets pull at its teeth."""
+
+    amplitude: f.Torque | None = Field(default=None, description="at the motor's shaft; 0 N m: none")
+    periods: Annotated[int, Field(ge=1)] | None = Field(
+        default=None, description="a turn: the least common multiple of teeth and poles"
+    )
 
 
 class SimulationForm(Form):
@@ -55,3 +82,9 @@ class SimulationForm(Form):
         default=USUAL.damping, description="of the springs, as a share of the critical one"
     )
     repetitions: Annotated[int, Field(ge=1)] = Field(default=USUAL.repetitions, description="of the cycle")
+    control: dict[str, ControlForm] = Field(
+        default_factory=dict, description="by joint; default holds for all that are not named"
+    )
+    cogging: dict[str, CoggingForm] = Field(
+        default_factory=dict, description="by joint; default holds for all that are not named"
+    )

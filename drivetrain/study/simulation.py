@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 KNOWN_EFFECTS = {
     "viscous_friction": "ViscousFriction",
@@ -12,8 +13,44 @@ KNOWN_EFFECTS = {
     "inductance": "CurrentLoop",
     "heat": "WindingHeat",
     "full_rotor": "FullRotor",
+    "cogging": "Cogging",
+    "sampling": "SampledCascade",
+    "amplifier_sampling": "SampledCurrentLoop",
+    "encoder": "Encoder",
 }
 """Effects that a study's simulation may leave out, by the name that the file gives them, and the class of each."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """How a joint is controlled, where that is not a continuous loop.
+
+    Attributes:
+        sampled: Whether position and speed loop run at samples, on a measured angle.
+        rate: Of those loops [Hz].
+        amplifier_rate: Of the current loop [Hz]; None: it is continuous.
+        delay: From measuring to giving out [samples].
+        encoder_bits: Of the motor's encoder, a turn; None: as fine as numbers are.
+    """
+
+    sampled: bool = True
+    rate: float = 1e3
+    amplifier_rate: float | None = 1e4
+    delay: int = 1
+    encoder_bits: int | None = None
+
+
+@dataclass(frozen=True)
+class Teeth:
+    """What a motor's magnets pull at its teeth; sheets hold no such data.
+
+    Attributes:
+        amplitude: Of the cogging torque at the motor's shaft [N m].
+        periods: A turn of the motor.
+    """
+
+    amplitude: float
+    periods: int
 
 
 @dataclass(frozen=True)
@@ -31,6 +68,8 @@ class Simulation:
         current_bandwidth: Of the current loops [rad/s].
         damping: Of the springs, as a share of the critical one [-].
         repetitions: Of the cycle.
+        control: By joint name; a joint that is not named has continuous loops.
+        cogging: By joint name; a joint that is not named has none.
     """
 
     effects: tuple[str, ...] = ("all",)
@@ -43,3 +82,5 @@ class Simulation:
     current_bandwidth: float = 6283.185307179586
     damping: float = 0.02
     repetitions: int = 1
+    control: Mapping[str, Control] = field(default_factory=dict)
+    cogging: Mapping[str, Teeth] = field(default_factory=dict)

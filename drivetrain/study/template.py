@@ -91,6 +91,15 @@ objective: mass # or price, energy, or a mix by the kg, the unit of price, the J
 # probability each check holds; `selection: {{holds: 99 %}}` chooses a set that holds so often.
 # tolerances: {{torque_constant: 5 %, friction: 30 %, payload: {{normal: 0.1 kg}}, ambient: 5 K}}
 
+# How it is run (drivetrain simulate, drivetrain accuracy). What no sheet holds is stated here, for all joints by
+# `default`, or by joint:
+# simulation:
+#   effects: auto # or all, or a list; auto leaves out what the tolerance does not feel, and proves it
+#   tolerance: 1 %
+#   control: # a digital controller: loops closed at samples, on an encoder's counts
+#     default: {{rate: 1 kHz, amplifier_rate: 10 kHz, delay: 1, encoder_bits: 17}}
+#   cogging: {{default: {{amplitude: 5 mN m, periods: 84}}}} # at the motor; periods a turn
+
 # What may drive each joint; a joint's own entry goes over the default one, name by name.
 joints:
   default:

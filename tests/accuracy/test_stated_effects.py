@@ -1,0 +1,163 @@
+"""What no sheet holds and a study states: loops at samples, encoders, cogging; in scenes, tables and the choice."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drivetrain as dt
+from drivetrain.accuracy.auto import choose_effects
+from drivetrain.accuracy.conditions import task_of
+from drivetrain.accuracy.decision import basis_of
+from drivetrain.accuracy.estimates import estimates
+from drivetrain.accuracy.full_scene import full_scene, wanted_scene
+from drivetrain.accuracy.runs import ran
+from drivetrain.accuracy.variants import LABELS, choices, without
+from drivetrain.effects.cascade_loop import CascadeLoop
+from drivetrain.effects.cogging import Cogging
+from drivetrain.effects.current_loop import CurrentLoop
+from drivetrain.effects.effect import Effect
+from drivetrain.effects.encoder import Encoder
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.effects.sampled_cascade import SampledCascade
+from drivetrain.effects.sampled_current_loop import SampledCurrentLoop
+from drivetrain.effects.winding import Winding
+from drivetrain.errors import InputError
+from drivetrain.simulation.cost_results import Choice
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.plan import plan
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Scene
+from drivetrain.sizing.results import Evaluation
+from drivetrain.study.simulation import Control, Teeth
+
+STATED = """
+simulation:
+  effects: all
+  control:
+    default: {rate: 1 kHz, amplifier_rate: 10 kHz, delay: 1, encoder_bits: 17}
+    joint_5: {sampled: false}
+    joint_6: {amplifier_rate: null, encoder_bits: 12}
+  cogging:
+    default: {amplitude: 4 mN m, periods: 48}
+    joint_1: {amplitude: 0 N m}
+    joint_2: {amplitude: 6 mN m}
+"""
+
+
+def written(folder: Path, more: str) -> Path:
+    """The PUMA's study with an inductance in every sheet, and something more."""
+    shutil.copytree(Path(__file__).resolve().parents[2] / "examples" / "puma560", folder)
+    text = (folder / "study.yaml").read_text(encoding="utf-8")
+    text = text.replace("    torque_constant:", "    inductance: 3 mH\n    torque_constant:")
+    (folder / "study.yaml").write_text(text + more, encoding="utf-8")
+    return folder / "study.yaml"
+
+
+@pytest.fixture(scope="module")
+def evaluation(tmp_path_factory: pytest.TempPathFactory) -> Evaluation:
+    return dt.evaluate(dt.load_study(written(tmp_path_factory.mktemp("stated") / "puma", STATED)))
+
+
+@pytest.fixture(scope="module")
+def full(evaluation: Evaluation) -> Scene:
+    return full_scene(evaluation)
+
+
+def of_kind(scene: Scene, joint: str, kind: type[Effect]) -> list[Effect]:
+    return [effect for effect in scene.effects[joint] if isinstance(effect, kind)]
+
+
+def test_a_joint_of_its_own_goes_over_the_default(evaluation: Evaluation) -> None:
+    told = evaluation.study.simulation
+    assert told.control["joint_1"] == Control(True, 1e3, 1e4, 1, 17)
+    assert told.control["joint_6"] == Control(True, 1e3, None, 1, 12)
+    assert "joint_5" not in told.control
+    assert "joint_1" not in told.cogging
+    assert told.cogging["joint_2"] == Teeth(6e-3, 48)
+    assert told.cogging["joint_3"] == Teeth(4e-3, 48)
+
+
+def test_the_scene_holds_what_is_stated(full: Scene) -> None:
+    for joint in ("joint_1", "joint_2", "joint_3", "joint_4"):
+        (cascade,) = of_kind(full, joint, SampledCascade)
+        (loop,) = of_kind(full, joint, SampledCurrentLoop)
+        assert (cascade.every, loop.every) == (1e-3, 1e-4)
+        assert of_kind(full, joint, Winding) and of_kind(full, joint, Encoder) == [Encoder(2**17)]
+        assert not of_kind(full, joint, PositionLoop) and not of_kind(full, joint, CurrentLoop)
+    assert of_kind(full, "joint_5", PositionLoop) and of_kind(full, "joint_5", CurrentLoop)
+    assert of_kind(full, "joint_6", SampledCascade) and of_kind(full, "joint_6", CurrentLoop)
+    assert not of_kind(full, "joint_1", Cogging)
+    assert of_kind(full, "joint_2", Cogging) == [Cogging((6e-3,), (48,))]
+
+
+def test_sampled_gains_are_those_of_the_continuous_loop(full: Scene, evaluation: Evaluation) -> None:
+    """Without samples, steps and teeth it is the scene of a study that states none of them."""
+    plain = full_scene(evaluation, type(evaluation.study.simulation)())
+    stated = {"SampledCascade", "SampledCurrentLoop", "Encoder", "Cogging"}
+    less = without(full, [one for one in choices(full) if one.kind in stated])
+    one, other = (ran(plan(scene), FixedStep(5e-4)) for scene in (less, without(plain, ())))
+    assert of_kind(less, "joint_1", CascadeLoop) and of_kind(less, "joint_1", CurrentLoop)
+    for name in full.joints:
+        np.testing.assert_allclose(one[f"{name}.position"], other[f"{name}.position"], atol=1e-9)
+        np.testing.assert_allclose(one[f"{name}.current"], other[f"{name}.current"], atol=1e-5)
+
+
+def test_what_stands_in_may_be_left_out_too(full: Scene) -> None:
+    quick = wanted_scene(full, ())
+    for name in full.joints:
+        assert of_kind(quick, name, MotorCurrent)
+        assert not any(of_kind(quick, name, kind) for kind in (Winding, CurrentLoop, SampledCurrentLoop, Cogging))
+    inductive = wanted_scene(full, ("inductance",))
+    assert all(of_kind(inductive, name, CurrentLoop) for name in full.joints)
+
+
+def test_the_sampled_scene_runs_and_feels_its_samples(full: Scene) -> None:
+    run = simulate(without(full, ()), solver=FixedStep(5e-4), interval=5e-3)
+    assert run.stopped_by is None
+    for name in full.joints:
+        assert np.abs(run[f"{name}.position"] - run[f"{name}.command_position"]).max() < 0.02
+    held = simulate(without(full, ()), solver=FixedStep(1e-4), interval=1e-4, duration=0.02)["joint_2.sampled_current"]
+    assert np.count_nonzero(np.diff(held)) <= 20  # once a millisecond
+
+
+def test_they_are_choices_with_labels_and_estimates(full: Scene, evaluation: Evaluation) -> None:
+    kinds = {one.kind for one in choices(full)}
+    assert {"SampledCascade", "SampledCurrentLoop", "Encoder", "Cogging"} <= kinds <= set(LABELS)
+    told = {one.choice: one for one in estimates(full, task_of(full, basis_of(full, evaluation)))}
+    fine = told[Choice("Encoder", "joint_1")]
+    assert fine.valid and 0.0 < fine.changes["joint_1"].peak_current < 0.05
+    assert not told[Choice("SampledCascade", "joint_1")].valid  # what a delay does to a loop nothing here bounds
+
+
+def test_the_choice_is_proven_with_them(full: Scene, evaluation: Evaluation) -> None:
+    found = choose_effects(full, basis_of(full, evaluation), tolerance=0.1, step=5e-4)
+    left_out = {one.choice.kind for one in found.dropped}
+    assert "SampledCascade" not in left_out
+    assert found.proof is None or found.proof.proven
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("control: {joint_7: {}}", "not there"),
+        ("control: {default: {rate: 1}}", "Hz"),
+        ("control: {default: {rate: 20 kHz}}", "rate of the outer loops"),
+        ("control: {default: {amplifier_rate: 2 kHz}}", "above 3142 Hz"),
+        ("control: {default: {delay: 3}}", "delay"),
+        ("control: {default: {encoder: 17}}", "encoder_bits"),
+        ("cogging: {default: {amplitude: 5 mN m}}", "periods"),
+        ("cogging: {joint_9: {amplitude: 5 mN m, periods: 84}}", "not there"),
+        ("cogging: {default: {amplitude: 5 mm, periods: 84}}", "N m"),
+    ],
+)
+def test_faults_name_place_and_mend(tmp_path: Path, more: str, said: str) -> None:
+    path = written(tmp_path / "puma", f"\nsimulation:\n  {more}\n")
+    with pytest.raises(InputError, match=said) as error:
+        dt.load_study(path)
+    assert len(error.value.faults) == 1
+    assert "study.yaml" in str(error.value)
