@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from numba import njit
+
 from drivetrain.drive.electrical import current_reach
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
@@ -16,6 +18,21 @@ from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"drive/electrical.py": 3770981426, "drive/exponentials.py": 4137605713}
+
+# Kept behind the constants: resistance and step that the rest is made for, growth at the end of a step and in its mean
+# for a volt, means of the fading exponential and of its square.
+MADE_FOR, END, MEAN, FADE, FADED, ROOM = 5, 7, 8, 9, 10, 11
+
+
+@njit(error_model="numpy")
+def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
+    """The exponentials of a step, as long as neither the winding's temperature nor the step changes."""
+    numbers[at + END], numbers[at + MEAN] = current_reach(resistance, numbers[at + 4], h)
+    _, twice = current_reach(2.0 * resistance, numbers[at + 4], h)
+    # 1 - R share is the mean of the fading exponential, 1 - 2 R twice that of its square.
+    numbers[at + FADE] = 1.0 - resistance * numbers[at + MEAN]
+    numbers[at + FADED] = 1.0 - 2.0 * resistance * twice
+    numbers[at + MADE_FOR], numbers[at + MADE_FOR + 1] = resistance, h
 
 
 @Compiled
@@ -31,8 +48,10 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
             rates[words[row + 1]] = missing / numbers[at + 4]
             signals[words[row + 6]] += constant * current
             continue
-        end, mean = current_reach(resistance, numbers[at + 4], h)
-        rates[words[row + 1]] = end * missing / h
+        if numbers[at + MADE_FOR] != resistance or numbers[at + MADE_FOR + 1] != h:
+            _make(numbers, at, resistance, h)
+        mean = numbers[at + MEAN]
+        rates[words[row + 1]] = numbers[at + END] * missing / h
         signals[words[row + 6]] += constant * (current + mean * missing)
         signals[words[row + 7]] += constant * constant * mean
 
@@ -48,14 +67,10 @@ def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential
             constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 5]]
             missing = signals[words[row + 2]] - constant * signals[words[row + 3]] - resistance * current
-            _, share = current_reach(resistance, numbers[at + 4], h)
-            _, twice = current_reach(2.0 * resistance, numbers[at + 4], h)
             reach = missing / resistance
-            # 1 - R share is the mean of the fading exponential, 1 - 2 R twice that of its square.
-            fade, faded = 1.0 - resistance * share, 1.0 - 2.0 * resistance * twice
-            mean = current + share * missing
+            mean = current + numbers[at + MEAN] * missing
             final = current + reach
-            square = final * final - 2.0 * final * reach * fade + reach * reach * faded
+            square = final * final - 2.0 * final * reach * numbers[at + FADE] + reach * reach * numbers[at + FADED]
         signals[words[row + 8]] = resistance * square
         signals[words[row + 9]] = signals[words[row + 2]] * mean
         signals[words[row + 10]] = 0.5 * numbers[at + 4] * current * current
@@ -118,9 +133,9 @@ class Winding(Effect):
             place: Where it stands.
 
         Returns:
-            The lines of ``motor_lines``, the inductance [H].
+            The lines of ``motor_lines``, the inductance [H]; then room for the exponentials of a step.
         """
-        return *motor_lines(self.motor), self.motor.inductance or math.nan
+        return *motor_lines(self.motor), self.motor.inductance or math.nan, *[0.0] * (ROOM - MADE_FOR)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         """The current that flows at the start.
