@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,17 +86,18 @@ class Ground:
     added: Added
 
 
-def ground(study: Study) -> Ground:
+def ground(study: Study, work: Workload | None = None) -> Ground:
     """What benches of all sets of drives of a study share.
 
     Args:
         study: The task.
+        work: Of the study, where it is already prepared.
 
     Returns:
         The ground.
     """
-    work = workload(study)
-    return Ground(study, work, _payload_rows(study, work))
+    own = workload(study) if work is None else replace(work, study=study)
+    return Ground(study, own, _payload_rows(study, own))
 
 
 def bench(study: Study, drives: Mapping[str, Pair], *, on: Ground | None = None) -> Bench:
