@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports
-from drivetrain.effects.field_types import checked_table
-from drivetrain.effects.tables import bends, table_numbers, table_value
+from drivetrain.effects.effect import Compiled, Place, Ports
+from drivetrain.effects.over_time import OverTime
+from drivetrain.effects.tables import table_value
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"effects/tables.py": 3375627061}
@@ -26,23 +23,17 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
 
 
 @dataclass(frozen=True, eq=False)
-class GivenCurrent(Effect):
+class GivenCurrent(OverTime):
     """Adds a table to the current command, linear between its instants; two at one instant are a jump.
 
     Attributes:
-        time: Never falling [s], (N,); before the first and after the last the current stays.
-        current: [A], (N,).
+        current: At the instants of ``time``, before the first and after the last as there [A], (N,).
     """
 
-    time: Array
     current: Array
 
+    follows = "current"
     compute = _compute
-
-    def __post_init__(self) -> None:
-        time, current = checked_table(self.time, self.current, "current")
-        object.__setattr__(self, "time", time)
-        object.__setattr__(self, "current", current)
 
     def ports(self, place: Place) -> Ports:
         """Adds to the current command.
@@ -54,34 +45,3 @@ class GivenCurrent(Effect):
             Its ports.
         """
         return Ports(adds=(s.CURRENT_COMMAND,))
-
-    def numbers(self, place: Place) -> Sequence[float]:
-        """The table.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its length, instants [s], currents [A].
-        """
-        return table_numbers(self.time, self.current)
-
-    def breakpoints(self) -> Sequence[float]:
-        """Where the table jumps.
-
-        Returns:
-            Instants at which two entries stand [s], the first and the last.
-        """
-        jumps = self.time[1:][np.diff(self.time) == 0.0]
-        return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]
-
-    def knots(self, tolerance: float) -> Sequence[float]:
-        """Where the table bends.
-
-        Args:
-            tolerance: Share of the largest value that does not matter [-].
-
-        Returns:
-            Instants [s].
-        """
-        return bends(self.time, self.current, tolerance)

@@ -1,0 +1,69 @@
+"""What effects that follow a table over time have in common: the table, where it jumps, and where it bends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.effects.effect import Effect, Place
+from drivetrain.effects.field_types import checked_table
+from drivetrain.effects.tables import bends, table_numbers
+
+
+@dataclass(frozen=True, eq=False)
+class OverTime(Effect):
+    """One value over time, linear between its instants; two at one instant are a jump.
+
+    Attributes:
+        time: Never falling [s], (N,); before the first and after the last the value stays.
+        follows: Name of the field that holds the values.
+    """
+
+    time: Array
+
+    follows: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        time, values = checked_table(self.time, getattr(self, self.follows), self.follows)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, self.follows, values)
+
+    @property
+    def values(self) -> Array:
+        """What it follows [SI], (N,)."""
+        return np.asarray(getattr(self, self.follows))
+
+    def numbers(self, place: Place) -> Sequence[float]:
+        """The table.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            Its length, instants [s], values [SI].
+        """
+        return table_numbers(self.time, self.values)
+
+    def breakpoints(self) -> Sequence[float]:
+        """Where the table jumps.
+
+        Returns:
+            Instants at which two entries stand [s], the first and the last.
+        """
+        jumps = self.time[1:][np.diff(self.time) == 0.0]
+        return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]
+
+    def knots(self, tolerance: float) -> Sequence[float]:
+        """Where the table bends.
+
+        Args:
+            tolerance: Share of the largest value that does not matter [-].
+
+        Returns:
+            Instants [s].
+        """
+        return bends(self.time, self.values, tolerance)
