@@ -247,7 +247,7 @@ def test_a_missing_study_and_a_folder(run: Run, tmp_path: Path) -> None:
 def test_out_that_is_a_file(run: Run, write: Write, tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("mine", encoding="utf-8")
     code, _, errors = run("size", write(), "--out", "taken")
-    assert code == 2 and "cannot be written" in errors
+    assert code == 2 and "must be a folder" in errors and "taken is a file" in errors
     assert (tmp_path / "taken").read_text(encoding="utf-8") == "mine"
 
 

@@ -106,11 +106,14 @@ def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place)
     known = drive.motor in catalog.motors and (not gear or gear in catalog.gears)
     if known or ledger.spoiled(("catalogs",)):
         return (drive.motor, gear) if known else None
-    if drive.motor not in catalog.motors:
-        hint = nearest(drive.motor, catalog.motors)
+    written = {table: ledger.document.data.get(table) for table in ("motors", "gears")}  # faulty rows as well
+    own = {table: rows if isinstance(rows, dict) else {} for table, rows in written.items()}
+    if drive.motor not in {*catalog.motors, *own["motors"]}:
+        hint = nearest(drive.motor, [*catalog.motors, *own["motors"]])
         ledger.fault((*place, "motor"), "no motor has this key", drive.motor, hint)
-    if gear and gear not in catalog.gears:
-        ledger.fault((*place, "gear"), "no gear has this key", gear, nearest(gear, [*catalog.gears, DIRECT_DRIVE]))
+    if gear and gear not in {*catalog.gears, *own["gears"]}:
+        hint = nearest(gear, [*catalog.gears, *own["gears"], DIRECT_DRIVE])
+        ledger.fault((*place, "gear"), "no gear has this key", gear, hint)
     return None
 
 

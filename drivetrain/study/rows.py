@@ -45,8 +45,9 @@ def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
         The rows; empty folders where they could not be read.
     """
     catalog = Catalog()
+    folders = catalog_folders(form, ledger.document.folder)
     with ledger.gather(("catalogs",)):
-        catalog = read_catalog(*catalog_folders(form, ledger.document.folder))
+        catalog = read_catalog(*folders) if folders else catalog  # `catalogs: []` means the study's own rows alone
     motors = _own(form.motors, Motor, "motors", ledger)
     gears = _own(form.gears, Gear, "gears", ledger)
     replaced = [key for key in (*motors, *gears) if key in catalog.motors or key in catalog.gears]
