@@ -23,7 +23,7 @@ SOURCES = {
     "simulation/forces_kernel.py": 3054532781, "simulation/friction_kernel.py": 4042368809,
     "simulation/tip_kernel.py": 2653406141,
     "dynamics/compiled_vectors.py": 1257686601, "dynamics/passes.py": 2124356983,
-    "dynamics/mass_and_bias.py": 3714271039,
+    "dynamics/mass_and_bias.py": 728731785,
     "simulation/assembly_kernel.py": 4181047817, "simulation/coupled_kernel.py": 489815516,
     "simulation/settle_kernel.py": 3817236384, "simulation/vector_rows.py": 4108182124,
 }  # fmt: skip
