@@ -70,12 +70,12 @@ SOURCES = {
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
     "check_kernels.py": 1000668928,
-    "bound_kernels.py": 3482987182,
-    "judge_kernels.py": 1248434762,
+    "bound_kernels.py": 4287468434,
+    "judge_kernels.py": 2138536719,
     "warm_bound.py": 3791348865,
-    "bearing_bound.py": 1668248093,
-    "sieve_kernel.py": 3747735845,
-    "propagation.py": 840751971,
+    "bearing_bound.py": 2792159485,
+    "sieve_kernel.py": 3029491211,
+    "propagation.py": 3661296086,
 }
 
 MASS, PRICE, ENERGY, USED = range(4)

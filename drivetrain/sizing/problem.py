@@ -16,7 +16,7 @@ from drivetrain.sizing.exact_road import judged
 from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.objectives import weight_of
 from drivetrain.sizing.packed_task import SPEED, WEIGHT, Packed, chosen_numbers
-from drivetrain.sizing.power_bound import least_power
+from drivetrain.sizing.power_bound import power_range
 from drivetrain.sizing.propagation import Choices, Indices, Memory, Setting, new_memory, set_power
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.spare_parts import Rule, rules_of
@@ -118,17 +118,19 @@ class Problem:
             choices: The candidates left, to which the memory belongs.
 
         Returns:
-            False only if the least power of all sets is too much.
+            False only if the least that all sets draw, or feed back, is too much.
         """
-        study, total = self.packed.study, np.empty(len(self.packed.study.cycle.time))
-        least_power(self.packed.task, self.setting, choices, self.memory, total)
-        supply, weights = study.supply, study.cycle.weights
-        drawn, over = np.maximum(total, 0.0), 1.0 + 1e-6
+        study, supply = self.packed.study, self.packed.study.supply
+        back, total = supply.regenerated_power, np.empty((2, len(study.cycle.time)))
+        power_range(self.packed.task, self.setting, choices, self.memory, back is not None, total)
+        weights, over = study.cycle.weights, 1.0 + 1e-6
+        drawn, fed_back = np.maximum(total[0], 0.0), np.maximum(-total[1], 0.0)
         if supply.peak_power is not None and drawn.max() > supply.peak_power * over:
             return False
-        duration = float(weights.sum())
-        mean = float(drawn @ weights) / duration if duration > 0.0 else 0.0
-        return supply.mean_power is None or mean <= supply.mean_power * over
+        duration = float(weights.sum()) or math.inf
+        if supply.mean_power is not None and float(drawn @ weights) / duration > supply.mean_power * over:
+            return False
+        return back is None or float(fed_back @ weights) / duration <= back * over
 
     def evaluation(self, pairs: Sequence[int]) -> Evaluation:
         """A set of drives with every check, by the Python road.

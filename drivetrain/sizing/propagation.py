@@ -53,8 +53,8 @@ SOURCES = {
     "bound_kernels.py": 4287468434,
     "judge_kernels.py": 2138536719,
     "warm_bound.py": 3791348865,
-    "sieve_kernel.py": 1103702654,
-    "bearing_bound.py": 1668248093,
+    "sieve_kernel.py": 3029491211,
+    "bearing_bound.py": 2792159485,
 }
 
 OPEN, EMPTY, TOO_DEAR, ASKED = range(4)

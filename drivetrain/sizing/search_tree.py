@@ -25,7 +25,7 @@ from drivetrain.sizing.spare_parts import Rule, least_under, narrowed_by, parted
 
 TELL_EVERY = 50  # nodes
 MISSES = 20  # dead ends on the way to the first sets
-SMALL = 64  # candidates of a joint: so few are all tested again at every node
+SMALL = 16  # candidates of a joint: so few are all tested again at every node
 DESCEND = 3  # every third node of smallest bound is followed down to a set or a dead end
 PASSES_MOST = 8
 COARSE = 0.05  # of what a node can still gain: open loads that matter less are decided one by one

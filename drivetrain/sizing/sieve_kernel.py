@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.bearing_bound import bearing_may_hold
+from drivetrain.sizing.bearing_bound import SomeWrenches, bearing_may_hold, some_wrenches
 from drivetrain.sizing.compiling import njit_unit
 from drivetrain.sizing.judge_kernels import (
     JointBounds,
@@ -40,7 +40,7 @@ SOURCES = {
     "bound_kernels.py": 4287468434,
     "judge_kernels.py": 2138536719,
     "warm_bound.py": 3791348865,
-    "bearing_bound.py": 1668248093,
+    "bearing_bound.py": 2792159485,
 }
 
 UNKNOWN = -1
@@ -99,7 +99,7 @@ class Memory(NamedTuple):
         torque: Ends of the interval on one joint [N m], (2, N).
         bounds: Of one joint.
         load: Of one joint.
-        bearing: What the output bearing of one joint carries at least, (3,).
+        bearing: For what the output bearing of one joint carries at least.
         power: Of one drive [W], (N,).
         verdicts: What was judged of the pairs of joints that no other drive loads: HOLDS, FALLS or UNKNOWN, (P,).
         settled: What such a pair that holds costs, (P,).
@@ -113,7 +113,7 @@ class Memory(NamedTuple):
     torque: Array
     bounds: JointBounds
     load: JointLoad
-    bearing: Array
+    bearing: SomeWrenches
     power: Array
     verdicts: Indices
     settled: Array
@@ -137,7 +137,7 @@ def new_memory(task: PackedTask) -> Memory:
     load, power = new_load(task), np.zeros(samples)
     verdicts = np.full(len(task.pairs), UNKNOWN, dtype=np.int64)
     torque, suspects = np.zeros((2, samples)), np.zeros(len(task.pairs), dtype=np.bool_)
-    bounds, bearing, units = new_bounds(task), np.zeros(3), np.append(judge_units(task, load), 0)
+    bounds, bearing, units = new_bounds(task), some_wrenches(task), np.append(judge_units(task, load), 0)
     memory = Memory(
         empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, np.zeros(len(task.pairs)), suspects,
         counts, units
@@ -176,7 +176,7 @@ def sieve(
             continue
         if (full or asked < least) and not sure:
             memory.counts[TESTED] += 1
-            if not bearing_may_hold(task, joint, pair, memory.bearing):
+            if not bearing_may_hold(task, joint, pair, memory.bearing.least):
                 continue
             if not may_hold(task, joint, pair, memory.bounds):
                 continue
