@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -10,15 +11,18 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.evaluate import evaluate_joint, evaluation_of, shared_checks
+from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.front_search import NAMES, FrontSearch
+from drivetrain.sizing.given_drives import as_given, stands
 from drivetrain.sizing.packed_task import Indices, pack
-from drivetrain.sizing.problem import Problem, problem
-from drivetrain.sizing.results import DriveSet
-from drivetrain.study.study import Study, Wanted, family
+from drivetrain.sizing.problem import problem
+from drivetrain.sizing.results import DriveSet, JointResult
+from drivetrain.study.study import Study
 
 CRITERIA = ("mass", "energy")
 TIME_LIMIT = 60.0  # s
+TELL_EVERY = 64  # sets
 
 Tell = Callable[[int, int, str], None]
 
@@ -32,12 +36,14 @@ class Front:
         names: Criteria that are compared, each to be small: ``mass`` [kg], ``price``, ``energy`` of a cycle [J] and
             ``utilisation``, the largest of any judged check (the reserve is 1 less it).
         left_out: Criteria that were asked for and cannot be compared, with the reason.
-        points: The sets, by their first criterion; of sets equal in all criteria one.
+        points: The sets, by their first criterion. Numbers are the same within a billionth of themselves: of sets the
+            same in all criteria one is told, the first found.
         complete: Whether it is proven that no other set belongs to it.
         gap: Share by which a set that was not found may at most beat one that was, in all criteria at once; 0 when
             complete, infinite when nothing is known.
         counters: Work done.
         notes: What a reader should know.
+        state: Of a search that its time limit stopped, to go on with; None when it is finished.
     """
 
     study: Study
@@ -48,6 +54,7 @@ class Front:
     gap: float
     counters: dict[str, int]
     notes: tuple[str, ...] = ()
+    state: FrontSearch | None = None
 
     @property
     def feasible(self) -> bool:
@@ -70,6 +77,7 @@ def pareto_front(
     criteria: Sequence[str] = CRITERIA,
     *,
     time_limit: float = TIME_LIMIT,
+    resume: Front | None = None,
     progress: Tell | None = None,
 ) -> Front:
     """The Pareto front of whole sets of drives that hold every check, exact.
@@ -78,6 +86,8 @@ def pareto_front(
         study: The task, with the candidates of every joint; what its selection must respect (types, families) holds.
         criteria: Which to compare: ``mass``, ``price``, ``energy``, ``utilisation``.
         time_limit: Of the search [s]; what is left then is told, not hidden.
+        resume: A front of the same study and criteria that its time limit stopped: the search goes on where it
+            stopped, for another time limit.
         progress: Called with (done, total, text).
 
     Returns:
@@ -87,17 +97,48 @@ def pareto_front(
         InputError: No criterion, or one of another name.
     """
     _check(criteria, time_limit)
-    packed = pack(study)
+    if resume is not None:
+        return _resumed(study, criteria, time_limit, resume, progress)
+    packed = as_given(pack(study))
     names, left_out, notes = _known(study, packed.task.first, packed.mass, packed.price, criteria)
     weights = tuple((name, 1.0) for name in names if name in ("mass", "price"))
-    asked = replace(study.wanted, weights=weights or (("mass", 1.0),))
-    what = problem(packed, asked)
-    search = FrontSearch(what, names, lambda pairs: _allowed(what, study.wanted, pairs))
-    search.run(time_limit, progress or (lambda done, total, text: None))
-    points = [_evaluated(study, what, key) for key in search.zones.keys]
-    points.sort(key=lambda one: tuple(one.criteria[name] for name in names))
+    what = problem(packed, replace(study.wanted, weights=weights or (("mass", 1.0),)))
+    search = FrontSearch(what, names)
+    return _searched(search, time_limit, progress, left_out, tuple(notes))
+
+
+def _resumed(
+    study: Study, criteria: Sequence[str], time_limit: float, resume: Front, progress: Tell | None
+) -> Front:  # fmt: skip
+    """A search that goes on."""
+    before = resume.study
+    if before is not study and (before.digest, before.catalog) != (study.digest, study.catalog):
+        raise InputError(Fault("resume", "is a front of another study", before.name))
+    asked = tuple(name for name in dict.fromkeys(criteria) if name not in resume.left_out)
+    if asked != resume.names:
+        raise InputError(Fault("resume", "is a front of other criteria", ", ".join(resume.names)))
+    if resume.state is None:
+        return resume
+    return _searched(resume.state.copied(), time_limit, progress, resume.left_out, resume.notes)
+
+
+def _searched(
+    search: FrontSearch, time_limit: float, progress: Tell | None, left_out: dict[str, str], notes: tuple[str, ...]
+) -> Front:
+    """The front as far as a search comes."""
+    tell = progress or (lambda done, total, text: None)
+    end = time.perf_counter() + time_limit
+    search.run(time_limit, tell)
+    points, wrong = _evaluated(search, tell)
+    while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
+        search = FrontSearch(search.problem, search.names, search.excluded | wrong)
+        search.counters["disagreements"] = len(search.excluded)
+        search.run(max(end - time.perf_counter(), 0.1 * time_limit), tell)
+        points, wrong = _evaluated(search, tell)
+    points.sort(key=lambda one: tuple(one.criteria[name] for name in search.names))
     return Front(
-        study, names, left_out, tuple(points), not search.open, search.gap(), dict(search.counters), tuple(notes)
+        search.problem.packed.study, search.names, left_out, tuple(points), search.finished, search.gap(),
+        dict(search.counters), notes, None if search.finished else search,
     )  # fmt: skip
 
 
@@ -139,24 +180,29 @@ def _known(
     return tuple(names), left_out, notes
 
 
-def _allowed(what: Problem, wanted: Wanted, pairs: Sequence[int]) -> bool:
-    """Whether a set keeps to the number of types and to the families that are wanted."""
-    catalog, keys = what.packed.study.catalog, what.keys(dict(enumerate(pairs)))
-    motors, gears = {motor for motor, _ in keys.values()}, {gear for _, gear in keys.values() if gear}
-    if wanted.most_motor_types is not None and len(motors) > wanted.most_motor_types:
-        return False
-    if wanted.most_gear_types is not None and len(gears) > wanted.most_gear_types:
-        return False
-    for group in wanted.same_family:
-        if len({family(catalog.motors[keys[name][0]]) for name in group}) > 1:
-            return False
-        if len({family(catalog.gears[keys[name][1]]) if keys[name][1] else "" for name in group}) > 1:
-            return False
-    return True
+def _evaluated(search: FrontSearch, tell: Tell) -> tuple[list[DriveSet], frozenset[tuple[int, ...]]]:
+    """The sets as the authority sees them, and those of which it says that they do not hold.
 
-
-def _evaluated(study: Study, what: Problem, pairs: Sequence[int]) -> DriveSet:
-    """A set as the authority sees it."""
-    drives = what.keys(dict(enumerate(pairs)))
-    evaluation = evaluate(study, drives)
-    return DriveSet(drives, evaluation.objective, evaluation.criteria)
+    What a joint shares with the set before, its own drive and those that load it, is not judged again.
+    """
+    packed, keys = search.problem.packed, sorted(search.zones.keys, key=lambda pairs: pairs[::-1])
+    study, loads = packed.study, packed.task.offsets >= 0
+    shelf, before = Shelf(study), dict[int, tuple[tuple[int, ...], JointResult]]()
+    sets, wrong = [], set()
+    for done, pairs in enumerate(keys):
+        if done % TELL_EVERY == 0:
+            tell(done, len(keys), f"evaluating {len(keys)} sets")
+        drives = search.problem.keys(dict(enumerate(pairs)))
+        mounted = {i: shelf.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
+        results = {}
+        for joint, task in enumerate(study.joints):
+            same = tuple(pair for k, pair in enumerate(pairs) if k == joint or loads[joint, k])
+            if joint not in before or before[joint][0] != same:
+                before[joint] = same, evaluate_joint(packed.work, mounted, joint, drives[task.name])
+            results[task.name] = before[joint][1]
+        found = evaluation_of(study, results, shared_checks(study, results))
+        if stands(found):
+            sets.append(DriveSet(drives, found.objective, found.criteria))
+        else:
+            wrong.add(pairs)
+    return sets, frozenset(wrong)

@@ -14,53 +14,38 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.front_kernels import ENERGY, EXACT, MASS, OUT, PRICE, UNSURE, USED, cost_joint, survivors
+from drivetrain.sizing.checks_supply import supply_checks
+from drivetrain.sizing.front_boxes import Part, all_sets, closed_up, halves, only, parted, weightings
+from drivetrain.sizing.front_cost import Box, Known, cost_box
+from drivetrain.sizing.front_kernels import ENERGY, MASS, PRICE, USED
+from drivetrain.sizing.front_prune import MOST_SETS, Reach, bounds, nearness, sets_of, survivors, weigh
+from drivetrain.sizing.front_walk import new_walk, walk_box
 from drivetrain.sizing.load_basis import NUMBERS
-from drivetrain.sizing.problem import Problem
+from drivetrain.sizing.problem import CLOSE, Problem
+from drivetrain.sizing.propagation import set_power
 from drivetrain.sizing.zones import Zones
+from drivetrain.study.verdicts import Verdict
 
 NAMES = ("mass", "price", "energy", "utilisation")
 ADDITIVE = {"mass": MASS, "price": PRICE, "energy": ENERGY}
 EQUAL = 1e-9  # relative: sums in another order
-NOTHING = b"-"  # what loads a joint that no drive loads
-STEPS = 12  # of weightings between two criteria
 PASSES = 3
+FEW = 128  # sets of a box: so few are looked at one by one
 HEIGHTS = (math.inf, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3)
 TELL_EVERY = 64
 
 Tell = Callable[[int, int, str], None]
+Pairs = tuple[int, ...]
 Indices = NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class Box:
-    """Some candidates at every joint.
-
-    Attributes:
-        pools: Pairs by joint.
-        costs: Mass, price, energy and utilisation of each, bounds or exact, (K, 4) by joint.
-        decided: Whether the load of a joint is decided, its costs exact.
-        loads: Numbers of the drives that load a joint for which its costs were computed; empty before.
-        bound: The least of each weighting, (W,).
-        used: The least utilisation.
-    """
-
-    pools: tuple[Indices, ...]
-    costs: tuple[Array, ...]
-    decided: tuple[bool, ...]
-    loads: tuple[bytes, ...]
-    bound: Array
-    used: float
-
-
 class FrontSearch:
-    """The search, what it found and what it has left.
+    """The search, what it found and what it has left; it can be stopped between two boxes and go on.
 
     Attributes:
         problem: What is chosen from.
@@ -68,23 +53,43 @@ class FrontSearch:
         zones: The sets found, and what they leave open.
         open: Boxes left, most promising first.
         counters: Work done.
-        allowed: Whether a set keeps what is wanted of it beside its checks.
+        excluded: Sets that are not to be found.
     """
 
-    def __init__(self, problem: Problem, names: Sequence[str], allowed: Callable[[Sequence[int]], bool]) -> None:
+    def __init__(self, problem: Problem, names: Sequence[str], excluded: frozenset[Pairs] = frozenset()) -> None:
         self.problem = problem
         self.names = tuple(names)
-        self.allowed = allowed
+        self.excluded = excluded
         self.counters: Counter[str] = Counter()
-        self.open: list[tuple[float, int, Box]] = []
-        self._columns = [ADDITIVE[name] for name in self.names if name in ADDITIVE]
-        self._judged = "utilisation" in self.names
-        self._loading = [np.flatnonzero(row) for row in problem.setting.loads]
-        packed = problem.packed
-        self._fixed = np.nan_to_num(np.stack([packed.mass, packed.price], axis=1))
-        self._weights = np.zeros((0, 4))
+        self.open: list[tuple[float, int, Part]] = []
         self.zones = Zones(np.zeros(len(self.names)), EQUAL)
-        self._zone_values, self._zone_used = np.zeros((0, 0)), np.zeros(0)
+        self._columns = [ADDITIVE[name] for name in self.names if name in ADDITIVE]
+        self._additive = [i for i, name in enumerate(self.names) if name in ADDITIVE]
+        self._judged = "utilisation" in self.names
+        packed = problem.packed
+        self._known = Known(np.nan_to_num(np.stack([packed.mass, packed.price], axis=1)), problem.reach)
+        self._weights = np.zeros((0, 4))
+        self._reach: Reach | None = None
+        self._following: Part | None = None
+        self._started = False
+        # Whether drives load only the joints before their own: then these can be judged from the tip to the base.
+        self._ordered = not np.tril(problem.setting.loads).any()
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing is left."""
+        return self._started and not self.open and self._following is None
+
+    def copied(self) -> FrontSearch:
+        """The same search, to go on without touching this one.
+
+        Returns:
+            A search of its own; it shares what never changes.
+        """
+        other = FrontSearch(self.problem, self.names, self.excluded)
+        other.counters, other.open, other.zones = Counter(self.counters), list(self.open), self.zones.copied()
+        other._weights, other._following, other._started = self._weights, self._following, self._started
+        return other
 
     def run(self, time_limit: float, tell: Tell) -> None:
         """Search until nothing is left or the time is up.
@@ -94,301 +99,258 @@ class FrontSearch:
                 goes into first sets.
             tell: Told how far the search is.
         """
-        root = self._root()
-        if root is None:
-            return
-        start = time.perf_counter()
+        start = self._begin(time_limit) if not self._started else time.perf_counter()
         deadline = start + time_limit
-        self._dive(root, start + 0.5 * time_limit)
-        following = self._narrowed(root)
-        while (following is not None or self.open) and time.perf_counter() < deadline:
+        while not self.finished and time.perf_counter() < deadline:
             # A descent ends in sets, and sets rule out boxes: so the better part of a box is gone on with at once.
-            box = heapq.heappop(self.open)[2] if following is None else following
+            part = heapq.heappop(self.open)[2] if self._following is None else self._following
+            self._following = None
             self.counters["boxes"] += 1
             if self.counters["boxes"] % TELL_EVERY == 0:
                 tell(0, 1, f"{len(self.zones.points)} sets, {self.counters['boxes']} boxes, {len(self.open)} open")
-            again = self._survivors(box)  # sets found since may rule it out
-            parts = [] if again is None else self._parts(again)
-            parts = [part for part in map(self._narrowed, parts) if part is not None]
-            following = min(parts, key=self._order, default=None)
-            for part in parts:
-                if part is not following:
-                    self._push(part)
-        if following is not None:
-            self._push(following)
+            again = self._survivors(part.box)  # sets found since may rule it out
+            boxes = [] if again is None else self._parts(again.box)
+            parts = [one for one in map(self._narrowed, boxes) if one is not None]
+            self._following = min(parts, key=self._order, default=None)
+            for one in parts:
+                if one is not self._following:
+                    self._push(one)
 
     def gap(self) -> float:
         """By what share of itself every criterion of a set found may at most be improved at once by one not found."""
-        points, worst = self.zones.points, 0.0
-        additive = [i for i, name in enumerate(self.names) if name in ADDITIVE]
-        if not self.open or not len(points):
-            return math.inf if self.open else 0.0
-        for _, _, box in self.open:
-            # How far every criterion of a found set can shrink before one of the bounds of the box is met.
-            shares = [box.bound / (self._weights[:, self._columns] @ point[additive]) for point in points]
-            nearest = np.array(shares).max(axis=1, initial=-math.inf)
-            if self._judged:
-                nearest = np.maximum(nearest, box.used / points[:, self.names.index("utilisation")])
-            worst = max(worst, 1.0 - float(nearest.min()))
-        return worst
+        left = [part for _, _, part in self.open] + ([] if self._following is None else [self._following])
+        points = self.zones.points
+        if not left or not len(points):
+            return math.inf if left or not self._started else 0.0
+        values = np.ascontiguousarray(points[:, self._additive] @ self._weights[:, self._columns].T)
+        heights = points[:, self.names.index("utilisation")] if self._judged else np.full(len(points), math.inf)
+        bound, used = np.array([part.bound for part in left]), np.array([part.used for part in left])
+        return float(nearness(bound, used, values, np.ascontiguousarray(heights)))
 
-    def _root(self) -> Box | None:
-        """All candidates, their costs, and the weightings that suit their sizes."""
-        problem = self.problem
-        pools = tuple(pairs.astype(np.int64) for pairs in problem.known)
-        if not all(len(pool) for pool in pools):
-            return None
-        n = problem.n
-        box = Box(pools, tuple(np.zeros((len(p), 4)) for p in pools), (False,) * n, (b"",) * n, np.zeros(0), 0.0)
-        costed = self._costed(box)
-        if costed is None:
-            return None
-        least = np.sum([cost.min(axis=0) for cost in costed.costs], axis=0)
-        most = np.sum([cost.max(axis=0) for cost in costed.costs], axis=0)
-        self._weights = _weightings(self._columns, np.maximum(most - least, 1e-9))
-        highest = [2.0 * abs(most[ADDITIVE[n]]) + 1e9 if n in ADDITIVE else 2.0 for n in self.names]
+    def _begin(self, time_limit: float) -> float:
+        """All candidates, the weightings that suit their sizes, and first sets; returns when their search began."""
+        self._started = True
+        if not all(len(pairs) for pairs in self.problem.known):
+            return time.perf_counter()
+        root = all_sets(self.problem)
+        if not self._costed(root):
+            return time.perf_counter()
+        root = closed_up(root)
+        cost = [root.cost[a : a + k] for a, k in zip(root.first, root.size, strict=True)]
+        spans = np.maximum(np.sum([np.ptp(one, axis=0) for one in cost], axis=0), 1e-9)
+        self._weights = weightings(self._columns, spans)
+        most = np.sum([np.abs(one).max(axis=0) for one in cost], axis=0)
+        highest = [2.0 * most[ADDITIVE[name]] + 1e9 if name in ADDITIVE else 2.0 for name in self.names]
         self.zones = Zones(np.array(highest), EQUAL)
-        self._refresh()
-        return self._bounded(costed)
+        self._survivors(root)  # compiled before the clock runs
+        start = time.perf_counter()
+        self._dive(root, start + 0.5 * time_limit)
+        self._following = self._narrowed(root)
+        return start
 
-    def _refresh(self) -> None:
-        """Zones in the terms of the bounds."""
-        corners = self.zones.corners
-        additive = [i for i, name in enumerate(self.names) if name in ADDITIVE]
-        values = corners[:, additive] @ self._weights[:, self._columns].T
-        self._zone_values = np.ascontiguousarray(values - EQUAL * np.abs(values))
-        used = corners[:, self.names.index("utilisation")] if self._judged else np.full(len(corners), np.inf)
-        self._zone_used = np.ascontiguousarray(used * (1.0 - EQUAL))
+    def _open(self) -> Reach:
+        """What the sets found leave open, in the terms of the bounds."""
+        if self._reach is None:
+            corners = self.zones.corners
+            values = corners[:, self._additive] @ self._weights[:, self._columns].T
+            used = np.full(len(corners), math.inf)
+            if self._judged:
+                used = corners[:, self.names.index("utilisation")] * (1.0 - EQUAL)
+            self._reach = Reach(
+                self._weights, np.ascontiguousarray(values - EQUAL * np.abs(values)), np.ascontiguousarray(used)
+            )
+        return self._reach
 
-    def _push(self, box: Box) -> None:
+    def _push(self, part: Part) -> None:
         self.counters["pushed"] += 1
-        heapq.heappush(self.open, (self._order(box), -self.counters["pushed"], box))
+        heapq.heappush(self.open, (self._order(part), -self.counters["pushed"], part))
 
-    def _order(self, box: Box) -> float:
+    def _order(self, part: Part) -> float:
         """How promising a box is: the smaller the better."""
-        order = box.used if self._judged else 0.0
-        return order + (float(np.mean(box.bound / self._scale)) if len(box.bound) else 0.0)
+        order = part.used if self._judged else 0.0
+        return order + (float(np.mean(part.bound / self._scale)) if len(part.bound) else 0.0)
 
     @property
     def _scale(self) -> Array:
         points = self.zones.points
-        additive = [i for i, name in enumerate(self.names) if name in ADDITIVE]
-        if not len(points) or not additive:
+        if not len(points) or not self._additive:
             return np.ones(len(self._weights))
-        return np.maximum((points[:, additive] @ self._weights[:, self._columns].T).min(axis=0), 1e-12)
+        return np.maximum((points[:, self._additive] @ self._weights[:, self._columns].T).min(axis=0), 1e-12)
 
-    def _costed(self, box: Box) -> Box | None:
-        """Costs of what is not decided yet, candidates that hold in no case taken out; None when a joint has none."""
-        memory, packed, setting = self.problem.memory, self.problem.packed, self.problem.setting
-        pools, costs, decided, loads = list(box.pools), list(box.costs), list(box.decided), list(box.loads)
-        self._ranges(pools)
-        for joint in range(self.problem.n - 1, -1, -1):
-            loading = self._loading[joint]
-            load = memory.low[loading].tobytes() + memory.high[loading].tobytes()
-            if decided[joint] or (load or NOTHING) == loads[joint]:
-                continue
-            loads[joint] = load or NOTHING
-            states = np.zeros(len(pools[joint]), dtype=np.int64)
-            found = np.zeros((len(pools[joint]), 4))
-            self.counters["candidates costed"] += len(pools[joint])
-            decided[joint] = cost_joint(
-                packed.task, setting, joint, pools[joint], self._fixed, memory, found, states
-            )  # fmt: skip
-            for at in np.flatnonzero(states == UNSURE):
-                states[at] = UNSURE if self._holds(joint, int(pools[joint][at]), pools) else OUT
-            kept = states != OUT
-            if not kept.any():
-                return None
-            pools[joint], costs[joint] = pools[joint][kept], found[kept]
-            self._ranges(pools, joint)
-        return replace(box, pools=tuple(pools), costs=tuple(costs), decided=tuple(decided), loads=tuple(loads))
+    def _costed(self, box: Box) -> bool:
+        """Costs of what is not decided yet; False when a joint has no candidates left."""
+        problem, work = self.problem, np.zeros(1, dtype=np.int64)
+        kept = np.zeros(len(box.pool), dtype=np.bool_)
+        left = cost_box(problem.packed.task, problem.setting, self._known, box, problem.memory, kept, work)
+        self.counters["candidates costed"] += int(work[0])
+        return bool(left)
 
-    def _holds(self, joint: int, pair: int, pools: Sequence[Indices]) -> bool:
-        """Whether a candidate at its limit to rounding holds, by the Python road."""
-        self.counters["asked of the exact road"] += 1
-        return self.problem.holds(joint, pair, {k: int(pool[0]) for k, pool in enumerate(pools) if k != joint})
-
-    def _ranges(self, pools: Sequence[Indices], joint: int | None = None) -> None:
-        """The numbers of what is left into the memory."""
-        memory, numbers = self.problem.memory, self.problem.packed.task.numbers
-        for at in range(self.problem.n) if joint is None else (joint,):
-            memory.low[at], memory.high[at] = numbers[pools[at]].min(axis=0), numbers[pools[at]].max(axis=0)
-
-    def _bounded(self, box: Box) -> Box:
-        values = [cost @ self._weights.T for cost in box.costs]
-        bound = np.sum([value.min(axis=0) for value in values], axis=0)
-        return replace(box, bound=bound, used=max(float(cost[:, USED].min()) for cost in box.costs))
-
-    def _narrowed(self, box: Box) -> Box | None:
+    def _narrowed(self, box: Box) -> Part | None:
         """A box with what cannot matter taken out, until nothing changes; None when nothing is left of it."""
+        part = None
         for _ in range(PASSES):
-            before = sum(len(pool) for pool in box.pools)
-            costed = self._costed(box)
-            kept = None if costed is None else self._survivors(self._bounded(costed))
-            if kept is None:
+            before = int(box.size.sum())
+            part = self._survivors(closed_up(box)) if self._costed(box) else None
+            if part is None:
                 return None
-            box = kept
-            if sum(len(pool) for pool in box.pools) == before:
+            box = part.box
+            if int(box.size.sum()) == before:
                 break
-        if self._loads_decided(box):
-            self._enumerate(box)
+        if part is not None and self._ordered and self._small(box):
+            self._walk(part)
             return None
-        return box
+        if part is not None and box.decided.all() and not box.stale.any():
+            self._enumerate(part)
+            return None
+        return part
 
-    def _survivors(self, box: Box) -> Box | None:
-        """Candidates with which some zone can be reached."""
-        pools, costs = list(box.pools), list(box.costs)
-        values = [np.ascontiguousarray(cost @ self._weights.T) for cost in costs]
-        zones, zone_used = self._zone_values, self._zone_used
-        least = [_least_below(value, cost[:, USED], zone_used) for value, cost in zip(values, costs, strict=True)]
-        alive = (np.sum(least, axis=0) < zones).all(axis=1) & np.isfinite(least).all(axis=(0, 2))
-        if self._judged:
-            alive &= box.used < zone_used
-        zones, zone_used = np.ascontiguousarray(zones[alive]), np.ascontiguousarray(zone_used[alive])
-        least = [one[alive] for one in least]
-        for joint in range(self.problem.n):
-            rest = np.zeros_like(zones)
-            for other, one in enumerate(least):
-                if other != joint:
-                    rest += one
-            kept = np.zeros(len(pools[joint]), dtype=bool)
-            used = np.ascontiguousarray(costs[joint][:, USED])
-            if survivors(values[joint], rest, used, zones, zone_used, kept) == 0:
-                return None
-            if not kept.all():
-                pools[joint], costs[joint], values[joint] = pools[joint][kept], costs[joint][kept], values[joint][kept]
-                least[joint] = _least_below(values[joint], costs[joint][:, USED], zone_used)
-        return self._bounded(replace(box, pools=tuple(pools), costs=tuple(costs)))
+    def _survivors(self, box: Box) -> Part | None:
+        """A box without the candidates with which no zone can be reached."""
+        kept, total = np.zeros(len(box.pool), dtype=np.bool_), np.zeros(len(self._weights))
+        used = float(survivors(box, self.problem.packed.task.numbers, self._open(), kept, total))
+        return None if math.isinf(used) else Part(only(box, kept), total, used)
 
-    def _loads_decided(self, box: Box) -> bool:
-        return all(box.decided)
+    def _walk(self, part: Part) -> None:
+        """Every set of a small box, those that reach no zone left out."""
+        self.counters["boxes walked"] += 1
+        problem, box, reach = self.problem, part.box, self._open()
+        near = (part.bound < reach.values).all(axis=1) & (part.used < reach.used)
+        reach = Reach(reach.weights, np.ascontiguousarray(reach.values[near]), np.ascontiguousarray(reach.used[near]))
+        walk = new_walk(box, len(self._weights), int(np.prod(box.size)))
+        values, least = np.zeros((len(box.pool), len(self._weights))), np.zeros((problem.n, len(self._weights)))
+        weigh(box, problem.packed.task.numbers, self._weights, values)
+        bounds(box, values, least)
+        walk.least[1:] = np.cumsum(least, axis=0)
+        used = [float(box.cost[a : a + k, USED].min()) for a, k in zip(box.first, box.size, strict=True)]
+        walk.height[1:] = np.maximum.accumulate(used)
+        count = int(walk_box(problem.packed.task, box, reach, problem.memory, walk))
+        self.counters["candidates judged"] += int(walk.work[0])
+        costs = walk.costs[:count]
+        for at in np.lexsort((costs[:, USED], *costs[:, :3].T)):
+            self._offer(tuple(int(pair) for pair in walk.pairs[at]), costs[at], bool(walk.doubts[at]))
 
-    def _enumerate(self, box: Box) -> None:
-        """Every set of a box whose loads are decided, those that reach no zone left out."""
-        self.counters["boxes decided"] += 1
-        values = [cost @ self._weights.T for cost in box.costs]
-        after = [np.zeros(len(self._weights))]
-        for value in reversed(values):
-            after.append(after[-1] + value.min(axis=0))
-        after.reverse()
+    def _small(self, box: Box) -> bool:
+        """Whether the sets of a box are soon looked at one by one."""
+        return bool(box.size.prod() <= FEW)
 
-        def go(joint: int, spent: Array, used: float, chosen: tuple[int, ...]) -> None:
-            if joint == self.problem.n:
-                self._offer(box, chosen)
-                return
-            for at in range(len(box.pools[joint])):
-                total, worst = spent + values[joint][at], max(used, float(box.costs[joint][at, USED]))
-                reached = ((total + after[joint + 1])[np.newaxis] < self._zone_values).all(axis=1)
-                if bool((reached & (worst < self._zone_used)).any()):
-                    go(joint + 1, total, worst, (*chosen, at))
-
-        go(0, np.zeros(len(self._weights)), 0.0, ())
-
-    def _offer(self, box: Box, chosen: Sequence[int]) -> None:
+    def _offer(self, pairs: Pairs, cost: Array, doubt: bool) -> None:
         """A whole set: held against the supply, and kept if no other matches it."""
-        pairs = tuple(int(pool[at]) for pool, at in zip(box.pools, chosen, strict=True))
-        self.counters["sets judged"] += 1
-        if not self.allowed(pairs) or not self.problem.supply_holds(pairs):
+        found = {"utilisation": float(cost[USED]), **{name: float(cost[column]) for name, column in ADDITIVE.items()}}
+        if self.zones.matched(np.array([found[name] for name in self.names])):
             return
-        rows = [cost[at] for cost, at in zip(box.costs, chosen, strict=True)]
-        found = {name: math.fsum(row[column] for row in rows) for name, column in ADDITIVE.items()}
-        if self._judged:
-            found["utilisation"] = self.problem.evaluation(pairs).criteria["utilisation"]
+        self.counters["sets judged"] += 1
+        if pairs in self.excluded or not all(rule.allows(pairs) for rule in self.problem.rules):
+            return
+        found["utilisation"] = max(found["utilisation"], self._supply(pairs))
+        if math.isinf(found["utilisation"]) or (doubt and not self._sure(pairs)):
+            return
         if self.zones.offer(np.array([found[name] for name in self.names]), pairs):
             self.counters["sets that fit"] += 1
-            self._refresh()
+            self._reach = None
+
+    def _enumerate(self, part: Part) -> None:
+        """Every set of a box whose loads are decided, those that reach no zone left out."""
+        self.counters["boxes decided"] += 1
+        box, found = part.box, np.zeros((MOST_SETS, self.problem.n), dtype=np.int64)
+        count = int(sets_of(box, self.problem.packed.task.numbers, self._open(), found))
+        if count > MOST_SETS:
+            for half in halves(part):
+                self._enumerate(half)
+            return
+        cost = box.cost[found[:count]]
+        total = np.concatenate([cost[:, :, :3].sum(axis=1), cost[:, :, USED:].max(axis=1)], axis=1)
+        for at in np.lexsort((total[:, USED], *total[:, :3].T)):
+            pairs = tuple(int(pair) for pair in box.pool[found[at]])
+            self._offer(pairs, total[at], bool(box.doubt[found[at]].any()))
+
+    def _supply(self, pairs: Pairs) -> float:
+        """The highest utilisation of the supply; infinite where a set asks too much of it."""
+        study = self.problem.packed.study
+        supply, cycle = study.supply, study.cycle
+        if supply.peak_power is None and supply.mean_power is None and supply.regenerated_power is None:
+            return 0.0
+        total = np.zeros(len(cycle.time))
+        set_power(self.problem.packed.task, np.array(pairs, dtype=np.int64), self.problem.memory, total)
+        checks = supply_checks(supply, cycle.time, cycle.weights, {"all": total}, reserve=study.safety.reserve)
+        used = max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
+        if abs(used - 1.0) <= CLOSE:  # the Python road tells
+            failed = any(check.verdict is Verdict.FAIL for check in self.problem.evaluation(pairs).shared)
+            return math.inf if failed else used
+        return math.inf if used > 1.0 else used
+
+    def _sure(self, pairs: Pairs) -> bool:
+        """Whether a set with candidates at a limit to rounding holds, by the Python road."""
+        self.counters["asked of the exact road"] += 1
+        return all(
+            self.problem.holds(joint, pair, {k: other for k, other in enumerate(pairs) if k != joint})
+            for joint, pair in enumerate(pairs)
+        )
 
     def _parts(self, box: Box) -> list[Box]:
         """A box in two, by the number that changes the loads most."""
-        problem = self.problem
-        self._ranges(box.pools)
-        half = 0.5 * (problem.memory.high - problem.memory.low)
+        numbers = self.problem.packed.task.numbers
+        pools = [numbers[box.pool[a : a + k]] for a, k in zip(box.first, box.size, strict=True)]
+        half = np.array([0.5 * np.ptp(pool, axis=0) for pool in pools])
         # Only joints whose load is still open are changed; each counts with its share of the bounds.
         share = np.array([
-            0.0 if decided else float(np.abs(cost[:, ENERGY]).min()) + 1e-3 for cost, decided in
-            zip(box.costs, box.decided, strict=True)
+            0.0 if decided else float(np.abs(box.cost[first : first + size, ENERGY]).min()) + 1e-3
+            for decided, first, size in zip(box.decided, box.first, box.size, strict=True)
         ])  # fmt: skip
-        effect = half * np.einsum("j,jki->ki", share, problem.reach)
+        effect = half * np.einsum("j,jki->ki", share, self.problem.reach)
         joint, number = np.unravel_index(int(np.argmax(effect)), effect.shape)
-        if effect[joint, number] == 0.0:
-            return self._by_numbers(box)
-        values = problem.packed.task.numbers[box.pools[joint], number]
-        middle = 0.5 * (values.min() + values.max())
-        return [self._part(box, int(joint), mask) for mask in (values <= middle, values > middle) if mask.any()]
-
-    def _by_numbers(self, box: Box) -> list[Box]:
-        """Where no number changes a torque, loads are told apart by any number that differs."""
-        loads = self.problem.setting.loads
-        for joint, number in itertools.product(range(self.problem.n), range(NUMBERS)):
-            values = self.problem.packed.task.numbers[box.pools[joint], number]
-            if loads[:, joint].any() and values.min() < values.max():
-                middle = 0.5 * (values.min() + values.max())
-                masks = (values <= middle, values > middle)
-                return [self._part(box, joint, mask) for mask in masks if mask.any()]
-        return []
-
-    def _part(self, box: Box, joint: int, mask: NDArray[np.bool_]) -> Box:
-        pools, costs = list(box.pools), list(box.costs)
-        pools[joint], costs[joint] = pools[joint][mask], costs[joint][mask]
-        return replace(box, pools=tuple(pools), costs=tuple(costs))
+        if effect[joint, number] > 0.0:
+            return parted(box, numbers, int(joint), int(number))
+        # Where no number changes a torque, loads are told apart by any number that differs.
+        for k, i in itertools.product(range(self.problem.n), range(NUMBERS)):
+            if self.problem.setting.loads[:, k].any() and half[k, i] > 0.0:
+                return parted(box, numbers, k, i)
+        return [box]  # its loads are decided
 
     def _dive(self, root: Box, deadline: float) -> None:
         """First sets to hold others against, from the tip to the base.
 
         For each weighting, and for each height under which all utilisations are to stay, the cheapest that holds.
         """
-        known: dict[tuple[int, bytes], tuple[Indices, Array]] = {}
+        known: dict[tuple[int, bytes], Box] = {}
         for height in HEIGHTS if self._judged else (math.inf,):
             for weights in self._weights if len(self._weights) else np.ones((1, 4)):
                 if self.counters["sets judged"] and time.perf_counter() > deadline:
                     return
-                pools = list(root.pools)
-                rows: list[Array] = [np.zeros(4)] * self.problem.n
+                chosen: dict[int, tuple[int, Array]] = {}
                 for joint in range(self.problem.n - 1, -1, -1):
-                    pairs, costs = self._exact(pools, joint, known)
-                    low = np.flatnonzero(costs[:, USED] < height) if len(pairs) else np.zeros(0, dtype=np.int64)
+                    exact = self._exact(root, joint, chosen, known)
+                    low = np.flatnonzero((exact.cost[:, USED] < height) & ~exact.doubt)
                     if not len(low):
                         break
-                    at = int(low[np.argmin(costs[low] @ weights)])
-                    pools[joint], rows[joint] = pairs[at : at + 1], costs[at]
+                    at = int(low[np.argmin(exact.cost[low] @ weights)])
+                    chosen[joint] = int(exact.pool[at]), exact.cost[at]
                 else:
-                    costs_of = tuple(row[np.newaxis] for row in rows)
-                    self._offer(replace(root, pools=tuple(pools), costs=costs_of), [0] * self.problem.n)
+                    cost = np.array([chosen[joint][1] for joint in range(self.problem.n)])
+                    total = np.append(cost[:, :3].sum(axis=0), cost[:, USED].max())
+                    self._offer(tuple(chosen[joint][0] for joint in range(self.problem.n)), total, False)
 
     def _exact(
-        self, pools: Sequence[Indices], joint: int, known: dict[tuple[int, bytes], tuple[Indices, Array]]
-    ) -> tuple[Indices, Array]:
-        """The candidates of a joint that hold, with their costs; none where its load is not decided."""
-        self._ranges(pools)
-        memory, loading = self.problem.memory, self._loading[joint]
-        key = (joint, memory.low[loading].tobytes() + memory.high[loading].tobytes())
+        self, root: Box, joint: int, chosen: dict[int, tuple[int, Array]], known: dict[tuple[int, bytes], Box]
+    ) -> Box:
+        """The candidates of a joint that hold beside chosen drives after it, with their costs."""
+        task, n, loads = self.problem.packed.task, self.problem.n, self.problem.setting.loads[joint]
+        pair = [chosen[k][0] if k in chosen else int(root.pool[root.first[k]]) for k in range(n)]
+        if any(loads[k] and k not in chosen for k in range(n)):  # loaded from both sides: left to the boxes
+            return root._replace(pool=root.pool[:0], cost=root.cost[:0], doubt=root.doubt[:0])
+        key = (joint, task.numbers[[pair[k] for k in range(n) if loads[k]]].tobytes())
         if key not in known:
-            pool = pools[joint]
-            states, costs = np.zeros(len(pool), dtype=np.int64), np.zeros((len(pool), 4))
-            packed, setting = self.problem.packed, self.problem.setting
-            decided = cost_joint(packed.task, setting, joint, pool, self._fixed, memory, costs, states)
-            kept = (states == EXACT) & decided  # what only the Python road can tell is left to the boxes
-            known[key] = pool[kept], costs[kept]
+            own = root.pool[root.first[joint] : root.first[joint] + root.size[joint]]
+            pool = np.concatenate([own if k == joint else [pair[k]] for k in range(n)]).astype(np.int64)
+            size = np.array([len(own) if k == joint else 1 for k in range(n)], dtype=np.int64)
+            stale = np.arange(n) == joint
+            numbers = task.numbers[pair]
+            low, high = numbers.copy(), numbers.copy()
+            low[joint], high[joint] = task.numbers[own].min(axis=0), task.numbers[own].max(axis=0)
+            box = Box(
+                pool, np.zeros((len(pool), 4)), np.zeros(len(pool), dtype=np.bool_), np.cumsum(size) - size, size,
+                np.zeros(n, dtype=np.bool_), stale, low, high, np.full(n, math.inf), np.zeros((n, n, NUMBERS)),
+            )  # fmt: skip
+            self._costed(box)
+            part = slice(int(box.first[joint]), int(box.first[joint] + box.size[joint]))
+            known[key] = box._replace(pool=box.pool[part], cost=box.cost[part], doubt=box.doubt[part])
         return known[key]
-
-
-def _weightings(columns: Sequence[int], spans: Array) -> Array:
-    """Weightings of the additive criteria, each scaled by its span, (W, 4); each alone, and mixtures of all."""
-    rows = []
-    for parts in itertools.product(range(STEPS + 1), repeat=len(columns)):
-        if sum(parts) == STEPS:
-            row = np.zeros(4)
-            for column, part in zip(columns, parts, strict=True):
-                row[column] = part / STEPS / spans[column]
-            rows.append(row)
-    return np.array(rows) if rows else np.zeros((0, 4))
-
-
-def _least_below(values: Array, used: Array, zone_used: Array) -> Array:
-    """The least of each weighting over the candidates below a zone's utilisation, (Z, W); infinite where none is."""
-    order = np.argsort(used, kind="stable")
-    least = np.minimum.accumulate(values[order], axis=0)
-    below = np.searchsorted(used[order], zone_used, side="left")
-    found = least[np.maximum(below - 1, 0)]
-    found[below == 0] = np.inf
-    return np.asarray(found)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
+from drivetrain.sizing.front_prune import fresh_corners
 
 
 class Zones:
@@ -40,37 +40,42 @@ class Zones:
         Returns:
             Whether it was taken; those that it dominates are out then.
         """
-        slack = self._tolerance * np.maximum(np.abs(point), 1e-300)
-        if len(self.points) and bool((self.points <= point + slack).all(axis=1).any()):
+        if self.matched(point):
             return False
+        slack = self._tolerance * np.maximum(np.abs(point), 1e-300)
         beaten = (point <= self.points + slack).all(axis=1)
         self.points = np.vstack([self.points[~beaten], point])
         self.keys = [old for old, out in zip(self.keys, np.atleast_1d(beaten), strict=True) if not out] + [key]
         self._cut(point)
         return True
 
+    def matched(self, point: Array) -> bool:
+        """Whether a point of the front is no worse than another one in any criterion.
+
+        Args:
+            point: (p,).
+
+        Returns:
+            True also for an equal one, within the tolerance.
+        """
+        slack = self._tolerance * np.maximum(np.abs(point), 1e-300)
+        return bool(len(self.points) and (self.points <= point + slack).all(axis=1).any())
+
+    def copied(self) -> Zones:
+        """The same zones, to go on without touching these.
+
+        Returns:
+            Zones of their own.
+        """
+        other = Zones(self._highest, self._tolerance)
+        other.points, other.keys, other.corners = self.points, list(self.keys), self.corners
+        return other
+
     def _cut(self, point: Array) -> None:
         """Replace the corners above a point by those beside it."""
         above = (self.corners > point).all(axis=1)
-        cut, kept = self.corners[above], self.corners[~above]
-        if not len(cut):
+        if not above.any():
             return
-        new = []
-        for axis in range(len(point)):
-            beside = cut.copy()
-            beside[:, axis] = point[axis]
-            new.append(beside)
-        fresh = np.unique(np.vstack(new), axis=0)
-        fresh = fresh[_largest(fresh, kept)]
-        self.corners = np.vstack([kept, fresh])
-
-
-def _largest(corners: Array, others: Array) -> NDArray[np.bool_]:
-    """Which corners lie below no other: only those bound a zone of their own."""
-    every = np.vstack([corners, others])
-    found = np.ones(len(corners), dtype=bool)
-    for index, corner in enumerate(corners):
-        below = (every >= corner).all(axis=1)
-        below[index] = False
-        found[index] = not below.any()
-    return found
+        near = (self.corners >= point).all(axis=1) & ~above
+        fresh = fresh_corners(self.corners[above], point, self.corners[near])
+        self.corners = np.vstack([self.corners[~above], fresh])

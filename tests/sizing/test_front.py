@@ -9,13 +9,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
-from drivetrain.sizing import front_kernels
+from drivetrain.sizing import front_cost, front_kernels, front_prune, front_search, front_walk
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.front import pareto_front
+from drivetrain.sizing.front_boxes import all_sets, only
+from drivetrain.sizing.front_kernels import USED
+from drivetrain.sizing.front_prune import weigh
+from drivetrain.sizing.front_search import NAMES, FrontSearch
+from drivetrain.sizing.packed_task import pack
+from drivetrain.sizing.problem import problem
 from drivetrain.sizing.zones import Zones
 from drivetrain.study.study import Mount, Wanted
 
@@ -154,6 +162,80 @@ def test_nothing_holds(make):
     assert front.complete and not front.feasible
 
 
+SUBSETS = [names for count in range(1, 5) for names in itertools.combinations(NAMES, count)]
+
+
+def tied_study(make, seed, coarse):
+    """A study whose sheets are rounded so coarsely that sets share masses and prices, some parts being the same."""
+    rng = np.random.default_rng(seed)
+    carrier, joints = str(rng.choice(["parent", "child", "base"])), int(rng.integers(1, 4))
+    study = random_study(make, seed, joints=joints, carrier=carrier, pairs_a_joint=6)
+    motors, gears = study.catalog.motors, study.catalog.gears
+    if coarse:
+        motors, gears = (
+            {key: replace(row, mass=round(2.0 * row.mass) / 2.0 + 0.1, price=round(row.price, -2)) for key, row in rows}
+            for rows in (motors.items(), gears.items())
+        )
+        motors["m1"] = replace(motors["m0"], key="m1")  # the same part under another name
+    return replace(study, catalog=Catalog(motors, gears))
+
+
+@settings(max_examples=24, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(st.integers(0, 10**6), st.sampled_from(SUBSETS), st.booleans(), st.sampled_from([0, 4, 64]))
+def test_any_criteria_with_ties_agree_with_brute_force(make, seed, names, coarse, few):
+    study = tied_study(make, seed, coarse)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(front_search, "FEW", few)  # 0: boxes are parted to the end, none is walked through
+        front = pareto_front(study, names)
+    assert front.complete
+    np.testing.assert_allclose(vectors(front), brute_force(study, names), rtol=1e-7)
+    assert len(front.points) == len(vectors(front))  # of equal sets one
+
+
+@pytest.mark.parametrize(("seed", "carrier"), [(29, "parent"), (0, "child"), (29, "child")])
+def test_costs_of_a_box_are_below_those_of_every_set_in_it(make, seed, carrier):
+    study = random_study(make, seed, joints=3 if seed else 2, carrier=carrier)
+    packed = pack(study)
+    what = problem(packed, study.wanted)
+    search = FrontSearch(what, ("mass", "energy", "utilisation"))
+    rng, looked_at = np.random.default_rng(seed), 0
+    for share in (1.0, 0.7, 0.4, 0.2):
+        whole = all_sets(what)
+        kept = rng.random(len(whole.pool)) < share
+        kept[whole.first] = True
+        box = only(whole, kept)
+        if not search._costed(box):
+            continue
+        values = np.zeros((len(box.pool), 1))
+        weigh(box, packed.task.numbers, np.array([[0.0, 0.0, 1.0, 0.0]]), values)
+        for _ in range(25):
+            at = [int(rng.integers(a, a + k)) for a, k in zip(box.first, box.size, strict=True)]
+            evaluation = what.evaluation([int(pair) for pair in box.pool[at]])
+            if evaluation.feasible:
+                looked_at += 1
+                assert values[at].sum() <= evaluation.criteria["energy"] + 1e-9
+                assert box.cost[at, USED].max() <= evaluation.criteria["utilisation"] * (1.0 + 1e-12)
+    assert looked_at > 20
+
+
+def test_a_stopped_search_goes_on_to_the_same_front(make):
+    study, names = random_study(make, 29, joints=3), ("mass", "energy", "utilisation")
+    whole = pareto_front(study, names)
+    part = pareto_front(study, names, time_limit=1e-6)
+    told, steps = len(part.points), 0
+    first = part
+    while not part.complete and steps < 500:
+        part, steps = pareto_front(study, names, time_limit=1e-3, resume=part), steps + 1
+    assert steps >= 1 and part.complete and part.state is None
+    np.testing.assert_allclose(vectors(part), vectors(whole), rtol=1e-9)
+    assert len(first.points) == told and not first.complete  # what was there before is as it was
+    assert pareto_front(study, names, resume=part) is part
+    with pytest.raises(InputError, match="other criteria"):
+        pareto_front(study, ("mass",), resume=part)
+    with pytest.raises(InputError, match="another study"):
+        pareto_front(random_study(make, 28, joints=3), names, resume=first)
+
+
 @pytest.mark.parametrize("dimensions", [2, 3, 4])
 def test_zones_hold_exactly_what_is_not_dominated(dimensions):
     rng = np.random.default_rng(dimensions)
@@ -168,12 +250,26 @@ def test_zones_hold_exactly_what_is_not_dominated(dimensions):
             assert free == bool((probe < zones.corners).all(axis=1).any())
     front = [p for p in known if not any((q <= p).all() and (q < p).any() for q in known)]
     assert len(front) == len(zones.points)
+    corners = zones.corners
+    assert not any((np.delete(corners, i, axis=0) >= one).all(axis=1).any() for i, one in enumerate(corners))
+
+
+@pytest.mark.parametrize("dimensions", [2, 3, 4])
+def test_zones_of_points_that_share_coordinates(dimensions):
+    rng = np.random.default_rng(10 + dimensions)
+    zones, known = Zones(np.full(dimensions, 10.0), 0.0), []
+    for index, point in enumerate(rng.integers(0, 5, (40, dimensions)).astype(float)):
+        zones.offer(point, (index,))
+        known.append(point)
+    for probe in itertools.product(np.arange(-0.5, 6.0, 0.5), repeat=dimensions):
+        free = not any((old <= probe).all() for old in known)
+        assert free == bool((np.array(probe) < zones.corners).all(axis=1).any())
 
 
 def test_caches_know_what_is_compiled_into_them():
-    folder = Path(front_kernels.__file__).parent
-    told = front_kernels.SOURCES
-    assert told == {name: zlib.crc32((folder / name).read_bytes()) for name in told}
+    for module in (front_kernels, front_cost, front_prune, front_walk):
+        folder = Path(module.__file__).parent
+        assert module.SOURCES == {name: zlib.crc32((folder / name).read_bytes()) for name in module.SOURCES}
 
 
 def test_bad_input_is_told(make):
