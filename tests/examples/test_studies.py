@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.shipped import shipped
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.search import select
 from drivetrain.study.load import load_study
 from drivetrain.study.study import DriveMass
 
 EXAMPLES = sorted(path.parent.name for path in shipped("examples").glob("*/study.yaml"))
 
 
-def test_there_are_four() -> None:
-    assert {"ur5_pick_and_place", "desktop_arm", "puma560", "one_axis"} <= set(EXAMPLES)
+def test_there_are_five() -> None:
+    assert {"ur5_pick_and_place", "desktop_arm", "puma560", "one_axis", "mix"} <= set(EXAMPLES)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -80,3 +84,30 @@ def test_the_door_closes_and_its_speed_is_the_derivative_of_its_travel() -> None
     # Work of the motion: against seals (2 N m) both ways and wind (3 N m) one way; spring and inertia give all back.
     power = study.cycle.torque[:, 0] * study.cycle.velocity[:, 0]
     assert np.trapezoid(power, study.cycle.time) == pytest.approx((2.0 + 2.0 + 3.0) * np.pi / 2, rel=2e-3)
+
+
+def test_neither_product_of_the_mix_tells_what_the_mix_needs() -> None:
+    """As its README says: proven, lighter than for the heavy product all day, and more than the light one asks."""
+    study = load_study(shipped("examples") / "mix" / "study.yaml")
+    cycle = study.cycle
+    assert cycle.part_names == ("canisters", "cartons") and cycle.shares == pytest.approx((0.25, 0.75))
+    mixed = select(study)
+    assert mixed.proof == "optimal" and mixed.objective == pytest.approx(5.41, abs=0.005)
+    alone = [select(replace(study, cycle=_alone(cycle, part))) for part in range(2)]
+    assert [one.objective for one in alone] == pytest.approx([5.48, 4.75], abs=0.005)
+    heavy, light = alone
+    assert not evaluate(heavy.study, mixed.drives).feasible  # too hot with canisters all day
+    assert evaluate(study, heavy.drives).feasible  # but heavier than it need be
+    lift = evaluate(study, light.drives).joints["shoulder_lift_joint"]
+    peak = next(check for check in lift.checks if check.name == "gear repeated peak torque")
+    assert peak.utilisation == pytest.approx(1.14, abs=0.01) and "canisters" in peak.remark
+
+
+def _alone(cycle: Cycle, part: int) -> Cycle:
+    """One part of a mix as a cycle of its own."""
+    rows = cycle.parts[part]
+    return replace(
+        cycle, time=cycle.time[rows] - cycle.time[rows.start], position=cycle.position[rows],
+        velocity=cycle.velocity[rows], acceleration=cycle.acceleration[rows], payload=cycle.payload[rows],
+        segment=cycle.segment[rows], parts=(), shares=(1.0,), part_names=(cycle.part_names[part],),
+    )  # fmt: skip
