@@ -63,7 +63,7 @@ def candidates(selection: Selection, *, name: str = "candidates", fallen: pd.Dat
     colours = _colours(counted(table))
     columns = min(3, len(joints))
     across = (WIDTH - 4.0 - LEFT - (columns - 1) * GAP) / columns
-    keys = _keys(colours, "chosen" if selection.feasible else "nearest")
+    keys = _keys(colours, "chosen" if selection.drives else "nearest")
     first = legend_height(keys, WIDTH, 5) + 22.0
     picture = Picture(name, WIDTH, first + -(-len(joints) // columns) * (HEIGHT + UNDER) - 4.0)
     used = table["utilisation"].to_numpy(dtype=float)

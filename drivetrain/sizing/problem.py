@@ -121,6 +121,8 @@ class Problem:
             False only if the least that all sets draw, or feed back, is too much.
         """
         study, supply = self.packed.study, self.packed.study.supply
+        if not self.packed.power_known:
+            return True
         back, total = supply.regenerated_power, np.empty((2, len(study.cycle.time)))
         power_range(self.packed.task, self.setting, choices, self.memory, back is not None, total)
         weights, over = study.cycle.weights, 1.0 + 1e-6
