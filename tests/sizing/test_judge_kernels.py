@@ -18,7 +18,7 @@ from drivetrain.sizing.check_numbers import MOTOR_TORQUE, NAMES, UNCHECKED
 from drivetrain.sizing.demand import workload
 from drivetrain.sizing.fallen import beside, fallen_table
 from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import ESSENTIAL, is_direct, judge
+from drivetrain.sizing.judge import is_direct, judge
 from drivetrain.sizing.judge_kernels import (
     ASK,
     FALLS,
@@ -38,7 +38,7 @@ from drivetrain.sizing.judge_kernels import (
 from drivetrain.sizing.load_basis import drive_numbers
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.packed_task import chosen_numbers, pack
-from drivetrain.sizing.results import Fallen
+from drivetrain.sizing.results import ESSENTIAL, Fallen
 from drivetrain.study.load import load_study
 from drivetrain.study.verdicts import Verdict
 
@@ -89,7 +89,7 @@ class Road:
 def essential_lack(op, checks):
     made = {check.name for check in checks if check.verdict is not Verdict.NOT_CHECKED}
     skipped = ESSENTIAL[:1] if is_direct(op) else ()
-    return [name for name in ESSENTIAL if name not in made and name not in skipped]
+    return [name for name in ESSENTIAL[:4] if name not in made and name not in skipped]  # those of one drive
 
 
 def agree(road, joint, pair):

@@ -15,6 +15,7 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.front import pareto_front
 from drivetrain.sizing.missing import gaps
 from drivetrain.sizing.ratio import ratio_study
 from drivetrain.sizing.results import ESSENTIAL, lacking, verdict_of
@@ -236,3 +237,14 @@ def test_other_answers_follow_the_same_law(two_joints):
     assert ratio_study(two_joints, "j1").feasible
     assert why_not(two_joints, "j1", "m1", "g1", cost=False).answers[0].lacking == ()
     assert why_not(bare, "j1", "m1", "g1", cost=False).answers[0].lacking == ("motor RMS current",)
+
+
+def test_a_front_with_a_given_drive_that_lacks_data_is_not_proven(two_joints):
+    bare = replace(two_joints.catalog.gears["g1"], key="bare", efficiency=None)
+    catalog = replace(two_joints.catalog, gears={**two_joints.catalog.gears, "bare": bare})
+    first, second = two_joints.joints
+    tasks = (replace(first, drive=("m1", "bare")), replace(second, drive=None, pairs=(("m1", "g1"), ("m1", "bare"))))
+    front = pareto_front(replace(two_joints, catalog=catalog, joints=tasks), ("mass",))
+    assert [point.drives["j2"] for point in front.points] == [("m1", "g1")]
+    assert not front.feasible and any("bare" in note for note in front.notes)
+    assert pareto_front(two_joints, ("mass",)).feasible
