@@ -11,7 +11,7 @@ from drivetrain.dynamics.newton_euler import inverse_dynamics
 
 ARM = load_arm("ur5")
 TIME = 1e-3 * np.arange(2000)
-BITS = (12, 14, 16, 20, 24)
+BITS = range(12, 25)
 
 
 def wave() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -33,7 +33,7 @@ def off(found: np.ndarray, wanted: np.ndarray) -> tuple[float, float]:
 @hard_case(
     "T40",
     "torques from an encoder",
-    setup="UR5 at 1 kHz, 12 to 24 bit a turn, the worst joint and resolution",
+    setup="UR5 at 1 kHz, 12 to 24 bit a turn, each, the worst joint and resolution",
     naive="second differences",
 )
 def test_encoder() -> list[Figure]:
