@@ -61,7 +61,7 @@ def spread_frame(found: Spread | None) -> dict[str, Any]:
             "laws": law_lines(told.evaluation.study),
             "rows": chance_rows(told),
             "figures": figures,
-            "samples": f"{told.samples:,}".replace(",", "\u202f"),
+            "samples": _grouped(told.samples),
             "seed": told.seed,
         }
     }
@@ -78,9 +78,14 @@ def chance_sentence(told: Robustness) -> str:
     """
     row = _row("", "", told.whole)
     return (
-        f"All checks hold in {row.probability} of {told.samples} arms drawn "
+        f"All checks hold in {row.probability} of {_grouped(told.samples)} arms drawn "
         f"(standard error {row.error}, 95\u00a0% interval {row.interval})."
     )
+
+
+def _grouped(count: int) -> str:
+    """A whole number with a thin space between thousands."""
+    return f"{count:,}".replace(",", "\u202f")
 
 
 def law_lines(study: Study) -> list[str]:
@@ -164,7 +169,7 @@ def spread_data(found: Spread) -> dict[str, Any]:
                 "bars": [
                     {
                         "source": str(bar.source), "low": bar.low, "high": bar.high, "absolute": bar.absolute,
-                        "at_low": bar.at_low, "at_high": bar.at_high,
+                        "at_low": bar.at_low, "at_high": bar.at_high, "variance_share": bar.share,
                     }
                     for bar in one.bars
                 ],
@@ -174,9 +179,9 @@ def spread_data(found: Spread) -> dict[str, Any]:
     }  # fmt: skip
     if choice is not None:
         data["choice"] = {
-            "wanted": choice.wanted, "confidence": choice.confidence, "proof": choice.proof,
+            "wanted": choice.wanted, "confidence": choice.confidence, "proof": choice.proof, "proven": choice.proven,
             "tried": [
-                {"objective": one.drives.objective, "decision": str(one.decision), **_chance(one.chance)}
+                {"objective": one.drives.objective, "decision": str(one.decision), "joint": one.joint, **_chance(one.chance)}
                 for one in choice.trials
             ],
         }  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +13,8 @@ from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Draws, built
 from drivetrain.sizing.scatter_kernels import judge_arms
+from drivetrain.sizing.scatter_numbers import CHECKS, NAMES, ScatterTask
 from drivetrain.sizing.scatter_task import Bench, aimed
-from drivetrain.sizing.scatter_numbers import CHECKS, NAMES
 
 SUPPLY_NAMES = ("supply peak power", "supply mean power", "supply regenerated power")
 CHUNK = 4096  # arms judged at once: 4 MB of figures
@@ -41,33 +42,41 @@ class Figures:
         return np.asarray(~over & (self.judged > 0.0))
 
 
-def judged(ready: Bench, draws: Draws) -> Iterator[Figures]:
+def judged(ready: Bench, draws: Draws, *, threads: int = 1) -> Iterator[Figures]:
     """The arms judged, chunk by chunk.
 
     Args:
         ready: The set of drives.
         draws: The arms.
+        threads: How many chunks are judged at once; no number depends on it, as every arm is judged by itself.
 
     Yields:
         Figures of the next arms, in their order.
     """
-    memory = None if ready.slow else ready.memory()
-    task, proven = ready.task if ready.slow else aimed(ready, draws), float(not ready.nominal.lacking)
-    for first in range(0, len(draws), CHUNK):
-        part = slice(first, min(first + CHUNK, len(draws)))
-        count, n = part.stop - first, len(ready.study.joints)
-        found = Figures(np.full((count, n, CHECKS), np.nan), np.full((count, 3), np.nan), np.full(count, proven))
-        if memory is None:
-            again = np.arange(count)
-        else:
-            judge_arms(
-                task, draws.factors[part], draws.ambient[part], draws.payload[part], memory, found.joints, found.supply,
-            )  # fmt: skip
-            near = (np.abs(found.joints - 1.0) < CLOSE).any(axis=(1, 2))
-            again = np.flatnonzero(near | (np.abs(found.supply - 1.0) < CLOSE).any(axis=1))
-        for sample in again:
-            _slowly(ready, draws, first + int(sample), found, int(sample))
-        yield found
+    task = ready.task if ready.slow else aimed(ready, draws)
+    parts = [slice(first, min(first + CHUNK, len(draws))) for first in range(0, len(draws), CHUNK)]
+    if threads <= 1 or len(parts) <= 1:
+        yield from (_chunk(ready, task, draws, part) for part in parts)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        yield from pool.map(lambda part: _chunk(ready, task, draws, part), parts)
+
+
+def _chunk(ready: Bench, task: ScatterTask, draws: Draws, part: slice) -> Figures:
+    """Some arms that follow one another."""
+    count, n, proven = part.stop - part.start, len(ready.study.joints), float(not ready.nominal.lacking)
+    found = Figures(np.full((count, n, CHECKS), np.nan), np.full((count, 3), np.nan), np.full(count, proven))
+    again = np.arange(count)
+    if not ready.slow:
+        judge_arms(
+            task, draws.factors[part], draws.ambient[part], draws.payload[part], ready.memory(), found.joints,
+            found.supply,
+        )  # fmt: skip
+        near = (np.abs(found.joints - 1.0) < CLOSE).any(axis=(1, 2))
+        again = np.flatnonzero(near | (np.abs(found.supply - 1.0) < CLOSE).any(axis=1))
+    for sample in again:
+        _slowly(ready, draws, part.start + int(sample), found, int(sample))
+    return found
 
 
 def _slowly(ready: Bench, draws: Draws, sample: int, found: Figures, at: int) -> None:

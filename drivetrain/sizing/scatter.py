@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,16 +80,45 @@ def drawn(study: Study, samples: int, seed: int | tuple[int, ...]) -> Draws:
     Args:
         study: Its tolerances.
         samples: How many.
-        seed: Of the random numbers; the first arms of more samples are those of fewer.
+        seed: Of the random numbers.
+
+    Returns:
+        Their numbers; the first arms of more samples are those of fewer.
+    """
+    return from_uniform(study, np.random.default_rng(seed).random((samples, len(sources(study)))))
+
+
+def streamed(study: Study, samples: int, seed: int | tuple[int, ...], *, most: int) -> Iterator[Draws]:
+    """The same arms, some at a time, so that a million of them need no more memory than the first.
+
+    Args:
+        study: Its tolerances.
+        samples: How many in all.
+        seed: Of the random numbers.
+        most: How many at once.
+
+    Yields:
+        The next arms of ``drawn``, whatever ``most`` is.
+    """
+    stream, columns = np.random.default_rng(seed), len(sources(study))
+    for first in range(0, samples, most):
+        yield from_uniform(study, stream.random((min(most, samples - first), columns)))
+
+
+def from_uniform(study: Study, uniform: Array) -> Draws:
+    """Arms by the probabilities of smaller deviations.
+
+    Args:
+        study: Its tolerances.
+        uniform: Numbers between 0 and 1, one column a source, (samples, sources).
 
     Returns:
         Their numbers.
     """
-    found = sources(study)
-    edge = 2.0**-53  # neither 0 nor 1: no law has an end at infinity
-    uniform = np.clip(np.random.default_rng(seed).random((samples, len(found))), edge, 1.0 - edge)
-    deviations = [_tolerance(study, one).deviation(column) for one, column in zip(found, uniform.T, strict=True)]
-    return deviated(study, samples, dict(zip(found, deviations, strict=True)))
+    found, edge = sources(study), 2.0**-53  # neither 0 nor 1: no law has an end at infinity
+    columns = np.clip(uniform, edge, 1.0 - edge).T
+    deviations = [_tolerance(study, one).deviation(column) for one, column in zip(found, columns, strict=True)]
+    return deviated(study, len(uniform), dict(zip(found, deviations, strict=True)))
 
 
 def deviated(study: Study, samples: int, deviations: Mapping[Source, Array]) -> Draws:

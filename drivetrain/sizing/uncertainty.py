@@ -1,4 +1,11 @@
-"""With what probability a set of drives holds, when parts, payload and air scatter within their tolerances."""
+"""With what probability a set of drives holds, when parts, payload and air scatter within their tolerances.
+
+Every arm is drawn by itself: the parts of each joint independently of those of all others, the air once an arm, and
+each payload once an arm. Within a joint the tolerances are independent of each other; one number stands for all
+friction of the joint and one for both of its thermal resistances. The numbers of an arm come from one row of a stream
+of numpy's default generator (PCG64), so an arm depends on the seed and its place in the row alone: not on how many are
+drawn, in what blocks they are judged, or by how many threads.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +18,14 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.many_arms import SUPPLY_NAMES, Figures, judged
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.scatter import Pair, drawn, sources
-from drivetrain.sizing.scatter_task import bench
+from drivetrain.sizing.scatter import Pair, sources, streamed
 from drivetrain.sizing.scatter_numbers import NAMES
+from drivetrain.sizing.scatter_task import bench
 
 SUPPLY = "supply"
 QUANTILES = (0.05, 0.5, 0.95)
 REMEMBERED = 4096  # arms whose utilisations make the quantiles
+BATCH = 65536  # arms whose numbers are drawn at once
 NORMAL_95 = 1.959963984540054
 
 
@@ -95,7 +103,9 @@ def drives_of(evaluation: Evaluation) -> dict[str, Pair]:
     return {name: (result.motor, result.gear) for name, result in evaluation.joints.items()}
 
 
-def robustness(evaluation: Evaluation, *, samples: int | None = None, seed: int | None = None) -> Robustness:
+def robustness(
+    evaluation: Evaluation, *, samples: int | None = None, seed: int | None = None, threads: int = 1
+) -> Robustness:
     """The probability that each check, each joint and the whole set of drives holds.
 
     Arms are drawn at random within the study's tolerances, every one judged by the checks of ``evaluate`` on its own
@@ -105,6 +115,7 @@ def robustness(evaluation: Evaluation, *, samples: int | None = None, seed: int 
         evaluation: Of the drives with nominal numbers; its study states the tolerances.
         samples: How many arms; None: the study's own number.
         seed: Of the random numbers; None: the study's own.
+        threads: How many share the work; no number depends on it.
 
     Returns:
         The probabilities with their errors.
@@ -121,15 +132,15 @@ def robustness(evaluation: Evaluation, *, samples: int | None = None, seed: int 
     if count < 1:
         raise InputError(Fault("samples", "must be at least 1", count))
     ready = bench(study, drives_of(evaluation))
-    draws = drawn(study, count, start)
     tally, kept, kept_supply = _Tally(len(study.joints)), [], []
     remembered = 0
-    for found in judged(ready, draws):
-        tally.add(found)
-        if remembered < REMEMBERED:
-            kept.append(found.joints)
-            kept_supply.append(found.supply)
-            remembered += len(found.held)
+    for draws in streamed(study, count, start, most=BATCH):
+        for found in judged(ready, draws, threads=threads):
+            tally.add(found)
+            if remembered < REMEMBERED:
+                kept.append(found.joints)
+                kept_supply.append(found.supply)
+                remembered += len(found.held)
     names = [task.name for task in study.joints]
     return _result(evaluation, (count, start), names, tally, np.concatenate(kept), np.concatenate(kept_supply))
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import zlib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,13 +12,12 @@ from scipy import stats
 from drivetrain.drive.motor import torque_constant
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
-from drivetrain.sizing import scatter_exponentials, scatter_heat, scatter_kernels, scatter_torque, scatter_watch
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.many_arms import SUPPLY_NAMES, figures_of, judged
 from drivetrain.sizing.scatter import Source, built, deviated, drawn, sources
 from drivetrain.sizing.scatter_numbers import NAMES
 from drivetrain.sizing.scatter_task import bench
-from drivetrain.sizing.tornado import effects
+from drivetrain.sizing.tornado import effects, variance_share
 from drivetrain.sizing.uncertainty import Chance, drives_of, robustness
 from drivetrain.study.load import load_study
 from drivetrain.study.tolerances import Tolerance, Tolerances
@@ -59,25 +56,19 @@ def figures(study, drives, draws):
     return np.concatenate([part.joints for part in parts]), np.concatenate([part.supply for part in parts])
 
 
-@pytest.mark.parametrize("module", [
-    scatter_exponentials, scatter_torque, scatter_heat, scatter_watch, scatter_kernels
-])  # fmt: skip
-def test_sources_are_those_compiled(module):
-    folder = Path(scatter_heat.__file__).parents[1]
-    assert {name: zlib.crc32((folder / name).read_bytes()) for name in module.SOURCES} == module.SOURCES
-
-
 def test_every_arm_is_judged_as_evaluate_does(example):
     study, drives = example
-    draws = drawn(study, 12, 5)
+    draws = drawn(study, 8, 5)
     joints, supply = figures(study, drives, draws)
     seen = set()
     for sample in range(len(draws)):
         evaluation = evaluate(built(study, drives, draws, sample))
         expected = figures_of(evaluation)
-        # Blocks of samples carry heat to about 1e-7 of the rise, everything else is exact to rounding.
-        np.testing.assert_allclose(joints[sample], expected[0], rtol=1e-6, atol=1e-12)
-        np.testing.assert_allclose(supply[sample], expected[1], rtol=1e-6, atol=1e-12)
+        # Where the winding moves, blocks of samples carry heat to about 1e-9 of the rise, and ``evaluate`` finds the
+        # magnets to 1e-6 K; everything else is exact to rounding.
+        close = 1e-8 if study.name != "UR5-class pick and place" else 1e-12
+        np.testing.assert_allclose(joints[sample], expected[0], rtol=close, atol=1e-12)
+        np.testing.assert_allclose(supply[sample], expected[1], rtol=close, atol=1e-12)
         seen |= {NAMES[c] for c in np.flatnonzero(~np.isnan(expected[0]).all(axis=0))}
     assert {"winding temperature", "motor voltage", "inertia ratio", "gear repeated peak torque"} <= seen
 
@@ -105,8 +96,8 @@ def test_wide_draws_too(example):
         joints, supply = figures(study, drives, wide)
         for sample in range(3):
             expected = figures_of(evaluate(built(study, drives, wide, sample)))
-            np.testing.assert_allclose(joints[sample], expected[0], rtol=1e-5, atol=1e-12)
-            np.testing.assert_allclose(supply[sample], expected[1], rtol=1e-5, atol=1e-12)
+            np.testing.assert_allclose(joints[sample], expected[0], rtol=1e-6, atol=1e-12)
+            np.testing.assert_allclose(supply[sample], expected[1], rtol=1e-6, atol=1e-12)
 
 
 # ------------------------------------------------------------ closed forms
@@ -206,7 +197,7 @@ def test_tornado_is_one_number_at_a_time(example):
     tornado = found.worst()[0]
     spans = [bar.span for bar in tornado.bars]
     assert spans and spans == sorted(spans, reverse=True)
-    for bar in tornado.bars[:3]:
+    for bar in tornado.bars[:2]:
         for end, value in ((bar.low, bar.at_low), (bar.high, bar.at_high)):
             alone = built(study, drives, deviated(study, 1, {bar.source: np.array([end])}), 0)
             joints, _ = figures_of(evaluate(alone))
@@ -224,3 +215,24 @@ def test_tornado_of_the_torque_constant(one_axis):
     assert sources(evaluation.study) == (bar.source,)
     assert drives_of(evaluation).keys() == {joint}
     assert SUPPLY_NAMES[0] == "supply peak power"
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_shares_of_the_variance_known_in_closed_form(power):
+    """3 x^p + 4 y + noise: the share of x is 9 Var x^p over the whole variance; what does nothing has none."""
+    rng = np.random.default_rng(5)
+    x, y, idle = rng.random((3, 4096))
+    values = 3.0 * x**power + 4.0 * y
+    of_x = 1.0 / 12.0 if power == 1 else 1.0 / 5.0 - 1.0 / 9.0
+    share = 9.0 * of_x / (9.0 * of_x + 16.0 / 12.0)
+    # The error of such a share is about 0.01 with 4096 arms.
+    assert variance_share(values[np.argsort(x)]) == pytest.approx(share, abs=0.03)
+    assert variance_share(values[np.argsort(y)]) == pytest.approx(1.0 - share, abs=0.03)
+    assert variance_share(values[np.argsort(idle)]) < 0.015
+    assert math.isnan(variance_share(np.ones(100))) and math.isnan(variance_share(np.append(x, np.inf)))
+
+
+def test_the_one_number_that_acts_has_all_of_the_variance(one_axis):
+    evaluation = of_peak_current(one_axis, Tolerance(0.1), limit=1.04)
+    (bar,) = effects(evaluation).of(next(iter(evaluation.joints)), "motor peak current").bars
+    assert bar.share > 0.99
