@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drivetrain.accuracy.conditions import Task
-from drivetrain.accuracy.variants import choices, place_of
+from drivetrain.accuracy.variants import SPRINGS, choices, place_of
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level
+from drivetrain.effects.backlash import Backlash
 from drivetrain.effects.bounds import OVERSHOOT, bounded, rms_of
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.estimate import Estimate
@@ -78,8 +79,8 @@ def _own(scene: Scene, task: Task, choice: Choice, effects: list[Effect]) -> Tol
     lever = float(task.levers[place.joint])
     own = _sum([_changed(one, lever) for one in told])
     changes = {choice.joint: own}
-    if choice.kind == "FlexibleJoint":
-        swing = sum(one.swing(conditions) for one in effects if isinstance(one, FlexibleJoint))
+    if choice.kind in SPRINGS:
+        swing = sum(one.swing(conditions) for one in effects if isinstance(one, FlexibleJoint | Backlash))
         twist = sum(one.deviation for one in told)
         changes |= _elsewhere(scene, task, place.joint, np.asarray(swing), float(twist))
     valid = all(one.valid for one in told) and not any(math.isnan(share) for share in own.shares[:3])

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numba as nb
 import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers, touch
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shape, Signal
 from drivetrain.effects.estimate import Conditions, Estimate
+from drivetrain.effects.twisting import BESIDE, along, swing
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
@@ -136,17 +138,38 @@ class Backlash(Effect):
         return True
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """Of the link's place: half of the play. What the flanks' meeting does to the current is not bounded.
+        """Of a joint whose load presses one flank all the time: half of the play, and what its spring does.
+
+        The flanks stay in touch where the torque of the task is never smaller than what swings beside it; then the gear
+        is a spring with an offset. Where they part, how hard they meet again is not bounded.
 
         Args:
             place: Where it stands.
             conditions: The joint's task.
 
         Returns:
-            One that is not valid.
+            The estimate; not valid where the torque of the task changes its sign, or comes near zero.
         """
         play = 0.5 * (self.gear.backlash or 0.0)
-        return Estimate(deviation=play, valid=False, why="flanks that meet: keep it")
+        series = conditions.series
+        if series is None:
+            return Estimate(deviation=play, valid=False, why="flanks that meet: keep it")
+        told = along(self.gear, self.damping, place, conditions, series)
+        pressed = float(np.abs(series.torque).min()) > BESIDE * float(self.swing(conditions).max())
+        one_side = bool((series.torque > 0.0).all() or (series.torque < 0.0).all())
+        why = f"half of the play; {told.why}" if pressed and one_side else "flanks that part and meet: keep it"
+        return replace(told, deviation=told.deviation + play, valid=told.valid and pressed and one_side, why=why)
+
+    def swing(self, conditions: Conditions) -> Array:
+        """How far the flanks' torque swings beside that of the task, while they touch.
+
+        Args:
+            conditions: The joint's task.
+
+        Returns:
+            Envelope [N m], (N,); a single zero where the task is not known.
+        """
+        return swing(self.gear, self.damping, conditions)
 
     def _twist(self, torque: float) -> float:
         """Twist under a torque [rad]."""

@@ -11,21 +11,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numba as nb
-import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.gear import Gear, wind_up
+from drivetrain.drive.gear import Gear
 from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers
 from drivetrain.effects import signals as s
-from drivetrain.effects.bounds import bounded, swinging
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shape, Signal, TimeScale
-from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
+from drivetrain.effects.estimate import Conditions, Estimate
+from drivetrain.effects.twisting import along, swing, twist
 from drivetrain.errors import Fault, InputError
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {"drive/spring_kernel.py": 1054907783}
-
-BESIDE = 1.25  # the load swings beside the command, and other springs with it
 
 
 @nb.njit(error_model="numpy", nogil=True)
@@ -153,7 +150,7 @@ class FlexibleJoint(Effect):
             The estimate; valid while w T is above 25, where the law was measured.
         """
         if conditions.series is not None:
-            return self._along(place, conditions, conditions.series)
+            return along(self.gear, self.damping, place, conditions, conditions.series)
         stiffness = self.gear.stiffness_1 or math.inf
         frequency = math.sqrt(stiffness / max(conditions.inertia, 1e-300))
         slow = 1.0 / (frequency * max(conditions.move_time, 1e-300))
@@ -161,24 +158,6 @@ class FlexibleJoint(Effect):
         why = "twist of the peak torque; current 376 (1 / (w T))^2 at most, w of the link on a still rotor"
         valid = conditions.free and slow < 0.04
         return Estimate(share, share, 2.0 * share, self._twist(conditions.peak_torque), valid, why)
-
-    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
-        """The swing of the load on the spring as a torque at the motor, and the twist under both.
-
-        The motor's answer to a swing faster than its loop is smaller than the swing. Valid while the load swings 25
-        times faster than a move lasts, where the spring is softest, and while the spring is at least twice as stiff as
-        the loop: behind a softer one the link moves further than its spring alone twists.
-        """
-        envelope = BESIDE * self.swing(conditions)
-        most = BESIDE * self._twist(float((np.abs(series.torque) + envelope).max()))
-        error = envelope * conditions.mesh_share / (abs(place.ratio) * conditions.torque_constant)
-        valid = self._frequency(conditions) * conditions.move_time > 25.0 and self._outlasts_the_loop(conditions)
-        return bounded(conditions, error, "swing of the load on the spring", deviation=most, valid=valid)
-
-    def _outlasts_the_loop(self, conditions: Conditions) -> bool:
-        """Whether the spring is twice as stiff as the position loop; where no loop is told, the motor holds."""
-        loop = conditions.loop_stiffness
-        return math.isinf(loop) or (self.gear.stiffness_1 or math.inf) >= 2.0 * loop
 
     def swing(self, conditions: Conditions) -> Array:
         """How far the spring's torque swings beside that of the task.
@@ -189,17 +168,8 @@ class FlexibleJoint(Effect):
         Returns:
             Envelope [N m], (N,); a single zero where the task is not known.
         """
-        if conditions.series is None:
-            return np.zeros(1)
-        frequency = self._frequency(conditions)
-        stiffness = self.gear.stiffness_1 or math.inf
-        return swinging(conditions.series, frequency, 0.5 * self.damping * frequency / stiffness)
-
-    def _frequency(self, conditions: Conditions) -> float:
-        """Of the load on the softest spring, its other end held [rad/s]."""
-        return math.sqrt((self.gear.stiffness_1 or math.inf) / max(conditions.inertia, 1e-300))
+        return swing(self.gear, self.damping, conditions)
 
     def _twist(self, torque: float) -> float:
         """Twist under a torque [rad]."""
-        twist = wind_up(self.gear, np.array(torque))
-        return 0.0 if twist is None else float(twist)
+        return twist(self.gear, torque)

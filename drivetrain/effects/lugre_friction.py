@@ -12,9 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from drivetrain.drive.exponentials import first, second
 from drivetrain.effects import signals as s
+from drivetrain.effects.bounds import LARGEST_ANSWER, bounded
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal, State, TimeScale
+from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import side_faults
 from drivetrain.errors import Fault, InputError
 
@@ -171,6 +175,41 @@ class LuGreFriction(Effect):
         _, _, _, low, high, stribeck = self.numbers(place)
         slip = low + (high - low) * math.exp(-(min(abs(speed / stribeck), 1e3) ** 2))
         return (math.copysign(slip / self.stiffness, speed),)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """All that its bristles can take, as a torque that the loop answers.
+
+        The bend never leaves Fs / s0, so the bristles' torque never leaves Fs: at rest it may be anything up to that;
+        sliding it is the curve, and within the first Fs / s0 of a motion what damps the bristles comes on top. It is
+        not fed forward, so the loop answers all of it, however it varies: in current by no more than
+        ``LARGEST_ANSWER`` times, in position by no more than bound over stiffness.
+
+        Args:
+            place: Where it stands.
+            conditions: The joint's task.
+
+        Returns:
+            The estimate; valid where a loop holds the joint and the command can be followed.
+        """
+        series = conditions.series
+        if series is None:
+            return Estimate(valid=False, why="the task is not known: keep it")
+        motor, ratio = self.side == "motor", abs(place.ratio)
+        speed = np.abs(series.speed) * (ratio if motor else 1.0)
+        rise = float(np.abs(series.acceleration).max()) * (ratio if motor else 1.0)
+        stiff, damp, viscous, low, high, fall = self.numbers(place)
+        torque = low + (high - low) * np.exp(-np.minimum(speed / fall, 30.0) ** 2) + viscous * speed
+        # Over the first bend the speed comes to sqrt(2 a Fs / s0), and that much of the damping is felt.
+        first_bend = math.sqrt(2.0 * rise * high / stiff)
+        torque += np.where(speed < 3.0 * first_bend, damp * np.minimum(speed, first_bend), 0.0)
+        torque = np.where(series.resting, high, torque)
+        at_motor = torque if motor else torque / ratio * conditions.mesh_share
+        away = float(at_motor.max()) * ratio / conditions.loop_stiffness
+        error = LARGEST_ANSWER * at_motor / conditions.torque_constant
+        power = torque * speed if motor else None
+        held = math.isfinite(conditions.loop_stiffness)
+        why = "all that the bristles take, answered by the loop"
+        return bounded(conditions, error, why, deviation=away, power=power, valid=held)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         """How fast the bristles follow at the Stribeck speed.
