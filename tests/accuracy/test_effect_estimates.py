@@ -126,14 +126,16 @@ def warmed(scene: Scene) -> Scene:
     return replace(scene, effects=effects)
 
 
-def measured(scene: Scene) -> list[tuple[Choice, bool, str, float]]:
-    """Measured over estimated change: choice, whether the estimate is valid, quantity, ratio."""
+def measured(scene: Scene, kinds: tuple[str, ...] = ()) -> list[tuple[Choice, bool, str, float]]:
+    """Measured over estimated change, of some kinds or all: choice, whether the estimate is valid, quantity, ratio."""
     basis = basis_of(scene)
     told = estimates(scene, task_of(scene, basis))
     full = without(scene, ())
     base = decision(ran(plan(full), STEP), full, basis)
     rows = []
     for one in told:
+        if kinds and one.choice.kind not in kinds:
+            continue
         less = without(scene, [one.choice])
         found = change(decision(ran(plan(less), STEP), less, basis), base)
         tip = sum(part.tip for part in one.changes.values())
