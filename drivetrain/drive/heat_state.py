@@ -8,12 +8,15 @@ call it do not compile it again.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.compile_ahead import take
+from drivetrain.compiled_parts import CompiledPart, CompiledWhole
 from drivetrain.drive.heat_kernels import cycle_map, cycle_trace
 from drivetrain.drive.periodic_rise import GROWN_BEYOND, STEADY
 
@@ -35,7 +38,9 @@ MAGNETS, RUNAWAY, MEAN_WINDING, MEAN_HOUSING, PEAK_WINDING, STATE = range(6)
 SQUARE, LOSS, STEP, WINDING, GROWTH, SOURCE, OUTSIDE, ROWS = range(8)
 
 _njit: Any = nb.njit  # whose annotations do not know all of its options
-_compiled = _njit(error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+_compiled = _njit(
+    error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=CompiledPart
+)
 _part = _njit(error_model="numpy", nogil=True, inline="always")
 
 
@@ -279,4 +284,12 @@ def _steady_state(t: float, x: Any, result: Any, numbers: Any, words: Any) -> No
     _state(nb.carray(x, SHARES + parts), edges, series, nb.carray(result, STATE))
 
 
-steady_state = nb.cfunc(_SIGNATURE, cache=True, error_model="numpy")(_steady_state)
+@lru_cache(maxsize=1)
+def steady_state() -> Any:
+    """The kernel, compiled at the first call (some seconds) or taken from numba's disk cache.
+
+    Returns:
+        The compiled function, with ``.address``.
+    """
+    take("drivetrain.drive.heat_state:steady_state")
+    return nb.cfunc(_SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(_steady_state)

@@ -21,6 +21,7 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.dynamics.articulated_links import (
     ACCELERATION,
     AXX,
@@ -57,7 +58,7 @@ from drivetrain.dynamics.passes import SLIDE, TURN
 
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
-SOURCES = {"articulated_links.py": 2212988513, "compiled_vectors.py": 1257686601, "passes.py": 2124356983}
+SOURCES = {"articulated_links.py": 2212988513, "compiled_vectors.py": 1749102823, "passes.py": 98651109}
 
 # Columns of a far rotor's row: its momentum k for a unit speed of its joint, what couples its open number with the
 # acceleration of the link at hand, the linear term of that number, and at last its value.
@@ -313,7 +314,7 @@ def _far(spins: Array, n: int) -> Array:
     return lists
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
 def _accelerations(
     rows: Array, spins: Array, gravity: Array, q: Array, qd: Array, tau: Array, tip: Array, qdd: Array
 ) -> tuple[int, int]:

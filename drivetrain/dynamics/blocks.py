@@ -12,18 +12,24 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.compiled_parts import CompiledLoop, CompiledPart
 
 BLOCK = 64  # samples; below 32 and above 128 slower
 FAR = 1e6  # rad; three-part reduction is exact below, libm takes over above
 TWO_OVER_PI = 2.0 / math.pi
 
 _njit: Any = nb.njit  # whose annotations do not know all of its options
-_ALL = {"error_model": "numpy", "nogil": True}
+_ALL = {
+    "error_model": "numpy", "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+    "pipeline_class": CompiledLoop,
+}
 # What makes no arrays is compiled without counts of references: there is less to compile.
 fast = _njit(**_ALL, fastmath=True, _nrt=False)
+within = _njit(**{**_ALL, "pipeline_class": CompiledPart}, fastmath=True, _nrt=False)  # taken into the loops of others
 making = _njit(**_ALL, fastmath=True)
 # The reduction of an angle, and the test for NaN, are void once the compiler may reorder sums or rule NaN out.
 exact = _njit(**_ALL, fastmath={"contract"}, _nrt=False)
+_copy = _njit(**{**_ALL, "pipeline_class": CompiledPart}, fastmath={"contract"}, _nrt=False)
 
 
 @exact
@@ -111,7 +117,7 @@ def write(block: Array, first: int, count: int, n: int, out: Array) -> None:
         _write(block, first, count, n, out)
 
 
-@exact
+@_copy
 def _read(samples: Array, first: int, count: int, n: int, field: int, block: Array) -> None:
     flat = samples.reshape(-1)[first * n :]
     to = block.reshape(-1)[field * BLOCK :]
@@ -123,7 +129,7 @@ def _read(samples: Array, first: int, count: int, n: int, field: int, block: Arr
             to[i * 3 * BLOCK + k] = 0.0
 
 
-@exact
+@_copy
 def _write(block: Array, first: int, count: int, n: int, out: Array) -> None:
     flat = out.reshape(-1)[first * n :]
     values = block.reshape(-1)

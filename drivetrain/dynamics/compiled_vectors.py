@@ -5,12 +5,20 @@ Compiled into ``articulated_kernel.py`` and ``frame_kernels.py``; a change here 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba as nb
 
 from drivetrain.arrays import Array
+from drivetrain.compiled_parts import CompiledPart
+
+_njit: Any = nb.njit  # whose annotations do not know all of its options
 
 Vector = tuple[float, float, float]
-part = nb.njit(error_model="numpy", nogil=True, fastmath={"contract"})
+part: Any = _njit(
+    error_model="numpy", nogil=True, fastmath={"contract"}, no_cpython_wrapper=True, no_cfunc_wrapper=True,
+    pipeline_class=CompiledPart,
+)  # fmt: skip
 
 
 @part

@@ -18,7 +18,9 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.blocks import BLOCK, FAR, fast, read, sincos, sum_of_squares
+from drivetrain.compile_ahead import take
+from drivetrain.compiled_parts import CompiledWhole
+from drivetrain.dynamics.blocks import BLOCK, FAR, fast, read, sincos, sum_of_squares, within
 from drivetrain.dynamics.passes import (
     CA,
     MASS,
@@ -37,7 +39,7 @@ from drivetrain.dynamics.passes import (
 )
 
 # Numba's disk cache looks at this file alone: see the same constant in ``kernels.py``.
-SOURCES = {"blocks.py": 603273081, "passes.py": 2124356983}
+SOURCES = {"blocks.py": 1519523007, "passes.py": 98651109}
 BODY = 10 * BLOCK  # mass, first moments (3), second moments (xx, yy, zz, xy, xz, yz)
 WRENCH = 6 * BLOCK  # force, moment
 
@@ -50,7 +52,7 @@ def _add_constant_body(row: Array, body: Array) -> None:
             body[field * BLOCK + k] += row[MASS + field]
 
 
-@fast
+@within
 def _nine(place: Array) -> tuple[float, ...]:
     return (place[0], place[1], place[2], place[3], place[4], place[5], place[6], place[7], place[8])
 
@@ -229,7 +231,7 @@ def _mirror(n: int, first: int, count: int, entries: Array, out: Array) -> None:
                 out[first + k, j * n + i] = entries[i * n + j, k]
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
 def _compose(simple: Array, rows: Array, spins: Array, q: Array, out: Array) -> float:
     """Fill ``out``; NaN if the input is spoiled."""
     n, both = len(simple), len(rows)
@@ -276,6 +278,7 @@ def compiled() -> Any:
         (N, n * n), exactly symmetric; all C order, SI units. It returns 0, or NaN when ``q`` holds a NaN, an infinity,
         or a number beyond 1e154.
     """
+    take("drivetrain.dynamics.composite:compiled")
     kinds = ((nb.bool_, 1), (nb.float64, 2), (nb.int64, 2), (nb.float64, 2))
     given = [nb.types.Array(kind, ndim, "C", readonly=True) for kind, ndim in kinds]
     # One signature, so that read-only arrays do not have it compiled again.

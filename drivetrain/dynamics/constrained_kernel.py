@@ -21,6 +21,7 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.compiled_parts import CompiledWhole
 
 SINGULAR = 1e-12  # of a joint's inertia, left when the joints before it give way; rounding leaves 1e-15 of none
 MOST_SWEEPS = 40  # far more than the six or so that it takes
@@ -101,7 +102,7 @@ def _orthogonal(rows: Array, turns: Array) -> None:
             return
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
 def _solve(
     matrices: Array, jacobians: Array, force: Array, drift: Array, tolerance: float, motion: Array, multipliers: Array,
     found: Array,

@@ -15,6 +15,8 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.compile_ahead import take
+from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.dynamics.blocks import BLOCK, FAR, fast, making, read, sincos, sum_of_squares, write
 from drivetrain.dynamics.passes import (
     CD,
@@ -36,7 +38,7 @@ from drivetrain.dynamics.passes import (
 
 # Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
 # who changes them must change this line, and the cache is renewed.
-SOURCES = {"blocks.py": 603273081, "passes.py": 2124356983}
+SOURCES = {"blocks.py": 1519523007, "passes.py": 98651109}
 _GIVEN = ((nb.bool_, 1), (nb.float64, 2), (nb.int64, 2), (nb.float64, 1), *[(nb.float64, 2)] * 4)
 
 
@@ -146,7 +148,7 @@ def _collect(
 
 
 # long kernel: another layer of calls, each passing arrays field by field, costs a third more
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
 def _recursion(
     simple: Array,
     rows: Array,
@@ -233,6 +235,7 @@ def compiled() -> Any:
         each with N rows or none, ``gear`` (N, n), ``axial`` (N, n), ``wrench`` (N, n, 6); all C order, SI units. It
         returns 0, or NaN when ``q``, ``qd`` or ``qdd`` hold a NaN, an infinity, or a number beyond 1e154.
     """
+    take("drivetrain.dynamics.kernels:compiled")
     given = [nb.types.Array(kind, ndim, "C", readonly=True) for kind, ndim in _GIVEN]
     filled = [nb.types.Array(nb.float64, ndim, "C") for ndim in (2, 2, 2, 3)]
     # One signature, so that read-only arrays do not have it compiled again.

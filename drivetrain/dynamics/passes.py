@@ -14,7 +14,7 @@ Compiled into ``kernels.py``; a change here must be told there, see ``SOURCES``.
 from __future__ import annotations
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.blocks import BLOCK, fast
+from drivetrain.dynamics.blocks import BLOCK, fast, within
 
 CHANNELS = 16 * BLOCK  # of a record: w, dw, a, force, moment (3 each), axial dw
 
@@ -26,7 +26,7 @@ SPIN, OWN, TURN, SLIDE, CD, SD, R0 = range(16, 23)
 WIDTH = R0 + 9
 
 
-@fast
+@within
 def _keep(
     o: Array, k: int, wx: float, wy: float, wz: float, dx: float, dy: float, dz: float, ax: float, ay: float, az: float
 ) -> None:
@@ -42,7 +42,7 @@ def _keep(
     o[8 * BLOCK + k] = az
 
 
-@fast
+@within
 def _keep_wrench(
     o: Array,
     k: int,

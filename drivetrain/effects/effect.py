@@ -33,6 +33,8 @@ from typing import Any, ClassVar
 import numba as nb
 from numba import types
 
+from drivetrain.compile_ahead import take
+from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import nan_faults, type_faults
 from drivetrain.errors import InputError
@@ -53,12 +55,21 @@ class Compiled:
 
     @cached_property
     def _library(self) -> Any:
-        return nb.cfunc(SIGNATURE, cache=True, error_model="numpy")(self.function)
+        take(f"{self.function.__module__}:{self.function.__name__}")
+        return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(self.function)
 
     @property
     def address(self) -> int:
         """Where the compiled function lies [-]."""
         return int(self._library.address)
+
+    def __call__(self) -> int:
+        """Have the law compiled, if it is not in the disk cache.
+
+        Returns:
+            Where it lies [-].
+        """
+        return self.address
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from drivetrain.solvers.compiled_function import compiled
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 2867580264,
-    "dynamics/compiled_vectors.py": 1257686601,
+    "dynamics/compiled_vectors.py": 1749102823,
     "simulation/vector_rows.py": 4108182124,
 }  # fmt: skip
 # Words behind those of the plan; the first two are those of ``jacobian_kernel.py``.

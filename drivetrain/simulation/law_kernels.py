@@ -12,6 +12,8 @@ from typing import Any
 
 import numba as nb
 
+from drivetrain.compile_ahead import take
+from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.effects.effect import SIGNATURE
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.equations_kernel import solve_instant, solve_step
@@ -22,7 +24,7 @@ SOURCES = {
     "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 2867580264,
     "simulation/forces_kernel.py": 3054532781, "simulation/friction_kernel.py": 4042368809,
     "simulation/tip_kernel.py": 2653406141,
-    "dynamics/compiled_vectors.py": 1257686601, "dynamics/passes.py": 2124356983,
+    "dynamics/compiled_vectors.py": 1749102823, "dynamics/passes.py": 98651109,
     "dynamics/mass_and_bias.py": 728731785,
     "simulation/assembly_kernel.py": 4181047817, "simulation/coupled_kernel.py": 489815516,
     "simulation/settle_kernel.py": 3817236384, "simulation/vector_rows.py": 4108182124,
@@ -52,7 +54,8 @@ def motion() -> Any:
     Returns:
         The compiled function, with ``.address``.
     """
-    return nb.cfunc(SIGNATURE, cache=True, error_model="numpy")(_motion)
+    take(f"{__name__}:motion")
+    return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(_motion)
 
 
 @lru_cache(maxsize=1)
@@ -62,4 +65,5 @@ def forces() -> Any:
     Returns:
         The compiled function, with ``.address``.
     """
-    return nb.cfunc(SIGNATURE, cache=True, error_model="numpy")(_forces)
+    take(f"{__name__}:forces")
+    return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(_forces)

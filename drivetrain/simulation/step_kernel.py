@@ -12,6 +12,8 @@ from typing import Any
 
 import numba as nb
 
+from drivetrain.compile_ahead import take
+from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.dynamics.compiled_vectors import part
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all, call_one, pointer_to, shifted
@@ -21,7 +23,7 @@ from drivetrain.simulation.vector_rows import row_of
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 2867580264,
-    "dynamics/compiled_vectors.py": 1257686601,
+    "dynamics/compiled_vectors.py": 1749102823,
     "simulation/vector_rows.py": 4108182124,
 }  # fmt: skip
 
@@ -162,7 +164,7 @@ def _next_node(n: Any, w: Any, clock: Any, counts: Any, breaks: Any) -> float:
 
 
 # long kernel: the loop over nodes
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
 def _advance(
     numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, rows: Any, events: Any, scratch: Any
 ) -> int:
@@ -230,6 +232,7 @@ def compiled() -> Any:
         (time, coordinate, mode before and after), and three whole numbers a coordinate as scratch. It returns why it
         came back.
     """
+    take(f"{__name__}:compiled")
     flat, whole = nb.types.Array(nb.float64, 1, "C"), nb.types.Array(nb.int64, 1, "C")
     table = nb.types.Array(nb.float64, 2, "C")
     _advance.compile(nb.int64(flat, whole, flat, whole, flat, table, table, whole))

@@ -84,15 +84,15 @@ from drivetrain.sizing.warm_bound import least_warm_voltage, least_warmth
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2693116001,
+    "compiling.py": 1935523565,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1799634810,
+    "packed_task.py": 2892892849,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 747351674,
+    "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1000668928,
+    "check_kernels.py": 3406169117,
 }
 
 # Rows of the scratch of bounds.

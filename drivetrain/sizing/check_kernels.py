@@ -110,16 +110,16 @@ from drivetrain.solvers.compiled_function import call
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2693116001,
+    "compiling.py": 1935523565,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1799634810,
+    "packed_task.py": 2892892849,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 747351674,
+    "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "heat_state.py": 3087972387,
-    "compiled_function.py": 3950826625,
+    "heat_state.py": 3585838812,
+    "compiled_function.py": 4279295851,
 }
 
 HOUR = 3600.0  # s

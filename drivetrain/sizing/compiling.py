@@ -9,9 +9,22 @@ from typing import Any
 
 import numba as nb
 
+from drivetrain.compiled_parts import CompiledLoop, CompiledPart, CompiledWhole
+
 _njit: Any = nb.njit  # whose annotations do not know all of its options
-_ALL = {"error_model": "numpy", "nogil": True, "_nrt": False}
-_INSIDE = {**_ALL, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_ALL = {"error_model": "numpy", "nogil": True, "_nrt": False, "pipeline_class": CompiledWhole}
+_INSIDE = {**_ALL, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": CompiledPart}
+
+STEPS = tuple(
+    f"drivetrain.{step}"
+    for step in (
+        "sizing.judge_kernels:compile_judge", "sizing.propagation:compile_propagate",
+        "sizing.sieve_kernel:compile_sieve", "drive.heat_state:steady_state", "sizing.judge_kernels:compile_power",
+        "sizing.propagation:compile_set_power", "sizing.judge_kernels:compile_judge_all",
+        "sizing.judge_kernels:compile_load", "dynamics.kernels:compiled",
+    )
+)  # fmt: skip
+"""What a search compiles, the dearest first: see ``compile_ahead.py``. Who searches begins at the other end."""
 
 njit_entry: Any = _njit(**_ALL, cache=True)
 """Called from Python, kept on disk."""
@@ -25,7 +38,7 @@ njit_part: Any = _njit(**_ALL, inline="always")
 njit_leaf: Any = _njit(**_INSIDE)
 """Compiled once for all in compiled code that use it."""
 
-njit_loop: Any = _njit(**_INSIDE, fastmath={"contract", "reassoc", "nsz"})
+njit_loop: Any = _njit(**{**_INSIDE, "pipeline_class": CompiledLoop}, fastmath={"contract", "reassoc", "nsz"})
 """The same for loops over samples, where sums may be taken in another order; NaN is respected."""
 
 njit_unit: Any = _njit(**_ALL, cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)

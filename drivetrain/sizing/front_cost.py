@@ -55,23 +55,23 @@ from drivetrain.sizing.vector_max import larger, smaller
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "units.py": 4239343723,
-    "compiling.py": 2693116001,
+    "units.py": 2352285125,
+    "compiling.py": 1935523565,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1799634810,
+    "packed_task.py": 2892892849,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 747351674,
+    "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1000668928,
-    "bound_kernels.py": 4287468434,
-    "judge_kernels.py": 2138536719,
+    "check_kernels.py": 3406169117,
+    "bound_kernels.py": 1833500230,
+    "judge_kernels.py": 3971000194,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 3029491211,
-    "propagation.py": 3661296086,
-    "front_kernels.py": 697563277,
+    "sieve_kernel.py": 459866780,
+    "propagation.py": 1685369528,
+    "front_kernels.py": 2990094639,
 }
 
 OWN_LOW, OWN_HIGH, SHAFT = 3, 4, 5  # rows of the scratch of bounds

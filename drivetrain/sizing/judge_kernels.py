@@ -7,9 +7,11 @@ they leave, and ``may_hold`` rules out the pairs that no torque within it lets h
 
 from __future__ import annotations
 
+import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.compile_ahead import take
 from drivetrain.drive.heat_state import MAGNETS
 from drivetrain.sizing.bound_kernels import least_energy, may_hold
 from drivetrain.sizing.check_kernels import (
@@ -49,7 +51,16 @@ from drivetrain.sizing.load_kernels import (
     own_load,
 )
 from drivetrain.sizing.packed_rows import DIRECT_DRIVE, INNER, MAGNET, MOMENTARY, PEAK_TORQUE, RATIO, REPEATED
-from drivetrain.sizing.packed_task import AMBIENT, CURVED, PEAK_FACTOR, VOLTAGE_FACTOR, VOLTS, Indices, PackedTask
+from drivetrain.sizing.packed_task import (
+    AMBIENT,
+    CURVED,
+    PEAK_FACTOR,
+    VOLTAGE_FACTOR,
+    VOLTS,
+    Indices,
+    PackedTask,
+    empty_task,
+)
 from drivetrain.sizing.torque_kernels import constant_at, electrical_power, first_look, resistance, voltage_peak
 from drivetrain.sizing.units import address_of_unit, call_judge, call_load
 
@@ -61,17 +72,17 @@ __all__ = [
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "units.py": 4239343723,
-    "compiling.py": 2693116001,
+    "units.py": 2352285125,
+    "compiling.py": 1935523565,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1799634810,
+    "packed_task.py": 2892892849,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 747351674,
+    "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1000668928,
-    "bound_kernels.py": 4287468434,
+    "check_kernels.py": 3406169117,
+    "bound_kernels.py": 1833500230,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
@@ -207,12 +218,37 @@ def judge_units(task: PackedTask, load: JointLoad) -> Indices:
     Returns:
         Good for this process, (3,).
     """
-    found = [
-        address_of_unit(_judge, task, 0, 0, load, 0),
-        address_of_unit(_pair_power, task, 0, 0, load, load.base[0]),
-        address_of_unit(load_unit, task, 0, load.drives, load),
-    ]
-    return np.array(found, dtype=np.int64)
+    found = np.zeros(3, dtype=np.int64)
+    for which in (LOAD, POWER, JUDGE):  # a helper may be at the dearest meanwhile
+        found[which] = _unit(which, task, load)
+    return found
+
+
+def _unit(which: int, task: PackedTask, load: JointLoad) -> int:
+    """The address of one of them."""
+    if which == LOAD:
+        return address_of_unit(f"{__name__}:compile_load", load_unit, task, 0, load.drives, load)
+    if which == POWER:
+        return address_of_unit(f"{__name__}:compile_power", _pair_power, task, 0, 0, load, load.base[0])
+    return address_of_unit(f"{__name__}:compile_judge", _judge, task, 0, 0, load, 0)
+
+
+def compile_load() -> None:
+    """Have the summing up compiled, if it is not in the disk cache."""
+    task = empty_task()
+    _unit(LOAD, task, new_load(task))
+
+
+def compile_power() -> None:
+    """Have the electrical power compiled, if it is not in the disk cache."""
+    task = empty_task()
+    _unit(POWER, task, new_load(task))
+
+
+def compile_judge() -> None:
+    """Have the judge compiled, if it is not in the disk cache."""
+    task = empty_task()
+    _unit(JUDGE, task, new_load(task))
 
 
 def judge_all(
@@ -230,7 +266,16 @@ def judge_all(
             check is too close to its limit, (K,).
         numbers: Takes required, available and utilisation of that check, or of the one that binds, (K, 3).
     """
+    take(f"{__name__}:compile_judge_all")
     _judge_all(judge_units(task, load), task, joint, pairs, drives, load, codes, numbers)
+
+
+def compile_judge_all() -> None:
+    """Have the judging of many pairs compiled, if it is not in the disk cache."""
+    task = empty_task()
+    load, whole = new_load(task), np.zeros(1, dtype=np.int64)
+    given = (whole, task, 0, whole, load.drives, load, whole, load.drives)
+    _judge_all.compile(tuple(nb.typeof(one) for one in given))
 
 
 @njit_entry

@@ -26,8 +26,8 @@ from drivetrain.sizing.packed_task import INSTANTS, Indices, PackedTask
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "compiling.py": 2693116001,
-    "packed_task.py": 1799634810,
+    "compiling.py": 1935523565,
+    "packed_task.py": 2892892849,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
 }

@@ -11,7 +11,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,6 +110,19 @@ class PackedTask(NamedTuple):
     sharp: Indices
 
 
+def empty_task() -> PackedTask:
+    """A task of one joint and two samples with nothing in it, which tells compilers what kind of arrays there are.
+
+    Returns:
+        Zeros.
+    """
+    whole = {"offsets": 2, "exponent_of": 1, "first": 1, "pairs": 2, "rests": 2, "mix": 1, "sharp": 2}
+    real = {"series": 3, "bare_wrench": 3, "wrench": 3, "motors": 3, "exponents": 1, "shares": 1}
+    arrays: dict[str, Any] = {name: np.zeros((1,) * whole[name], dtype=np.int64) for name in whole}
+    arrays |= {name: np.zeros((1,) * real.get(name, 2)) for name in PackedTask._fields if name not in (*whole, "heat")}
+    return PackedTask(heat=0, **arrays)
+
+
 @dataclass(frozen=True, eq=False)
 class Packed:
     """A packed study with the names that compiled code does not need.
@@ -185,7 +198,7 @@ def pack(study: Study, work: Workload | None = None) -> Packed:
         rests=np.array([_rests(demand) for demand in demands]),
         mix=_mix(study),
         shares=np.array(study.cycle.shares, dtype=np.float64),
-        heat=int(steady_state.address or 0),
+        heat=int(steady_state().address or 0),
         sharp=np.array([_sharp(demand) for demand in demands]),
     )
     return Packed(study, work, task, motor_keys, gear_keys, mass, price)

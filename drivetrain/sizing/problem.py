@@ -17,7 +17,16 @@ from drivetrain.sizing.load_basis import NUMBERS
 from drivetrain.sizing.objectives import weight_of
 from drivetrain.sizing.packed_task import SPEED, WEIGHT, Packed, chosen_numbers
 from drivetrain.sizing.power_bound import power_range
-from drivetrain.sizing.propagation import Choices, Indices, Memory, Setting, new_memory, set_power
+from drivetrain.sizing.propagation import (
+    Choices,
+    Indices,
+    Memory,
+    Setting,
+    compile_propagate,
+    compile_set_power,
+    new_memory,
+    set_power,
+)
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.spare_parts import Rule, rules_of
 from drivetrain.study.mounting import mass_counts
@@ -182,6 +191,8 @@ def problem(packed: Packed, wanted: Wanted) -> Problem:
         known_by.append(pairs[np.argsort(share[pairs], kind="stable")])
     energy = weight_of(wanted, "energy")
     trifle = _trifle(packed, share, energy, known_by)
+    compile_propagate()
+    compile_set_power()
     setting = Setting(share, _in_order(share, trifle, known_by), energy, trifle, _loads(packed))
     return Problem(
         packed, wanted, setting, tuple(known_by), tuple(unknown_by), _reach(packed),

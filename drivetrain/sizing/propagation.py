@@ -10,10 +10,14 @@ A joint whose load is decided has an interval without width; its cheapest candid
 
 from __future__ import annotations
 
+from functools import lru_cache
+
+import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
+from drivetrain.compile_ahead import take
 from drivetrain.sizing.bearing_bound import WIDER, least_bearing
 from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
 from drivetrain.sizing.judge_kernels import ASK, EXACT, FALLS, HOLDS, JUDGE, LOAD, POWER, bound_joint
@@ -29,6 +33,7 @@ from drivetrain.sizing.sieve_kernel import (
     Indices,
     Memory,
     Setting,
+    empty_search,
     new_memory,
 )
 from drivetrain.sizing.units import call_judge, call_load, call_power, call_sieve
@@ -40,20 +45,20 @@ __all__ = [
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "units.py": 4239343723,
-    "compiling.py": 2693116001,
+    "units.py": 2352285125,
+    "compiling.py": 1935523565,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1799634810,
+    "packed_task.py": 2892892849,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 747351674,
+    "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1000668928,
-    "bound_kernels.py": 4287468434,
-    "judge_kernels.py": 2138536719,
+    "check_kernels.py": 3406169117,
+    "bound_kernels.py": 1833500230,
+    "judge_kernels.py": 3971000194,
     "warm_bound.py": 3791348865,
-    "sieve_kernel.py": 3029491211,
+    "sieve_kernel.py": 459866780,
     "bearing_bound.py": 2792159485,
 }
 
@@ -343,3 +348,19 @@ def set_power(task: PackedTask, pairs: Indices, memory: Memory, total: Array) ->
         call_power(memory.units[POWER], task, joint, pairs[joint], memory.load, memory.power)
         for t in range(total.size):
             total[t] += memory.power[t]
+
+
+@lru_cache(maxsize=1)
+def compile_propagate() -> None:
+    """Have the passes compiled, if they are not in the disk cache."""
+    take(f"{__name__}:compile_propagate")
+    task, setting, choices, memory = empty_search()
+    propagate.compile(tuple(nb.typeof(one) for one in (task, setting, choices, 0.0, 0, 0, memory)))
+
+
+@lru_cache(maxsize=1)
+def compile_set_power() -> None:
+    """Have the power of a set compiled, if it is not in the disk cache."""
+    take(f"{__name__}:compile_set_power")
+    task, _, choices, memory = empty_search()
+    set_power.compile(tuple(nb.typeof(one) for one in (task, choices.pool, memory, memory.power)))

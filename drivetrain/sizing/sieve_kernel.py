@@ -20,25 +20,25 @@ from drivetrain.sizing.judge_kernels import (
     new_load,
 )
 from drivetrain.sizing.load_basis import NUMBERS
-from drivetrain.sizing.packed_task import PackedTask
+from drivetrain.sizing.packed_task import PackedTask, empty_task
 from drivetrain.sizing.units import address_of_unit
 
 Indices = NDArray[np.int64]
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "units.py": 4239343723,
-    "compiling.py": 2693116001,
+    "units.py": 2352285125,
+    "compiling.py": 1935523565,
     "packed_rows.py": 959813297,
-    "packed_task.py": 1799634810,
+    "packed_task.py": 2892892849,
     "vector_max.py": 2907682659,
     "load_loops.py": 4217972974,
-    "load_kernels.py": 747351674,
+    "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 1000668928,
-    "bound_kernels.py": 4287468434,
-    "judge_kernels.py": 2138536719,
+    "check_kernels.py": 3406169117,
+    "bound_kernels.py": 1833500230,
+    "judge_kernels.py": 3971000194,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
 }
@@ -131,21 +131,55 @@ def new_memory(task: PackedTask) -> Memory:
     Returns:
         Nothing in it yet.
     """
+    memory = _room(task)
+    memory.units[:SIEVE] = judge_units(task, memory.load)
+    memory.units[SIEVE] = _sieve_unit(task, memory)
+    return memory
+
+
+def _room(task: PackedTask) -> Memory:
+    """Memory that no address stands in."""
     n, _, samples = task.series.shape
     empty = np.zeros((n, NUMBERS))
     counts = np.zeros(COUNTS, dtype=np.int64)
     load, power = new_load(task), np.zeros(samples)
     verdicts = np.full(len(task.pairs), UNKNOWN, dtype=np.int64)
     torque, suspects = np.zeros((2, samples)), np.zeros(len(task.pairs), dtype=np.bool_)
-    bounds, bearing, units = new_bounds(task), some_wrenches(task), np.append(judge_units(task, load), 0)
-    memory = Memory(
+    bounds, bearing, units = new_bounds(task), some_wrenches(task), np.zeros(SIEVE + 1, dtype=np.int64)
+    return Memory(
         empty, empty.copy(), torque, bounds, load, bearing, power, verdicts, np.zeros(len(task.pairs)), suspects,
         counts, units
     )  # fmt: skip
+
+
+def _unused(task: PackedTask, memory: Memory) -> tuple[Setting, Choices]:
+    """What tells compilers of which kind these are."""
+    n, units, power, suspects = len(task.series), memory.units, memory.power, memory.suspects
     setting = Setting(power, power, 0.0, 0.0, np.zeros((n, n), dtype=np.bool_))
-    choices = Choices(units, power, suspects, units, units, power, units, units)
-    units[SIEVE] = address_of_unit(sieve, task, setting, choices, 0, 0.0, True, memory)
-    return memory
+    return setting, Choices(units, power, suspects, units, units, power, units, units)
+
+
+def _sieve_unit(task: PackedTask, memory: Memory) -> int:
+    """The address of the sieve."""
+    setting, choices = _unused(task, memory)
+    return address_of_unit(f"{__name__}:compile_sieve", sieve, task, setting, choices, 0, 0.0, True, memory)
+
+
+def compile_sieve() -> None:
+    """Have the sieve compiled, if it is not in the disk cache."""
+    task = empty_task()
+    _sieve_unit(task, _room(task))
+
+
+def empty_search() -> tuple[PackedTask, Setting, Choices, Memory]:
+    """A search with nothing in it, which tells compilers what kind of arrays there are.
+
+    Returns:
+        Task, setting, choices and memory.
+    """
+    task = empty_task()
+    memory = _room(task)
+    return task, *_unused(task, memory), memory
 
 
 # long kernel: one joint's candidates in one pass, with what was ruled out closed up in place

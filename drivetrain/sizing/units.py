@@ -14,19 +14,23 @@ from numba.core import cgutils
 from numba.core.types import unliteral
 from numba.extending import intrinsic
 
+from drivetrain.compile_ahead import take
+
 _intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
 
 
-def address_of_unit(unit: Any, *given: Any) -> int:
+def address_of_unit(step: str, unit: Any, *given: Any) -> int:
     """Where a compiled kernel lies, for arguments of some kinds.
 
     Args:
+        step: What compiles it ahead, see ``compile_ahead.py``.
         unit: The kernel; it is compiled if it is not yet.
         given: Arguments as it will be called with.
 
     Returns:
         The address, good for this process.
     """
+    take(step)
     kinds = tuple(nb.typeof(one) for one in given)
     unit.compile(kinds)
     made = unit.overloads[kinds]

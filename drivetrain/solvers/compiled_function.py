@@ -24,6 +24,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
 from drivetrain.arrays import Array
+from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.errors import Fault, InputError
 
 _intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
@@ -41,7 +42,7 @@ def compiled(function: Callable[..., None]) -> Any:
     Returns:
         The compiled function; ``.address`` is where it lies as long as it lives.
     """
-    return nb.cfunc(SIGNATURE, cache=True, error_model="numpy")(function)
+    return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(function)
 
 
 def address_of(function: Any, place: str, *, needed: bool = False) -> int:

@@ -12,6 +12,7 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.solvers.compiled_events import BRACKET, LATER, NEW, OLD, event_values, fires, first_event
 from drivetrain.solvers.compiled_function import call_rows, call_step
 from drivetrain.solvers.compiled_jacobian import fill_jacobian
@@ -72,12 +73,12 @@ from drivetrain.solvers.step_control import choose, first_step, largest_error, n
 # who changes them must change this line, and the cache is renewed.
 SOURCES = {
     "compiled_events.py": 3731178309,
-    "compiled_function.py": 3950826625,
+    "compiled_function.py": 4279295851,
     "compiled_guard.py": 3022819764,
     "compiled_jacobian.py": 1605203523,
     "compiled_output.py": 1554801868,
     "compiled_steps.py": 384317669,
-    "layout.py": 2378651403,
+    "layout.py": 1777803233,
     "rodas4_table.py": 1645622007,
     "step_control.py": 501471057,
 }
@@ -247,7 +248,7 @@ def _refresh(address: int, block: Array, data: Any, clock: Array, count: Any) ->
 
 
 # long kernel: the loop as it runs, its parts above
-@nb.njit(cache=True, error_model="numpy", nogil=True)
+@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
 def advance(
     method: int,
     addresses: Any,

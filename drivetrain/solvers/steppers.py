@@ -8,14 +8,15 @@ from typing import Any
 import numba as nb
 from numba import carray, types
 
+from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.solvers.compiled_steps import dormand_prince_step, fixed_step, rodas_step
 from drivetrain.solvers.layout import BLOCK_ROWS, CLOCK_SIZE, COUNT_SIZE, DORMAND_PRINCE, EULER, RODAS4, RUNGE_KUTTA
 
 # Numba's disk cache looks at this file alone: see the same constant in ``rosenbrock_kernel.py``.
 SOURCES = {
-    "compiled_function.py": 3950826625,
+    "compiled_function.py": 4279295851,
     "compiled_steps.py": 384317669,
-    "layout.py": 2378651403,
+    "layout.py": 1777803233,
     "rodas4_table.py": 1645622007,
 }
 _DOUBLES, _WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
@@ -65,4 +66,4 @@ def stepper(method: int) -> Any:
         The compiled function, with ``.address``.
     """
     steps = {RODAS4: _rodas, DORMAND_PRINCE: _dormand_prince, RUNGE_KUTTA: _runge_kutta, EULER: _euler}
-    return nb.cfunc(_SIGNATURE, cache=True, error_model="numpy")(steps[method])
+    return nb.cfunc(_SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(steps[method])

@@ -8,8 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drivetrain.compiled_parts import on_its_own
 from drivetrain.dynamics import blocks, kernels
-from drivetrain.dynamics.blocks import BLOCK, FAR, read, sincos, sum_of_squares, write
+from drivetrain.dynamics.blocks import BLOCK, FAR
+
+read, sincos, write = on_its_own(blocks.read), on_its_own(blocks.sincos), on_its_own(blocks.write)
+sum_of_squares = on_its_own(blocks.sum_of_squares)
 
 
 @pytest.mark.parametrize("name", kernels.SOURCES)
