@@ -131,7 +131,15 @@ _WHOLE = ir.VectorType(ir.IntType(64), WIDTH)
 
 @_intrinsic
 def third_guess(typing_context: Any, a: Any) -> Any:
-    """The cube root of what is not negative to a few percent: a third of the exponent's bits."""
+    """The cube root of what is not negative to a few percent: a third of the exponent's bits.
+
+    Args:
+        typing_context: Numba's own; a call leaves it out.
+        a: Lanes.
+
+    Returns:
+        Lanes.
+    """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         bits = builder.sitofp(builder.bitcast(args[0], _WHOLE), _VECTOR)
@@ -144,7 +152,15 @@ def third_guess(typing_context: Any, a: Any) -> Any:
 
 @_intrinsic
 def spread(typing_context: Any, number: Any) -> Any:
-    """The same number in all lanes."""
+    """The same number in all lanes.
+
+    Args:
+        typing_context: Numba's own; a call leaves it out.
+        number: A float.
+
+    Returns:
+        Lanes.
+    """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return _spread(builder, args[0])
@@ -154,7 +170,17 @@ def spread(typing_context: Any, number: Any) -> Any:
 
 @_intrinsic
 def where_less(typing_context: Any, a: Any, b: Any, then: Any, other: Any) -> Any:
-    """The third where the first is less than the second, else (NaN too) the fourth."""
+    """One of two numbers in each lane.
+
+    Args:
+        typing_context: Numba's own; a call leaves it out.
+        a, b: What is compared, lanes or floats.
+        then: Where the first is less than the second.
+        other: Elsewhere, where one of them is NaN too.
+
+    Returns:
+        Lanes.
+    """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.select(builder.fcmp_ordered("<", args[0], args[1]), args[2], args[3])
@@ -164,7 +190,15 @@ def where_less(typing_context: Any, a: Any, b: Any, then: Any, other: Any) -> An
 
 @_intrinsic
 def largest_of(typing_context: Any, a: Any) -> Any:
-    """The largest of all lanes."""
+    """The largest of all lanes.
+
+    Args:
+        typing_context: Numba's own; a call leaves it out.
+        a: Lanes.
+
+    Returns:
+        A float.
+    """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.call(_declared(builder, "llvm.vector.reduce.fmax", _NUMBER, 1), args)
@@ -181,7 +215,16 @@ def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any
 
 @_intrinsic
 def row(typing_context: Any, table: Any, index: Any) -> Any:
-    """A row of a contiguous table of floats, (..., WIDTH)."""
+    """A row of a table as lanes.
+
+    Args:
+        typing_context: Numba's own; a call leaves it out.
+        table: Contiguous floats, (rows, WIDTH).
+        index: Of the row.
+
+    Returns:
+        Lanes.
+    """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         found = builder.load(_place(context, builder, sig.args[0], args[0], args[1]))
@@ -193,7 +236,14 @@ def row(typing_context: Any, table: Any, index: Any) -> Any:
 
 @_intrinsic
 def put(typing_context: Any, table: Any, index: Any, value: Any) -> Any:
-    """Makes lanes a row of a contiguous table of floats, (..., WIDTH)."""
+    """Makes lanes a row of a table.
+
+    Args:
+        typing_context: Numba's own; a call leaves it out.
+        table: Contiguous floats, (rows, WIDTH).
+        index: Of the row.
+        value: Lanes.
+    """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         stored = builder.store(args[2], _place(context, builder, sig.args[0], args[0], args[1]))

@@ -33,7 +33,8 @@ from drivetrain.sizing.problem import problem
 from drivetrain.sizing.propagation import Choices, Indices
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.scatter import drawn
-from drivetrain.sizing.scatter_task import Bench, Ground, bench, ground
+from drivetrain.sizing.scatter_ground import Ground, ground
+from drivetrain.sizing.scatter_task import Bench, bench
 from drivetrain.sizing.search import select
 from drivetrain.sizing.search_tree import Node, Tree
 from drivetrain.sizing.uncertainty import Chance

@@ -8,7 +8,7 @@ from drivetrain.sizing.lanes import Lanes, exponential, highest, largest_of, mag
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "sizing/compiling.py": 2693116001,
-    "sizing/lanes.py": 1164611459,
+    "sizing/lanes.py": 4284024784,
 }
 
 SMALL = 0.1  # norm of an exponent that is summed up as a series

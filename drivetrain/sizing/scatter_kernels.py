@@ -25,13 +25,13 @@ from drivetrain.sizing.scatter_watch import watch
 SOURCES = {
     "drive/periodic_rise.py": 2837073585,
     "sizing/compiling.py": 2693116001,
-    "sizing/lanes.py": 1164611459,
+    "sizing/lanes.py": 4284024784,
     "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 2837243181,
-    "sizing/scatter_heat.py": 4057278691,
+    "sizing/scatter_exponentials.py": 2330917772,
+    "sizing/scatter_heat.py": 1798336131,
     "sizing/scatter_numbers.py": 3762086000,
-    "sizing/scatter_torque.py": 3891124544,
-    "sizing/scatter_watch.py": 837581808,
+    "sizing/scatter_torque.py": 498007112,
+    "sizing/scatter_watch.py": 770362234,
 }
 
 SHEET_AMBIENT = 25.0  # C, at which makers print continuous values

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +18,15 @@ from drivetrain.drive.motor import copper_coefficient
 from drivetrain.drive.motor_limits import thermal_resistances
 from drivetrain.drive.thermal_network import thermal_network
 from drivetrain.sizing import scatter_numbers as k
-from drivetrain.sizing.demand import JointDemand, Workload, workload
+from drivetrain.sizing.demand import JointDemand
 from drivetrain.sizing.evaluate import evaluated, given_drives
 from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.lanes import WIDTH
-from drivetrain.sizing.load_basis import load_basis
 from drivetrain.sizing.operation import Operation, operation
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Draws, Pair
 from drivetrain.sizing.scatter_blocks import NO_HEAT, ONE_NODE, STEADY_HEAT, TWO_NODES, blocks_of, loss_moments
-from drivetrain.study.change import TaskChange, changed
+from drivetrain.sizing.scatter_ground import Ground, bearing_rows, ground, loads_scatter
 from drivetrain.study.study import Study
 
 Indices = NDArray[np.int64]
@@ -71,35 +70,6 @@ class Bench:
         return k.Memory(*(np.zeros((count, WIDTH)) for count in rows))
 
 
-@dataclass(frozen=True, eq=False)
-class Ground:
-    """What benches of all sets of drives of a study share.
-
-    Attributes:
-        study: The task.
-        work: Of all joints.
-        added: What the whole of each payload asks.
-    """
-
-    study: Study
-    work: Workload
-    added: Added
-
-
-def ground(study: Study, work: Workload | None = None) -> Ground:
-    """What benches of all sets of drives of a study share.
-
-    Args:
-        study: The task.
-        work: Of the study, where it is already prepared.
-
-    Returns:
-        The ground.
-    """
-    own = workload(study) if work is None else replace(work, study=study)
-    return Ground(study, own, _payload_rows(study, own))
-
-
 def bench(study: Study, drives: Mapping[str, Pair], *, on: Ground | None = None) -> Bench:
     """A set of drives made ready for many arms.
 
@@ -134,11 +104,11 @@ def bench(study: Study, drives: Mapping[str, Pair], *, on: Ground | None = None)
         inertia=np.zeros((len(ops), 1 + added.force.shape[1], 0)),
         counts=np.zeros((len(ops), 2), dtype=np.int64),
         bearing_limits=np.array([_bearing_limits(op) for op in ops]),
-        fixed=_fixed(nominal, _loads_scatter(study)),
+        fixed=_fixed(nominal, loads_scatter(study)),
         made=_made(nominal),
         supply=np.array([math.nan if limit is None else limit for limit in limits]),
     )
-    wrench = np.array([_with_added(_bearing(op.demand.wrench), added.wrench[i]) for i, op in enumerate(ops)])
+    wrench = np.array([_with_added(bearing_rows(op.demand.wrench), added.wrench[i]) for i, op in enumerate(ops)])
     inertia = np.array([_inertia(op, added.inertia[i]) for i, op in enumerate(ops)])
     return Bench(study, drives, nominal, _slow(study, ops), task, wrench, inertia)
 
@@ -153,7 +123,7 @@ def aimed(ready: Bench, draws: Draws) -> k.ScatterTask:
     Returns:
         For ``judge_arms``, good for these arms.
     """
-    if not _loads_scatter(ready.study):
+    if not loads_scatter(ready.study):
         return ready.task
     reach = np.abs(draws.payload - 1.0).max(axis=0, initial=0.0)
     wrench, bearings = _kept(ready.wrench, reach)
@@ -190,42 +160,6 @@ def possible_peaks(low: Array, high: Array) -> Indices:
     """
     most = float(np.max(low))
     return np.flatnonzero(high >= most * (1.0 - ROUNDING)).astype(np.int64)
-
-
-def _loads_scatter(study: Study) -> bool:
-    """Whether bearings and inertias are loaded otherwise in every arm."""
-    return study.arm is not None and "payload" in study.tolerances.given and bool(study.payloads)
-
-
-@dataclass(frozen=True, eq=False)
-class Added:
-    """What the whole of each payload asks: force (n, P, N), bearing loads (n, 5, P, N), inertia (n, P, N)."""
-
-    force: Array
-    wrench: Array
-    inertia: Array
-
-
-def _payload_rows(study: Study, work: Workload) -> Added:
-    n, bodies, samples = len(study.joints), len(study.payloads), len(study.cycle.time)
-    found = Added(np.zeros((n, bodies, samples)), np.zeros((n, 5, bodies, samples)), np.zeros((n, bodies, samples)))
-    if not _loads_scatter(study):
-        return found
-    for p, body in enumerate(study.payloads):
-        if body.mass <= 0.0:
-            continue
-        without = load_basis(changed(study, TaskChange(payload=0.0, payloads=(body.name,))))
-        for joint, (full, empty) in enumerate(zip(work.basis, without, strict=True)):
-            travel = study.joints[joint].travel_per_turn or 1.0
-            found.force[joint, p] = travel * (full.bare.force - empty.bare.force)
-            found.wrench[joint, :, p] = _bearing(full.bare.wrench - empty.bare.wrench)
-            found.inertia[joint, p] = travel**2 * (full.bare.inertia - empty.bare.inertia)
-    return found
-
-
-def _bearing(wrench: Array | None) -> Array:
-    """Tilting moment's two, axial force, radial force's two, (5, N); nothing where nothing is judged."""
-    return np.zeros((5, 1)) if wrench is None else np.ascontiguousarray(wrench[:, [0, 1, 5, 3, 4]].T)
 
 
 def _with_added(own: Array, added: Array) -> Array:

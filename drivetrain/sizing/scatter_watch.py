@@ -14,10 +14,10 @@ from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 SOURCES = {
     "drive/periodic_rise.py": 2837073585,
     "sizing/compiling.py": 2693116001,
-    "sizing/lanes.py": 1164611459,
+    "sizing/lanes.py": 4284024784,
     "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 2837243181,
-    "sizing/scatter_heat.py": 4057278691,
+    "sizing/scatter_exponentials.py": 2330917772,
+    "sizing/scatter_heat.py": 1798336131,
     "sizing/scatter_numbers.py": 3762086000,
 }
 
