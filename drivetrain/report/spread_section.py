@@ -76,6 +76,9 @@ def chance_sentence(told: Robustness) -> str:
     Returns:
         One sentence.
     """
+    lacking = ", ".join(dict.fromkeys(check.name for check in told.evaluation.lacking))
+    if lacking:
+        return f"That all checks hold is proven in no arm: data are missing to check {lacking}."
     row = _row("", "", told.whole)
     return (
         f"All checks hold in {row.probability} of {_grouped(told.samples)} arms drawn "
