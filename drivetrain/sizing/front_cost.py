@@ -69,9 +69,9 @@ SOURCES = {
     "judge_kernels.py": 3971000194,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 459866780,
-    "propagation.py": 1685369528,
-    "front_kernels.py": 2990094639,
+    "sieve_kernel.py": 4201448324,
+    "propagation.py": 3847339967,
+    "front_kernels.py": 1407013243,
 }
 
 OWN_LOW, OWN_HIGH, SHAFT = 3, 4, 5  # rows of the scratch of bounds

@@ -16,8 +16,8 @@ from drivetrain.sizing.packed_task import Indices
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "packed_task.py": 2892892849,
-    "front_kernels.py": 2990094639,
-    "front_cost.py": 393465932,
+    "front_kernels.py": 1407013243,
+    "front_cost.py": 2047466917,
 }
 
 _njit: Any = nb.njit(cache=True, error_model="numpy", nogil=True)  # unlike the judge these make arrays of their own

@@ -38,11 +38,11 @@ SOURCES = {
     "judge_kernels.py": 3971000194,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 459866780,
-    "propagation.py": 1685369528,
-    "front_kernels.py": 2990094639,
-    "front_cost.py": 393465932,
-    "front_prune.py": 2957572615,
+    "sieve_kernel.py": 4201448324,
+    "propagation.py": 3847339967,
+    "front_kernels.py": 1407013243,
+    "front_cost.py": 2047466917,
+    "front_prune.py": 1231179911,
 }
 
 

@@ -43,8 +43,9 @@ SOURCES = {
     "judge_kernels.py": 3971000194,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 459866780,
-    "propagation.py": 1685369528,
+    "sieve_kernel.py": 4201448324,
+    "propagation.py": 3847339967,
+    "energy_bound.py": 948774742,
 }
 
 FEW = 24  # candidates of a joint whose copper loss is counted one by one

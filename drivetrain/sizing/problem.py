@@ -35,7 +35,7 @@ from drivetrain.study.verdicts import Verdict
 
 CLOSE = 1e-9  # to the limit: what is nearer is asked of the exact road
 EQUAL = 5e-10  # of the objective: sets that differ by less are put in order by their reserve
-RANK, RANKS = 1e-4, 100  # of a utilisation: pairs that differ by less are put in order by the study, up to so many
+RANK, RANKS = 2e-5, 50  # of a utilisation: pairs that differ by less are put in order by the study, up to so many
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,8 +58,9 @@ SOURCES = {
     "bound_kernels.py": 1833500230,
     "judge_kernels.py": 3971000194,
     "warm_bound.py": 3791348865,
-    "sieve_kernel.py": 459866780,
+    "sieve_kernel.py": 4201448324,
     "bearing_bound.py": 2792159485,
+    "energy_bound.py": 948774742,
 }
 
 OPEN, EMPTY, TOO_DEAR, ASKED = range(4)

@@ -111,7 +111,7 @@ class Tree:
         if len(self.best) < self.problem.wanted.sets:
             return math.inf
         last = self.best[-1].objective
-        return last - 1e-12 * abs(last)  # what is equal but for rounding is no better
+        return last - 2e-15 * abs(last)  # what is equal but for rounding is no better
 
     @property
     def finished(self) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from drivetrain.arrays import Array
 from drivetrain.sizing.bearing_bound import SomeWrenches, bearing_may_hold, some_wrenches
 from drivetrain.sizing.compiling import njit_unit
+from drivetrain.sizing.energy_bound import least_energy_of_lines
 from drivetrain.sizing.judge_kernels import (
     JointBounds,
     JointLoad,
@@ -41,6 +42,7 @@ SOURCES = {
     "judge_kernels.py": 3971000194,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
+    "energy_bound.py": 948774742,
 }
 
 UNKNOWN = -1
@@ -216,6 +218,10 @@ def sieve(
                 continue
             if setting.energy != 0.0:
                 drawn = least_energy(task, joint, pair, memory.bounds)
+                if setting.base[pair] + setting.energy * drawn < limit:
+                    low, high = memory.low, memory.high
+                    lines = least_energy_of_lines(task, setting.loads, joint, pair, low, high, memory.bounds)
+                    drawn = max(drawn, lines)
                 drawn *= BELOW if drawn > 0.0 else 1.0 / BELOW
                 asked = max(asked, setting.base[pair] + setting.energy * drawn)
                 if asked >= limit:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,9 +20,11 @@ from drivetrain.sizing.packed_task import pack
 from drivetrain.sizing.problem import Problem, problem
 from drivetrain.sizing.search import select
 from drivetrain.sizing.search_tree import Tree
+from drivetrain.study.load import load_study
 from drivetrain.study.study import DriveMass, JointTask, Mount, Safety, Study, Wanted
 from drivetrain.study.verdicts import Check, Verdict
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 OBJECTIVES = (
     (("mass", 1.0),),
     (("price", 1.0),),
@@ -261,6 +264,31 @@ def test_a_supply_that_binds_does_not_make_it_enumerate(make):
     assert not nothing.feasible
     assert nothing.proof == "no set fits: every combination was ruled out"
     assert nothing.counters["nodes made"] < 300
+
+
+def test_power_fed_back_is_bounded_before_sets_are_whole(make):
+    wanted = Wanted((("energy", 1.0),), sets=2)
+    free = select(wide_study(make, wanted=wanted))
+    power = sum(joint.series.electrical_power for joint in free.evaluation.joints.values())
+    weights = free.study.cycle.weights
+    back = float(np.maximum(-power, 0.0) @ weights / weights.sum())
+    assert back > 0.0  # the least energy feeds back the most
+    for share in (0.8, 0.4):
+        study = wide_study(make, wanted=wanted, supply=Supply(48.0, regenerated_power=share * back))
+        selection = select(study)
+        assert selection.proof == "optimal"
+        assert selection.counters["nodes made"] < 3000  # of 46 656 sets
+        assert all(evaluate(study, one.drives).feasible for one in selection.sets)
+        assert selection.objective > free.objective
+
+
+@pytest.mark.parametrize("example", ["ur5_pick_and_place", "desktop_arm", "one_axis"])
+def test_energy_of_the_examples_is_proven(example):
+    study = load_study(EXAMPLES / example / "study.yaml")
+    selection = select(study, wanted=Wanted((("energy", 1.0),), sets=2))
+    assert selection.proof == "optimal"
+    assert selection.counters["nodes made"] < 2000
+    assert evaluate(study, selection.drives).criteria["energy"] == pytest.approx(selection.objective, rel=1e-12)
 
 
 def test_a_set_that_an_evaluation_refuses_is_left_out_and_told(make, monkeypatch):
