@@ -19,10 +19,10 @@ from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
 from drivetrain.solvers.adaptive import DormandPrince54
 from drivetrain.solvers.explicit import RungeKutta4
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.rosenbrock import Rodas5P
 
 FIXED = "fixed implicit step"
-ADAPTIVE = "adaptive RODAS4"
+ADAPTIVE = "adaptive RODAS5P"
 STEPS = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)  # s
 PRECISIONS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 REFERENCES = (1e-7, 1e-8)
@@ -71,13 +71,13 @@ def solver_cost(
     ready = plan(scene)
     listed = [
         *((FIXED, step, FixedStep(step)) for step in steps),
-        *((ADAPTIVE, rtol, AdaptiveStep(Rodas4(rtol=rtol))) for rtol in precisions),
+        *((ADAPTIVE, rtol, AdaptiveStep(Rodas5P(rtol=rtol))) for rtol in precisions),
         *explicit,
     ]
     total = len(listed) + 2
     tell = progress if progress is not None else _silent
     try:
-        engines: list[Engine] = [AdaptiveStep(Rodas4(rtol=rtol)) for rtol in references]
+        engines: list[Engine] = [AdaptiveStep(Rodas5P(rtol=rtol)) for rtol in references]
         name = f"{ADAPTIVE} at a relative tolerance of 1e−{-math.log10(references[1]):.3g}"
         best = _references(ready, scene, basis, engines, tell, total)
     except InputError as error:

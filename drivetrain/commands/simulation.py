@@ -186,10 +186,10 @@ def _engine(wishes: Simulation) -> Engine:
     from drivetrain.simulation.adaptive_engine import AdaptiveStep
     from drivetrain.simulation.fixed_step import FixedStep
     from drivetrain.simulation.inverse import Inverse
-    from drivetrain.solvers.rosenbrock import Rodas4
+    from drivetrain.solvers.rosenbrock import Rodas5P
 
     if wishes.solver == "adaptive":
-        return AdaptiveStep(Rodas4(rtol=wishes.precision))
+        return AdaptiveStep(Rodas5P(rtol=wishes.precision))
     return Inverse() if wishes.solver == "inverse" else FixedStep(wishes.step)
 
 

@@ -25,7 +25,7 @@ from drivetrain.simulation.recording import Event
 from drivetrain.solvers import layout as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks, column_groups
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
 from drivetrain.solvers.solver import Solver
 
 ROOM = 20_000  # events told; more are counted
@@ -38,11 +38,11 @@ class AdaptiveStep(Engine):
     """The engine for accuracy.
 
     Attributes:
-        solver: Rodas4, or, to compare with, another solver that runs compiled. Where a Rodas4 has no absolute
-            tolerances of its own, those of the plan's states are taken, in proportion to its relative one.
+        solver: Rodas5P or Rodas4, or, to compare with, another solver that runs compiled. Where one of these two has no
+            absolute tolerances of its own, those of the plan's states are taken, in proportion to its relative one.
     """
 
-    solver: Solver = field(default_factory=Rodas4)
+    solver: Solver = field(default_factory=Rodas5P)
 
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """Run a plan with steps that hold a tolerance.
@@ -68,7 +68,8 @@ class AdaptiveStep(Engine):
         words[f.HELD_MODES], words[f.MOVING] = 1, plan.memory.moving
         place = int(words[f.AT_STATE])
         start = numbers[place : place + plan.memory.moving].copy()
-        problem = _problem(plan, *_extended(plan, numbers, words))
+        hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
+        problem = _problem(plan, *_extended(plan, numbers, words, hangs), hangs)
         times, breaks = _instants(plan, wish, first), _breaks(plan, words, getattr(self.solver, "rtol", 0.0))
         run = _Run(problem, _tuned(self.solver, plan), start, times, breaks)
         return run.looped(plan, wish, None if kept is None else _checkpoint(kept, plan, run))
@@ -110,11 +111,11 @@ def _refined(plan: Plan) -> Plan:
     return plan if same else planned(replace(plan.scene, effects=effects))
 
 
-def _extended(plan: Plan, numbers: Array, words: Any) -> tuple[Array, Any]:
+def _extended(plan: Plan, numbers: Array, words: Any, hangs: Any) -> tuple[Array, Any]:
     """Numbers and words with what the adaptive engine itself needs behind them: modes, log, groups of the Jacobian."""
     c, states = plan.body.c, plan.memory.moving
     own = [0, ROOM, int(plan.memory.memory.any()), *[0] * (2 * c)]
-    starts, columns, row_starts, rows = column_groups(dependence(plan)[:states, :states], states)
+    starts, columns, row_starts, rows = column_groups(hangs, states)
     at = len(words) + 2 + len(own), len(numbers) + kernel.ENTRY * ROOM
     columns = np.append(columns, np.zeros(states - len(columns), dtype=np.int64))  # some are in no group
     groups = [len(starts) - 1, *starts, *columns, *row_starts, *rows]
@@ -123,15 +124,17 @@ def _extended(plan: Plan, numbers: Array, words: Any) -> tuple[Array, Any]:
     return np.concatenate([numbers, np.zeros(kernel.ENTRY * ROOM), sizes]), np.concatenate([words, at, own, groups])
 
 
-def _problem(plan: Plan, numbers: Array, words: Any) -> CompiledProblem:
-    c = plan.body.c
+def _problem(plan: Plan, numbers: Array, words: Any, hangs: Any) -> CompiledProblem:
+    c, felt = plan.body.c, hangs.copy()
+    if words[f.KIND] == f.ARM:
+        felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
     rubs = Events(kernel.values(), (at.GUARD,) * c, handler=kernel.handler(), names=tuple(_coordinates(plan)))
     hooks = Hooks(kernel.account(), (), kernel.tell(), 1 + len(column_names(plan)), kernel.opens())
     names = tuple(plan.memory.states)[: plan.memory.moving]
     events = rubs if _rubs(plan) else None
     return CompiledProblem(
-        rates_kernel.rates(), len(names), numbers, words, jacobian=jacobian_kernel.jacobian(), events=events,
-        hooks=hooks, names=names, may_jump=True, differences=2 + int(words[words[words[f.WORDS]]]),
+        rates_kernel.rates(), len(names), numbers, words, jacobian=jacobian_kernel.jacobian(), sparsity=felt,
+        events=events, hooks=hooks, names=names, may_jump=True, differences=2 + int(words[words[words[f.WORDS]]]),
     )  # fmt: skip
 
 

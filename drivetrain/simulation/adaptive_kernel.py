@@ -5,9 +5,9 @@ it changes at an event, located by the solver: a sliding coordinate comes to res
 bound. Then the change that belongs to the event is forced, and only what it does to the others is left to
 complementarity: who asks "which mode?" anew at rest gets the old answer back, for ever.
 
-At the end of the words of a plan lie: where the words and numbers of the Jacobian begin, how many events were logged, how many there is room for, whether any effect has a
-memory, the modes before, and which way each stuck coordinate was last seen to give; at the end of the numbers the log
-itself (instant, coordinate, mode before, mode after).
+At the end of the words of a plan lie: where the words and numbers of the Jacobian begin, how many events were logged,
+how many there is room for, whether any effect has a memory, the modes before, and which way each stuck coordinate was
+last seen to give; at the end of the numbers the log itself (instant, coordinate, mode before, mode after).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 2867580264,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 1281845940,
     "dynamics/compiled_vectors.py": 1749102823,
     "simulation/vector_rows.py": 4108182124,
 }  # fmt: skip

@@ -64,7 +64,7 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
         rows[int(plan.body.motors[i])] |= 1 << c + i
     found = np.array([[row >> k & 1 for k in range(len(states))] for row in rows], dtype=bool)
     if not inertial:
-        for i, coordinates in enumerate(_coordinates(plan)):
+        for coordinates in _coordinates(plan):
             found[np.ix_([c + k for k in coordinates], coordinates)] = True  # weights of joints without an arm
     return found
 

@@ -6,8 +6,8 @@ begins. Fields of signals hold one number a joint: field times number of joints 
 
 from __future__ import annotations
 
-# Header of words: sizes; of the states the first ``MOVING`` are those that an engine hands over, the others it has left in
-# the numbers, as only samples and accounts change them.
+# Header of words: sizes; of the states the first ``MOVING`` are those that an engine hands over, the others stay in the
+# numbers, as only samples and accounts change them.
 JOINTS, COORDINATES, STATES, MOVING, SIGNALS, KIND, SPINS = range(7)
 # Places in numbers.
 AT_STATE, AT_RATES, AT_SIGNALS, AT_TURNED, AT_WORK, AT_WORK_ROWS, AT_ROWS, AT_ROW_COUNT, AT_RATIOS = range(7, 16)

@@ -24,7 +24,7 @@ from drivetrain.solvers.compiled_function import compiled
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/fields.py": 2867580264,
+    "simulation/calls.py": 1418883735, "simulation/fields.py": 1281845940,
     "dynamics/compiled_vectors.py": 1749102823,
 }  # fmt: skip
 AT_GROUPS, AT_SIZES = 0, 1  # words behind those of the plan: where the words and the numbers of this file begin

@@ -21,7 +21,7 @@ from drivetrain.simulation.forces_kernel import tell_energies, tell_forces
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 2867580264,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 1281845940,
     "simulation/forces_kernel.py": 3054532781, "simulation/friction_kernel.py": 4042368809,
     "simulation/tip_kernel.py": 2653406141,
     "dynamics/compiled_vectors.py": 1749102823, "dynamics/passes.py": 98651109,

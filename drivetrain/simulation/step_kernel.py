@@ -22,7 +22,7 @@ from drivetrain.simulation.vector_rows import row_of
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 2867580264,
+    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 1281845940,
     "dynamics/compiled_vectors.py": 1749102823,
     "simulation/vector_rows.py": 4108182124,
 }  # fmt: skip

@@ -145,7 +145,7 @@ def call_step(typing: Any, stepper: Any, address: Any, h: Any, room: Any, data: 
         stepper: Where the step lies.
         address: Where the right-hand side lies.
         h: Step [s].
-        room: Vectors of the length of the state, Jacobian, room for its factors, room for their order.
+        room: Vectors of the length of the state, Jacobian, room for its factors, for them packed, for their order.
         data: Numbers and words of the right-hand side.
         clock, count: Of the run.
 

@@ -69,7 +69,7 @@ def by_differences(
     Returns:
         Whether the differences can be trusted.
     """
-    starts, columns, row_starts, rows = pattern
+    starts, columns, row_starts, rows, _, ranks = pattern
     n, t, look = block.shape[1], clock[TIME], count[JACOBIANS] % _LOOK == 1
     for j in range(n):
         block[STAGE, j] = block[X, j]
@@ -83,7 +83,7 @@ def by_differences(
             for e in range(row_starts[j], row_starts[j + 1]):
                 i = rows[e]
                 change = block[RATES_AT, i] - block[F0, i]
-                jacobian[i, j] = change * inverse
+                jacobian[ranks[i], ranks[j]] = change * inverse
                 if look and abs(change) * h > worst * block[TOLERANCE, i]:
                     worst, culprit = abs(change) * h / block[TOLERANCE, i], i
             block[STAGE, j] = block[X, j]
@@ -149,14 +149,14 @@ def fill_jacobian(
     Returns:
         Whether the Jacobian can be trusted.
     """
-    n = block.shape[1]
+    n, states = block.shape[1], pattern[4]
     count[JACOBIANS] += 1
     if addresses[1]:
         call_rows(addresses[1], clock[TIME], block, X, exact, 0, data)
         for i in range(n):
             block[FT, i] = exact[n, i]
             for j in range(n):
-                jacobian[i, j] = exact[j, i]
+                jacobian[i, j] = exact[states[j], states[i]]
         if count[DIFFERENCES]:
             count[RATES] += count[DIFFERENCES] - 1
             time_derivative(addresses[0], h, block, data, clock, count)

@@ -44,6 +44,7 @@ from drivetrain.solvers.layout import (
 # Dormand and Prince's tables as scipy ships them (Hairer, Norsett, Wanner I, table II.5.2; Shampine's polynomial).
 # As tuples their entries are constants of the compiled code. The second stage has no weight in result, error and curve.
 _A, _P = (tuple(tuple(float(entry) for entry in row) for row in table) for table in (RK45.A, RK45.P))
+_DIAGONAL = 10.0  # so many times smaller than another entry a diagonal may be and stay the pivot
 _B, _C, _E = (tuple(float(entry) for entry in table) for table in (RK45.B, RK45.C, RK45.E))
 
 
@@ -62,20 +63,21 @@ def rates(address: int, t: float, row: int, goal: int, block: Array, data: Any, 
 
 
 @nb.njit(**PART)
-def factor(matrix: Array, order: Any) -> None:
-    """Lower times upper triangle in place, rows exchanged; the diagonal is left inverted. Zeros are left out.
+def factor(matrix: Array, packed: Array, order: Any) -> None:
+    """Lower times upper triangle in place, a row exchanged where its diagonal is small; then packed without zeros.
 
     Args:
-        matrix: (n, n), overwritten.
-        order: Filled with the rows' order (n), where each row's entries start, below and above the diagonal (2 n + 1),
-            and their columns; (n n + 3 n + 1,).
+        matrix: (n, n), overwritten; its rows and columns are in the order of elimination.
+        packed: Takes the entries row by row, below and above the diagonal, behind them the inverse diagonal; (n n,).
+        order: Filled with the states whose rates stand in the rows (n), where each row's entries start, below and above
+            the diagonal (2 n + 1), and their states (n n - n); at its end the states in the order of elimination (n).
     """
     n = len(matrix)
-    found = 3 * n + 1  # scratch: the columns of the pivot's row
+    found, states = 3 * n + 1, n * n + 2 * n + 1  # the first as scratch: the columns of the pivot's row
     for i in range(n):
-        order[i] = i
+        order[i] = order[states + i]
     for k in range(n):
-        best, pivot = abs(matrix[k, k]), k
+        best, pivot = _DIAGONAL * abs(matrix[k, k]), k
         for i in range(k + 1, n):
             if abs(matrix[i, k]) > best:
                 best, pivot = abs(matrix[i, k]), i
@@ -101,36 +103,38 @@ def factor(matrix: Array, order: Any) -> None:
         order[n + 2 * i] = last
         for j in range(i):
             if matrix[i, j] != 0.0:
-                order[last] = j
+                order[last], packed[last - found] = order[states + j], matrix[i, j]
                 last += 1
         order[n + 2 * i + 1] = last
         for j in range(n - 1, i, -1):  # what is found last is asked for last: the sums of several rows overlap
             if matrix[i, j] != 0.0:
-                order[last] = j
+                order[last], packed[last - found] = order[states + j], matrix[i, j]
                 last += 1
+        packed[n * n - n + i] = matrix[i, i]
     order[3 * n] = last
 
 
 @nb.njit(**PART)
-def solve(matrix: Array, order: Any, block: Array, row: int, goal: int) -> None:
+def solve(packed: Array, order: Any, block: Array, row: int, goal: int) -> None:
     """Solve with the factors.
 
     Args:
-        matrix, order: From ``factor``.
+        packed, order: From ``factor``.
         block: Rows of vectors.
         row, goal: Right-hand side and answer, different rows.
     """
-    n = len(matrix)
+    n = block.shape[1]
+    found, states, diagonal = 3 * n + 1, n * n + 2 * n + 1, n * n - n
     for i in range(n):
         total = block[row, order[i]]
         for e in range(order[n + 2 * i], order[n + 2 * i + 1]):
-            total -= matrix[i, order[e]] * block[goal, order[e]]
-        block[goal, i] = total
+            total -= packed[e - found] * block[goal, order[e]]
+        block[goal, order[states + i]] = total
     for i in range(n - 1, -1, -1):
-        total = block[goal, i]
+        total = block[goal, order[states + i]]
         for e in range(order[n + 2 * i + 1], order[n + 2 * i + 2]):
-            total -= matrix[i, order[e]] * block[goal, order[e]]
-        block[goal, i] = total * matrix[i, i]
+            total -= packed[e - found] * block[goal, order[e]]
+        block[goal, order[states + i]] = total * packed[diagonal + i]
 
 
 # long kernel: the six stages side by side, as in the table
@@ -141,6 +145,7 @@ def rodas_step(
     block: Array,
     jacobian: Array,
     matrix: Array,
+    packed: Array,
     order: Any,
     data: Any,
     clock: Array,
@@ -151,7 +156,7 @@ def rodas_step(
     Args:
         address: Of the right-hand side.
         h: Step [s].
-        block, jacobian, matrix, order, data, clock, count: See ``rosenbrock_kernel.advance``.
+        block, jacobian, matrix, packed, order, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
     n = block.shape[1]
     t, limit, inverse, diagonal = clock[TIME], clock[LIMIT], 1.0 / h, 1.0 / (h * r.GAMMA)
@@ -159,45 +164,45 @@ def rodas_step(
         for j in range(n):
             matrix[i, j] = -jacobian[i, j]
         matrix[i, i] += diagonal
-    factor(matrix, order)
+    factor(matrix, packed, order)
     count[FACTORISATIONS] += 1
     b = block
     for i in range(n):
         b[RATES_AT, i] = b[F0, i] + h * r.GAMMA1 * b[FT, i]
-    solve(matrix, order, b, RATES_AT, U1)
+    solve(packed, order, b, RATES_AT, U1)
     for i in range(n):
         b[STAGE, i] = b[X, i] + r.A21 * b[U1, i]
     rates(address, min(t + r.ALPHA2 * h, limit), STAGE, RATES_AT, b, data, count)
     for i in range(n):
         b[RATES_AT, i] += inverse * r.C21 * b[U1, i] + h * r.GAMMA2 * b[FT, i]
-    solve(matrix, order, b, RATES_AT, U2)
+    solve(packed, order, b, RATES_AT, U2)
     for i in range(n):
         b[STAGE, i] = b[X, i] + r.A31 * b[U1, i] + r.A32 * b[U2, i]
     rates(address, min(t + r.ALPHA3 * h, limit), STAGE, RATES_AT, b, data, count)
     for i in range(n):
         b[RATES_AT, i] += inverse * (r.C31 * b[U1, i] + r.C32 * b[U2, i]) + h * r.GAMMA3 * b[FT, i]
-    solve(matrix, order, b, RATES_AT, U3)
+    solve(packed, order, b, RATES_AT, U3)
     for i in range(n):
         b[STAGE, i] = b[X, i] + r.A41 * b[U1, i] + r.A42 * b[U2, i] + r.A43 * b[U3, i]
     rates(address, min(t + r.ALPHA4 * h, limit), STAGE, RATES_AT, b, data, count)
     for i in range(n):
         mixed = r.C41 * b[U1, i] + r.C42 * b[U2, i] + r.C43 * b[U3, i]
         b[RATES_AT, i] += inverse * mixed + h * r.GAMMA4 * b[FT, i]
-    solve(matrix, order, b, RATES_AT, U4)
+    solve(packed, order, b, RATES_AT, U4)
     for i in range(n):
         b[STAGE, i] = b[X, i] + r.A51 * b[U1, i] + r.A52 * b[U2, i] + r.A53 * b[U3, i] + r.A54 * b[U4, i]
     later = min(t + h, limit)
     rates(address, later, STAGE, RATES_AT, b, data, count)
     for i in range(n):
         b[RATES_AT, i] += inverse * (r.C51 * b[U1, i] + r.C52 * b[U2, i] + r.C53 * b[U3, i] + r.C54 * b[U4, i])
-    solve(matrix, order, b, RATES_AT, U5)
+    solve(packed, order, b, RATES_AT, U5)
     for i in range(n):
         b[STAGE, i] += b[U5, i]
     rates(address, later, STAGE, RATES_AT, b, data, count)
     for i in range(n):
         mixed = r.C61 * b[U1, i] + r.C62 * b[U2, i] + r.C63 * b[U3, i] + r.C64 * b[U4, i] + r.C65 * b[U5, i]
         b[RATES_AT, i] += inverse * mixed
-    solve(matrix, order, b, RATES_AT, U6)
+    solve(packed, order, b, RATES_AT, U6)
     for i in range(n):
         b[NEXT, i] = b[STAGE, i] + b[U6, i]
         b[ERROR, i] = b[U6, i]

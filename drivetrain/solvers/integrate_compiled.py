@@ -82,9 +82,9 @@ class _Run:
     addresses: Any
     data: tuple[Array, Any]
     block: Array
-    matrices: tuple[Array, Array, Array]
+    matrices: tuple[Array, Array, Array, Array]
     order: Any
-    pattern: tuple[Any, Any, Any, Any]
+    pattern: tuple[Any, ...]
     carried: Any
     atol: Array
     settings: Array
@@ -134,7 +134,7 @@ def integrate_compiled(
 
     Args:
         problem: The right-hand side.
-        solver: Rodas4, DormandPrince54, RungeKutta4 or Euler; they run compiled.
+        solver: Rodas4, Rodas5P, DormandPrince54, RungeKutta4 or Euler; they run compiled.
         start: State at the first instant [its own units], (n,).
         times: Wanted instants, rising [s], (N,), N >= 2.
         breakpoints: Where the rates or their derivatives jump [s].
@@ -168,7 +168,7 @@ def _prepared(
     problem: CompiledProblem, solver: Solver, start: Any, times: Any, breakpoints: Sequence[float], resume: Any
 ) -> _Run:
     if not hasattr(solver, "compiled_settings"):
-        problem_told = "must be a solver that runs compiled: Rodas4, DormandPrince54, RungeKutta4 or Euler"
+        problem_told = "must be a solver that runs compiled: Rodas4, Rodas5P, DormandPrince54, RungeKutta4 or Euler"
         raise InputError(Fault("solver", problem_told, solver))
     method, atol, settings = solver.compiled_settings(problem.size)
     settings[at.MAY_JUMP] = problem.may_jump
@@ -184,12 +184,14 @@ def _prepared(
     limits = np.nextafter(ends, -np.inf)
     limits[-1] = ends[-1]
     carried = np.array(problem.hooks.carried if problem.hooks else (), dtype=np.int64)
+    pattern = problem.pattern()
     events, kept = problem.events, resume or _fresh(problem, wanted, state, m)
     return _Run(
         method, np.append(problem.addresses(), stepper(method).address), (kept.numbers.copy(), kept.words.copy()),
         kept.block.copy(),
-        (kept.jacobian.copy(), np.empty((n, n)), np.zeros((n + 1, n))), np.empty(n * n + 3 * n + 1, dtype=np.int64),
-        problem.groups(), carried, atol, settings, (ends, limits), wanted, kept.rows.copy(),
+        (kept.jacobian.copy(), np.empty((n, n)), np.zeros((n + 1, n)), np.empty(n * n)),
+        np.concatenate([np.empty(n * n + 2 * n + 1, dtype=np.int64), pattern[4]]), pattern, carried,
+        atol, settings, (ends, limits), wanted, kept.rows.copy(),
         np.array(events.kinds if events else (), dtype=np.int64),
         np.array((events.terminal or (False,) * m) if events else (), dtype=np.int64),
         kept.values.copy(), (np.empty(max(_LOG, 2 * m)), np.empty(max(_LOG, 2 * m), dtype=np.int64)),

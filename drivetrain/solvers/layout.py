@@ -13,8 +13,8 @@ PART: Any = {
 
 # Rows of the block: vectors of the length of the state, and nothing else survives between two calls of the kernel.
 X, F0, FT, U1, U2, U3, U4, U5, U6, F1 = range(10)  # state, rates at it, df/dt, stages; rates at the end (explicit)
-STAGE, RATES_AT, NEXT, ERROR, C1, C2, C3, C4, INNER, PROBE, TOLERANCE = range(10, 21)
-BLOCK_ROWS = 21
+STAGE, RATES_AT, NEXT, ERROR, C1, C2, C3, C4, INNER, PROBE, TOLERANCE, U7, U8 = range(10, 23)
+BLOCK_ROWS = 23
 
 # Addresses.
 RIGHT_SIDE, JACOBIAN, VALUES, HANDLER, ACCOUNT, TELL, OPENS, STEPPER = range(8)
@@ -36,7 +36,7 @@ BUDGET, MOST_STEPS, SEGMENT_WORD, FIRED, STARTED, LAST_FIRED, JUMPS, DIFFERENCES
 COUNT_SIZE = 28
 
 # Methods.
-RODAS4, DORMAND_PRINCE, RUNGE_KUTTA, EULER = range(4)
+RODAS4, RODAS5P, DORMAND_PRINCE, RUNGE_KUTTA, EULER = range(5)
 
 # Kinds of events: which way the value must cross zero, or that it must never be negative.
 FALLING, EITHER, RISING, GUARD = -1, 0, 1, 2

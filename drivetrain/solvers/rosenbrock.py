@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -16,23 +17,38 @@ from scipy.linalg import lu_factor, lu_solve
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers import rodas4_table as r
+from drivetrain.solvers import rodas5p_table as p
 from drivetrain.solvers.adaptive import SMALLEST_RTOL
-from drivetrain.solvers.layout import RODAS4
+from drivetrain.solvers.layout import RODAS4, RODAS5P
 from drivetrain.solvers.solver import Rates, Solver, SolverStopped, Stepper, Work, check_positive
 
 _SMALL = math.sqrt(float(np.finfo(np.float64).eps))
-# Rows: stages 2 to 6. Stages 5 and 6 start from what the one before ended with.
-_A = ((r.A21,), (r.A31, r.A32), (r.A41, r.A42, r.A43), (r.A51, r.A52, r.A53, r.A54), (r.A51, r.A52, r.A53, r.A54, 1.0))
-_C = (
-    (r.C21,),
-    (r.C31, r.C32),
-    (r.C41, r.C42, r.C43),
-    (r.C51, r.C52, r.C53, r.C54),
-    (r.C61, r.C62, r.C63, r.C64, r.C65),
-)
-_ALPHA = (r.ALPHA2, r.ALPHA3, r.ALPHA4, 1.0, 1.0)
-_GAMMAS = (r.GAMMA2, r.GAMMA3, r.GAMMA4, 0.0, 0.0)
-_D = np.array([[r.D11, r.D12, r.D13, r.D14, r.D15, 0.0], [r.D21, r.D22, r.D23, r.D24, r.D25, 0.0]])
+SAFETY, GROW, CAREFUL = 0.85, 6.0, 2.0  # as of ``step_control.py``
+
+
+class _Table(NamedTuple):
+    """A method: rows of stages 2 on, the last two starting from what the one before ended with; rows of its curve."""
+
+    method: int
+    order: int
+    gamma: float
+    a: tuple[tuple[float, ...], ...]
+    c: tuple[tuple[float, ...], ...]
+    alpha: tuple[float, ...]
+    gammas: tuple[float, ...]
+    d: tuple[tuple[float, ...], ...]
+
+
+_LAST4 = (r.A51, r.A52, r.A53, r.A54)
+_FOURTH = _Table(
+    RODAS4, 4, r.GAMMA,
+    ((r.A21,), (r.A31, r.A32), (r.A41, r.A42, r.A43), _LAST4, (*_LAST4, 1.0)),
+    ((r.C21,), (r.C31, r.C32), (r.C41, r.C42, r.C43), (r.C51, r.C52, r.C53, r.C54),
+     (r.C61, r.C62, r.C63, r.C64, r.C65)),
+    (r.ALPHA2, r.ALPHA3, r.ALPHA4, 1.0, 1.0), (r.GAMMA1, r.GAMMA2, r.GAMMA3, r.GAMMA4, 0.0, 0.0),
+    ((r.D11, r.D12, r.D13, r.D14, r.D15, 0.0), (r.D21, r.D22, r.D23, r.D24, r.D25, 0.0)),
+)  # fmt: skip
+_FIFTH = _Table(RODAS5P, 5, p.GAMMA, (*p.A, (*p.A[4], 1.0), (*p.A[4], 1.0, 1.0)), p.C, p.ALPHA, p.GAMMAS, p.D)
 
 
 @dataclass(frozen=True)
@@ -58,22 +74,25 @@ class Rodas4(Solver):
     smallest_step: float = 0.0
     first_step: float | None = None
 
+    _table: ClassVar[_Table] = _FOURTH
+
     def __post_init__(self) -> None:
-        check_positive("Rodas4.rtol", self.rtol, "-")
+        name = type(self).__name__
+        check_positive(f"{name}.rtol", self.rtol, "-")
         if self.rtol < SMALLEST_RTOL:
             problem = f"is below what double precision can hold, {SMALLEST_RTOL:.2g}"
-            raise InputError(Fault("Rodas4.rtol", problem, self.rtol))
+            raise InputError(Fault(f"{name}.rtol", problem, self.rtol))
         several = isinstance(self.atol, list | tuple | np.ndarray)
         for value in () if self.atol is None else np.ravel(np.asarray(self.atol, dtype=object)):
             if not (several and isinstance(value, float) and value == math.inf):
-                check_positive("Rodas4.atol", value, "unit of the state")
+                check_positive(f"{name}.atol", value, "unit of the state")
         if several:
             object.__setattr__(self, "atol", tuple(float(value) for value in np.ravel(np.asarray(self.atol))))
-        for name in ("largest_step", "first_step"):
-            if getattr(self, name) is not None:
-                check_positive(f"Rodas4.{name}", getattr(self, name), "s")
+        for field in ("largest_step", "first_step"):
+            if getattr(self, field) is not None:
+                check_positive(f"{name}.{field}", getattr(self, field), "s")
         if self.smallest_step != 0.0:
-            check_positive("Rodas4.smallest_step", self.smallest_step, "s")
+            check_positive(f"{name}.smallest_step", self.smallest_step, "s")
 
     def tolerances(self, size: int) -> Array:
         """The absolute tolerance of each state.
@@ -88,7 +107,8 @@ class Rodas4(Solver):
             InputError: There are tolerances for another number of states.
         """
         if isinstance(self.atol, tuple) and len(self.atol) != size:
-            raise InputError(Fault("Rodas4.atol", f"must be one number, or {size}, one a state", self.atol))
+            name = type(self).__name__
+            raise InputError(Fault(f"{name}.atol", f"must be one number, or {size}, one a state", self.atol))
         return np.full(size, 1.0) * np.asarray(1e-3 * self.rtol if self.atol is None else self.atol)
 
     def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
@@ -102,7 +122,7 @@ class Rodas4(Solver):
         """
         largest = math.inf if self.largest_step is None else self.largest_step
         settings = [self.rtol, largest, self.smallest_step, self.first_step or 0.0, 0.0, 0.0]
-        return RODAS4, self.tolerances(size), np.array(settings)
+        return self._table.method, self.tolerances(size), np.array(settings)
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         """A stepper; see Solver.
@@ -120,13 +140,23 @@ class Rodas4(Solver):
         return _RodasStepper(self, rates, t, y, end, work)
 
 
+@dataclass(frozen=True)
+class Rodas5P(Rodas4):
+    """RODAS5P: order 5 with a check of order 4, L-stable; settings as of ``Rodas4``, eight stages instead of six.
+
+    Reference: Steinebach, BIT Numerical Mathematics 63 (2023) 27.
+    """
+
+    _table: ClassVar[_Table] = _FIFTH
+
+
 class _RodasStepper(Stepper):
     def __init__(self, settings: Rodas4, rates: Rates, t: float, y: Array, end: float, work: Work):
         super().__init__(rates, t, y, end, work)
-        self._settings, self._atol = settings, settings.tolerances(len(y))
+        self._settings, self._atol, self._table = settings, settings.tolerances(len(y)), settings._table
         self._h = settings.first_step or 0.0
         self._last: tuple[float, float] | None = None  # step and error of the one before
-        self._from, self._before, self._curve = y, t, np.zeros((3, len(y)))
+        self._from, self._before, self._curve = y, t, np.zeros((4, len(y)))
 
     def step(self) -> None:
         """One step further.
@@ -156,7 +186,7 @@ class _RodasStepper(Stepper):
         self.work.steps += 1
 
     def within(self, t: float) -> Array:
-        """The state at an instant of the last step, on the method's own cubic.
+        """The state at an instant of the last step, on the method's own polynomial.
 
         Args:
             t: Instant [s].
@@ -167,7 +197,8 @@ class _RodasStepper(Stepper):
         if t == self.t:
             return self.y
         s = (t - self._before) / (self.t - self._before)
-        return np.asarray(self._from + s * (self._curve[0] + s * (self._curve[1] + s * self._curve[2])))
+        a, b, c, d = self._curve
+        return np.asarray(self._from + s * (a + s * (b + s * (c + s * d))))
 
     def resume(self, y: Array) -> None:
         """Go on from another state at the same instant.
@@ -212,37 +243,41 @@ class _RodasStepper(Stepper):
 
     def _try(self, h: float, rates: Array, jacobian: Array, drift: Array) -> tuple[Array, float, Array]:
         """The state a step later, its error in units of what is allowed, and the curve to it."""
-        n = len(rates)
+        n, table = len(rates), self._table
         self.work.factorisations += 1
-        matrix = np.eye(n) / (h * r.GAMMA) - jacobian
+        matrix = np.eye(n) / (h * table.gamma) - jacobian
         nowhere = self.y, math.inf, self._curve
         if not np.isfinite(matrix).all():
             return nowhere
         factors = lu_factor(matrix, check_finite=False)
-        u = np.zeros((6, n))
-        u[0] = lu_solve(factors, rates + h * r.GAMMA1 * drift, check_finite=False)
-        for i in range(5):
-            stage = self.y + np.asarray(_A[i]) @ u[: i + 1]
-            right = self.rates(min(self.t + _ALPHA[i] * h, self.end), stage) + np.asarray(_C[i]) @ u[: i + 1] / h
-            u[i + 1] = lu_solve(factors, right + h * _GAMMAS[i] * drift, check_finite=False)
-        later = stage + u[5]
+        u = np.zeros((len(table.a) + 1, n))
+        u[0] = lu_solve(factors, rates + h * table.gammas[0] * drift, check_finite=False)
+        for i in range(len(table.a)):
+            stage = self.y + np.asarray(table.a[i]) @ u[: i + 1]
+            right = self.rates(min(self.t + table.alpha[i] * h, self.end), stage)
+            right = right + np.asarray(table.c[i]) @ u[: i + 1] / h
+            u[i + 1] = lu_solve(factors, right + h * table.gammas[i + 1] * drift, check_finite=False)
+        later = stage + u[-1]
         if not np.isfinite(later).all():
             return nowhere
-        first, second = _D @ u
-        error = float(np.max(np.abs(u[5]) / self._scale(later)))
-        return later, error, np.array([later - self.y + first, second - first, -second])
+        bends = np.zeros((4, n))
+        bends[: len(table.d)] = np.asarray(table.d) @ u
+        error = float(np.max(np.abs(u[-1]) / self._scale(later)))
+        rise = np.array([later - self.y, *np.zeros((3, n))])
+        return later, error, rise + bends - np.array([np.zeros(n), *bends[:3]])
 
     def _shorten(self, h: float, error: float) -> None:
         self.work.rejected += 1
-        self._h = h * (max(0.1, 0.9 * error**-0.25) if error < math.inf else 0.1)
+        self._h = h * (max(0.1, SAFETY * error**-0.25) if error < math.inf else 0.1)
         if self._h < max(self._settings.smallest_step, 1e-15 * abs(self.t), 1e-300):
             hint = "loosen rtol and atol, or look for a jump in the right-hand side: jumps belong into breakpoints"
             raise SolverStopped(f"no step is short enough at {self.t:.9g} s; {hint}")
 
     def _grow(self, h: float, error: float, refused: bool) -> None:
-        factor = 0.9 * max(error, 1e-10) ** -0.25
+        power, small = 1.0 / self._table.order, max(error, 1e-10)
+        factor = SAFETY * small**-power
         if self._last:
-            factor = min(factor, 0.9 * (h / self._last[0]) * (self._last[1] / max(error, 1e-10) ** 2) ** 0.25)
-        factor = min(max(factor, 0.2), 1.0 if refused else 6.0)
+            factor = min(factor, SAFETY * (h / self._last[0]) * (self._last[1] / small**2) ** power)
+        factor = min(max(factor, 0.2), CAREFUL if refused else GROW)
         self._h = max(self._h, h * factor) if h < self._h and factor >= 1.0 else h * factor
         self._last = h, max(error, 1e-2)

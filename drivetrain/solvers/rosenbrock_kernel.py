@@ -6,6 +6,7 @@ steps lies in the arrays it is given, so it can come back after any step and go 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numba as nb
@@ -47,10 +48,10 @@ from drivetrain.solvers.layout import (
     ORIGIN,
     PART,
     PAUSED,
-    RESTARTS,
-    RODAS4,
-    RTOL,
     REJECTED,
+    RESTARTS,
+    RODAS5P,
+    RTOL,
     RUNS_AWAY,
     SEGMENT,
     SEGMENT_WORD,
@@ -73,25 +74,25 @@ from drivetrain.solvers.step_control import choose, first_step, largest_error, n
 # who changes them must change this line, and the cache is renewed.
 SOURCES = {
     "compiled_events.py": 3731178309,
-    "compiled_function.py": 4279295851,
+    "compiled_function.py": 4214705438,
     "compiled_guard.py": 3022819764,
-    "compiled_jacobian.py": 1605203523,
+    "compiled_jacobian.py": 2817105709,
     "compiled_output.py": 1554801868,
-    "compiled_steps.py": 384317669,
-    "layout.py": 1777803233,
+    "compiled_steps.py": 3543936999,
+    "layout.py": 3586849888,
     "rodas4_table.py": 1645622007,
-    "step_control.py": 501471057,
+    "step_control.py": 337195100,
 }
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
 _SLACK = 1e-12
-_AGAIN = 0.25
+_AGAIN, _CLOSE = 0.25, 1e-3
 
 
 @nb.njit(**PART)
 def _commit(method: int, later: float, block: Array, clock: Array, count: Any) -> None:
     """The end of the step becomes the state."""
-    keeps = method != RODAS4 and method != EULER
+    keeps = method > RODAS5P and method != EULER
     for i in range(block.shape[1]):
         block[X, i] = block[NEXT, i]
         if keeps:
@@ -115,7 +116,7 @@ def _handle(
     clock: Array,
     count: Any,
 ) -> int:
-    """Events fire at the present state: log them, let the handler change it, look again. RODAS4 = 0: go on."""
+    """Events fire at the present state: log them, let the handler change it, look again. DONE: go on."""
     t, ends = clock[TIME], False
     event_values(addresses[2], t, block, X, values, NEW, data, count)
     for k in range(len(kinds)):
@@ -195,6 +196,7 @@ def _open(
 def _shorten(
     share: float,
     h: float,
+    rtol: float,
     addresses: Any,
     data: Any,
     block: Array,
@@ -206,10 +208,12 @@ def _shorten(
 ) -> float:
     """Take the step again so that it ends at the event: found on the polynomial, mended on the method itself."""
     k, t, used = count[FIRED], clock[TIME], share * h
-    room = (block, matrices[0], matrices[1], order)
+    near = min(_CLOSE, 0.1 * math.sqrt(rtol))
+    last = False
+    room = (block, matrices[0], matrices[1], matrices[3], order)
     for turn in range(4):
         call_step(addresses[STEPPER], addresses[0], used, room, data, clock, count)
-        if turn == 3:
+        if last or turn == 3:
             break
         later = min(t + used, clock[LIMIT])
         event_values(addresses[2], later, block, NEXT, values, NEW, data, count)
@@ -220,6 +224,7 @@ def _shorten(
         moved = min(used + shift, h)
         if not abs(shift) < 0.1 * used or abs(shift) <= _EPSILON * max(abs(t), used) or moved == used:
             break
+        last = abs(shift) < near * used  # what this leaves is its square
         used = moved
     return used
 
@@ -273,14 +278,16 @@ def advance(
     """Go on from where the arrays say, until the end, the budget of steps, a terminal event or a reason to stop.
 
     Args:
-        method: RODAS4, DORMAND_PRINCE, RUNGE_KUTTA or EULER of ``layout``.
+        method: RODAS4, RODAS5P, DORMAND_PRINCE, RUNGE_KUTTA or EULER of ``layout``.
         addresses: Of the right-hand side, its Jacobian, the event values, their handler, the account, what tells a
             row, what opens a segment, and of the method's step, (8,); 0 for none.
         data: The functions' numbers and words.
         block: Vectors of the length of the state, (BLOCK_ROWS, n); row X is the state.
-        matrices: Jacobian (n, n), its factors (n, n), and room for the exact one (n + 1, n).
-        order: Room for the factors' order, (n n + 3 n + 1,).
-        pattern: Groups of columns that are differenced together, and the rows of each column: starts and indices.
+        matrices: Jacobian in the order of elimination (n, n), its factors (n, n), room for the exact one (n + 1, n),
+            and the factors packed (n n).
+        order: Room for the factors' order, at its end the states in that of elimination, (n n + 3 n + 1,).
+        pattern: Groups of columns that are differenced together, and the rows of each column: starts and indices;
+            states in the order of elimination, and the place of each in it.
         carried: Indices of states that no rate moves, but the account may.
         atol: Error allowed in a step where a state is near zero [the state's own unit], (n,).
         settings: See ``layout``.
@@ -295,7 +302,7 @@ def advance(
         Why it came back, see ``layout``.
     """
     address, rtol, adaptive = addresses[0], settings[RTOL], method <= DORMAND_PRINCE
-    room = (block, matrices[0], matrices[1], order)
+    room = (block, matrices[0], matrices[1], matrices[3], order)
     while count[SEGMENT] < len(segments[0]):
         end = segments[0][count[SEGMENT]]
         clock[LIMIT] = segments[1][count[SEGMENT]]
@@ -318,7 +325,7 @@ def advance(
             if adaptive and clock[STEP] <= 0.0:
                 clock[STEP] = first_step(address, settings, block, end, data, clock, count)
             h = choose(method, end, settings, clock, count)
-            if method == RODAS4 and not count[FRESH_JACOBIAN]:
+            if method <= RODAS5P and not count[FRESH_JACOBIAN]:
                 count[FRESH_JACOBIAN] = 1
                 if not fill_jacobian(
                     addresses, h, block, matrices[0], matrices[2], pattern, atol, rtol, data, clock, count
@@ -342,7 +349,7 @@ def advance(
             if adaptive:
                 next_step(method, h, error, clock, count)
             if 0.0 < share <= 1.0:
-                h = _shorten(share, h, addresses, data, block, matrices, order, values, clock, count)
+                h = _shorten(share, h, rtol, addresses, data, block, matrices, order, values, clock, count)
                 later = min(clock[TIME] + h, end)
             if share > 0.0:
                 emit(addresses, later, h, wanted, rows, carried, block, data, clock, count)

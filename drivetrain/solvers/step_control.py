@@ -51,7 +51,7 @@ from drivetrain.solvers.layout import (
 
 _EPSILON = float(np.finfo(np.float64).eps)
 _TINY = 1e-100  # [s]
-_SAFETY, _SHRINK, _GROW = 0.9, 0.1, 6.0
+_SAFETY, _SHRINK, _GROW, _CAREFUL = 0.85, 0.1, 6.0, 2.0  # the last for a step after one refused
 _SUSPECT, _OFTEN = 3, 10  # refusals in a row, and refusals at all, after which a jump is looked for
 _NEAR, _MOST_JUMPS = 100.0, 12  # jumps found within so many steps of one another, and how many of them
 _ARRIVES = 1.1  # a step that would leave less than this much of itself is stretched to the end
@@ -159,7 +159,7 @@ def next_step(method: int, h: float, error: float, clock: Array, count: Any) -> 
         factor = min(factor, _SAFETY * (h / clock[LAST_STEP]) * _root_of(clock[LAST_ERROR] / (small * small), method))
     factor = min(max(factor, 0.2), _GROW)
     if count[WAS_REJECTED]:
-        factor = min(factor, 1.0)
+        factor = min(factor, _CAREFUL)
     proposed = h * factor
     # A step cut short by the end of a segment says little: keep what was proposed unless the error asks for less.
     clock[STEP] = max(clock[STEP], proposed) if h < clock[STEP] and factor >= 1.0 else proposed

@@ -8,54 +8,78 @@ from typing import Any
 import numba as nb
 from numba import carray, types
 
+from drivetrain.compile_ahead import take
 from drivetrain.compiled_parts import CompiledWhole
+from drivetrain.solvers.compiled_rodas5p import rodas5p_step
 from drivetrain.solvers.compiled_steps import dormand_prince_step, fixed_step, rodas_step
-from drivetrain.solvers.layout import BLOCK_ROWS, CLOCK_SIZE, COUNT_SIZE, DORMAND_PRINCE, EULER, RODAS4, RUNGE_KUTTA
+from drivetrain.solvers.layout import (
+    BLOCK_ROWS,
+    CLOCK_SIZE,
+    COUNT_SIZE,
+    DORMAND_PRINCE,
+    EULER,
+    RODAS4,
+    RODAS5P,
+    RUNGE_KUTTA,
+)
 
 # Numba's disk cache looks at this file alone: see the same constant in ``rosenbrock_kernel.py``.
 SOURCES = {
-    "compiled_function.py": 4279295851,
-    "compiled_steps.py": 384317669,
-    "layout.py": 1777803233,
+    "compiled_function.py": 4214705438,
+    "compiled_rodas5p.py": 3868782342,
+    "compiled_steps.py": 3543936999,
+    "layout.py": 3586849888,
+    "rodas5p_table.py": 3079094523,
     "rodas4_table.py": 1645622007,
 }
 _DOUBLES, _WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
 _SIGNATURE = types.void(
-    types.int64, types.float64, types.int64, _DOUBLES, _DOUBLES, _DOUBLES, _WORDS, _DOUBLES, _WORDS, _DOUBLES, _WORDS
+    types.int64, types.float64, types.int64, _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, _WORDS, _DOUBLES,
+    _WORDS, _DOUBLES, _WORDS,
 )  # fmt: skip
 
 
-def _rodas(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, order: Any, numbers: Any, words: Any,
-           clock: Any, count: Any) -> None:  # fmt: skip
+def _rodas(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, packed: Any, order: Any,
+           numbers: Any, words: Any, clock: Any, count: Any) -> None:  # fmt: skip
     # Of numbers and words only the place matters here: the right-hand side knows how many it has.
     rodas_step(
         address, h, carray(block, (BLOCK_ROWS, n)), carray(jacobian, (n, n)), carray(matrix, (n, n)),
-        carray(order, n * n + 3 * n + 1), (carray(numbers, 1), carray(words, 1)),
+        carray(packed, n * n), carray(order, n * n + 3 * n + 1), (carray(numbers, 1), carray(words, 1)),
         carray(clock, CLOCK_SIZE), carray(count, COUNT_SIZE),
     )  # fmt: skip
 
 
-def _dormand_prince(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, order: Any, numbers: Any,
-                    words: Any, clock: Any, count: Any) -> None:  # fmt: skip
+def _rodas5p(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, packed: Any, order: Any,
+             numbers: Any, words: Any, clock: Any, count: Any) -> None:  # fmt: skip
+    # Of numbers and words only the place matters here: the right-hand side knows how many it has.
+    rodas5p_step(
+        address, h, carray(block, (BLOCK_ROWS, n)), carray(jacobian, (n, n)), carray(matrix, (n, n)),
+        carray(packed, n * n), carray(order, n * n + 3 * n + 1), (carray(numbers, 1), carray(words, 1)),
+        carray(clock, CLOCK_SIZE), carray(count, COUNT_SIZE),
+    )  # fmt: skip
+
+
+def _dormand_prince(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, packed: Any, order: Any,
+                    numbers: Any, words: Any, clock: Any, count: Any) -> None:  # fmt: skip
     data = (carray(numbers, 1), carray(words, 1))
     dormand_prince_step(
         address, h, carray(block, (BLOCK_ROWS, n)), data, carray(clock, CLOCK_SIZE), carray(count, COUNT_SIZE)
     )
 
 
-def _runge_kutta(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, order: Any, numbers: Any,
-                 words: Any, clock: Any, count: Any) -> None:  # fmt: skip
+def _runge_kutta(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, packed: Any, order: Any,
+                 numbers: Any, words: Any, clock: Any, count: Any) -> None:  # fmt: skip
     data, rows = (carray(numbers, 1), carray(words, 1)), carray(block, (BLOCK_ROWS, n))
     fixed_step(RUNGE_KUTTA, address, h, rows, data, carray(clock, CLOCK_SIZE), carray(count, COUNT_SIZE))
 
 
-def _euler(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, order: Any, numbers: Any, words: Any,
-           clock: Any, count: Any) -> None:  # fmt: skip
+def _euler(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any, packed: Any, order: Any,
+           numbers: Any, words: Any, clock: Any, count: Any) -> None:  # fmt: skip
     data, rows = (carray(numbers, 1), carray(words, 1)), carray(block, (BLOCK_ROWS, n))
     fixed_step(EULER, address, h, rows, data, carray(clock, CLOCK_SIZE), carray(count, COUNT_SIZE))
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=5)
 def stepper(method: int) -> Any:
     """The step of a method, compiled at the first call (some seconds) or taken from numba's disk cache.
 
@@ -65,5 +89,8 @@ def stepper(method: int) -> Any:
     Returns:
         The compiled function, with ``.address``.
     """
-    steps = {RODAS4: _rodas, DORMAND_PRINCE: _dormand_prince, RUNGE_KUTTA: _runge_kutta, EULER: _euler}
+    take("drivetrain.solvers.ahead:compile_solver")
+    steps = {
+        RODAS4: _rodas, RODAS5P: _rodas5p, DORMAND_PRINCE: _dormand_prince, RUNGE_KUTTA: _runge_kutta, EULER: _euler,
+    }  # fmt: skip
     return nb.cfunc(_SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(steps[method])

@@ -47,14 +47,18 @@ from drivetrain.simulation import adaptive_engine, jacobian_kernel, rates_kernel
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.adaptive_engine import AdaptiveStep
 from drivetrain.simulation.beginning import started
+from drivetrain.simulation.dependence import dependence
 from drivetrain.simulation.plan import Plan, plan
 from drivetrain.simulation.run import simulate
-from drivetrain.simulation.scene import WHOLE, Inertia, Scene, joint_scene
+from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.solvers.compiled_function import evaluate
+from drivetrain.solvers.compiled_problem import column_groups
 from drivetrain.solvers.rosenbrock import Rodas4
 
 MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
-GEAR = Gear("g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4, backlash=1e-3)
+GEAR = Gear(
+    "g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4, backlash=1e-3
+)
 LAW = Friction(coulomb=0.7, static=1.0, stribeck_speed=0.1, viscous=0.2)
 NETWORK = ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0)
 TIME = np.linspace(0.0, 1.0, 11)
@@ -116,13 +120,14 @@ def coupled_scene() -> Scene:
 
 
 def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, Any, float]:
-    """A plan, the data of its adaptive run, and a state and an instant at random, modes of friction as they are there."""
+    """A plan, the data of its adaptive run, and a state at random with friction's modes as they are there; an instant."""
     done = adaptive_engine._refined(plan(scene))
     numbers, words = done.memory.numbers.copy(), done.memory.words.copy()
     numbers = started(done, numbers, words)
     words[f.MOVING] = done.memory.moving
     place = int(words[f.AT_STATE])
-    numbers, words = adaptive_engine._extended(done, numbers, words)
+    hangs = dependence(done)[: done.memory.moving, : done.memory.moving]
+    numbers, words = adaptive_engine._extended(done, numbers, words, hangs)
     sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_engine.USUAL, 1e-3)
     state = numbers[place : place + done.memory.moving] + 0.3 * sizes * rng.normal(size=done.memory.moving)
     rates = np.empty(len(state))
@@ -193,7 +198,7 @@ def test_differences_are_counted() -> None:
     counts = run.counters
     m = done.memory.moving
     assert (len(done.memory.states), m) == (66, 36)
-    groups = len(adaptive_engine.column_groups(adaptive_engine.dependence(done)[:m, :m], m)[0]) - 1
+    groups = len(column_groups(dependence(done)[:m, :m], m)[0]) - 1
     # Of 36 states the six motor currents, voltages, and twists go together; a rotor that turns is felt by all.
     assert groups <= 21
     stages = 5 * counts["factorisations"]
