@@ -14,7 +14,8 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.sizing.currents import current_commands
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.demand import workload
+from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.sizing.load_basis import loading_drives
 from drivetrain.sizing.search import select
 from drivetrain.study.study import Mount
@@ -71,9 +72,9 @@ def test_search_is_brute_force(make, seed, kind, place):
     matrix = differential() if kind == "differential" else belts_over([1.0])
     task = study(make, seed, matrix, MOUNTS[place])
     selection = select(task)
-    best = math.inf
+    best, work = math.inf, workload(task)
     for pairs in itertools.product(*(one.pairs for one in task.joints)):
-        evaluation = evaluate(task, dict(zip(task.cycle.joint_names, pairs, strict=True)))
+        evaluation = evaluated(work, dict(zip(task.cycle.joint_names, pairs, strict=True)))
         if evaluation.feasible:
             best = min(best, evaluation.objective)
     assert selection.feasible == math.isfinite(best)
@@ -100,8 +101,9 @@ def test_who_loads_whom(make):
 def test_a_drive_that_loads_a_shaft_after_it_is_chosen_as_well(make):
     """The search decides no joint before another, so a drive may load shafts on both sides of it."""
     task = study(make, 1, differential(), (Mount(), Mount("child"), GROUP_MOUNT))
+    work = workload(task)
     found = [
-        evaluate(task, dict(zip(task.cycle.joint_names, pairs, strict=True)))
+        evaluated(work, dict(zip(task.cycle.joint_names, pairs, strict=True)))
         for pairs in itertools.product(*(one.pairs for one in task.joints))
     ]
     best = sorted(one.objective for one in found if one.feasible)[:5]

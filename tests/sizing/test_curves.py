@@ -14,7 +14,8 @@ from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
 from drivetrain.sizing.curve_results import Vary
 from drivetrain.sizing.curves import optimum_curve
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.demand import workload
+from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.study import Wanted
 
@@ -44,9 +45,9 @@ def small_study(make, seed, objective="mass"):
 
 
 def brute_force(study):
-    best = math.inf
+    best, work = math.inf, workload(study)
     for pairs in itertools.product(*(task.pairs for task in study.joints)):
-        evaluation = evaluate(study, dict(zip(study.cycle.joint_names, pairs, strict=True)))
+        evaluation = evaluated(work, dict(zip(study.cycle.joint_names, pairs, strict=True)))
         if evaluation.feasible:
             best = min(best, evaluation.objective)
     return best

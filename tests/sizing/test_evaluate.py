@@ -11,7 +11,8 @@ import pytest
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.demand import workload
+from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.study import GearAssumption, MotorAssumption, Safety
 from drivetrain.study.verdicts import Check, Verdict
@@ -334,3 +335,16 @@ def test_what_is_no_pair_of_keys_is_told(one_axis, drives):
 def test_what_is_no_study_is_refused() -> None:
     with pytest.raises(InputError, match="must be a study"):
         evaluate(None)  # type: ignore[arg-type]
+
+
+def test_a_task_prepared_once_gives_what_each_evaluation_gives(make):
+    """What the brute force of other tests rests on: only the work of the joints is kept from set to set."""
+    cycle = make.sines(2, samples=31)
+    study = make.study(cycle, arm=make.planar_arm([0.4, 0.3], [1.0, 0.6]))
+    work = workload(study)
+    for gear in ("g1", ""):
+        drives = {"j1": ("m1", "g1"), "j2": ("m1", gear)}
+        one, other = evaluate(study, drives), evaluated(work, drives)
+        assert one.criteria == other.criteria and one.shared == other.shared
+        for name, joint in one.joints.items():
+            assert joint.checks == other.joints[name].checks

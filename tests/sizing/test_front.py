@@ -16,7 +16,8 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
 from drivetrain.sizing import front_cost, front_kernels, front_prune, front_search, front_walk
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.demand import workload
+from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.sizing.front import pareto_front
 from drivetrain.sizing.front_boxes import all_sets, only
 from drivetrain.sizing.front_kernels import USED
@@ -57,12 +58,12 @@ def random_study(make, seed, joints=2, carrier="parent", pairs_a_joint=9):
 
 def brute_force(study, names, keep=lambda drives: True):
     """Vectors of all sets that hold, dominated ones taken out."""
-    found = []
+    found, work = [], workload(study)
     for pairs in itertools.product(*(task.pairs for task in study.joints)):
         drives = dict(zip(study.cycle.joint_names, pairs, strict=True))
         if not keep(drives):
             continue
-        evaluation = evaluate(study, drives)
+        evaluation = evaluated(work, drives)
         if evaluation.feasible:
             found.append([evaluation.criteria[name] for name in names])
     points = np.array(found).reshape(-1, len(names))

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.demand import workload
+from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.sizing.front import pareto_front
 from drivetrain.sizing.missing import gaps
 from drivetrain.sizing.ratio import ratio_study
@@ -62,10 +63,10 @@ def holed_study(make, seed: int, weights) -> Study:
 
 def sets_of(study: Study):
     """Every set of drives that the study leaves open, with its evaluation."""
-    names = [task.name for task in study.joints]
+    names, work = [task.name for task in study.joints], workload(study)
     for pairs in itertools.product(*((t.drive,) if t.drive else t.pairs for t in study.joints)):
         drives = dict(zip(names, pairs, strict=True))
-        yield drives, evaluate(study, drives)
+        yield drives, evaluated(work, drives)
 
 
 def given_lack(study: Study, evaluation) -> bool:

@@ -12,7 +12,8 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.demand import workload
+from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.sizing.search import select
 from drivetrain.study.study import DriveMass, Mount, Wanted
 from drivetrain.study.verdicts import Verdict
@@ -55,9 +56,9 @@ def random_study(make, seed, joints=2, carrier="parent", objective="mass"):
 
 def brute_force(study):
     """The smallest objective over every combination, each evaluated on its own."""
-    best = math.inf
+    best, work = math.inf, workload(study)
     for pairs in itertools.product(*(task.pairs for task in study.joints)):
-        evaluation = evaluate(study, dict(zip(study.cycle.joint_names, pairs, strict=True)))
+        evaluation = evaluated(work, dict(zip(study.cycle.joint_names, pairs, strict=True)))
         if evaluation.feasible:
             best = min(best, evaluation.objective)
     return best

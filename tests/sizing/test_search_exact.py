@@ -15,7 +15,8 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.demand import workload
+from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.sizing.packed_task import pack
 from drivetrain.sizing.problem import Problem, problem
 from drivetrain.sizing.search import select
@@ -89,10 +90,10 @@ def joint_task(make, rng, name: str, pairs) -> JointTask:
 
 def every_set(study: Study):
     """All combinations that an evaluation finds feasible: (objective, drives), best first."""
-    names, found = study.cycle.joint_names, []
+    names, found, work = study.cycle.joint_names, [], workload(study)
     for pairs in itertools.product(*((t.drive,) if t.drive else t.pairs for t in study.joints)):
         drives = dict(zip(names, pairs, strict=True))
-        evaluation = evaluate(study, drives)
+        evaluation = evaluated(work, drives)
         if evaluation.feasible:
             found.append((evaluation.objective, drives))
     return sorted(found, key=lambda one: one[0])
