@@ -1,4 +1,4 @@
-"""Coupled motors in the equations of motion: coordinates are turns of the shafts behind the gears, not of the joints."""
+"""Coupled motors in the equations of motion: coordinates are turns of the shafts behind gears, not of the joints."""
 
 from __future__ import annotations
 

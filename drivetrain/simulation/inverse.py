@@ -197,8 +197,10 @@ def _asked(passive: Plan, times: Array) -> dict[str, Array]:
     numbers, words = passive.memory.numbers.copy(), passive.memory.words.copy()
     wanted, places = (*ASKED, "bias_torque", *sorted(MECHANICAL)), passive.memory.places
     bound = () if passive.body.coupled is None else passive.body.coupled.shafts
-    at = {name: [places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)]
-          for name in wanted}  # fmt: skip
+    found = {name: np.array([places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)])
+             for name in wanted}  # fmt: skip
+    # Where every joint tells a thing it is taken at once; what no joint tells stays zero.
+    at = {name: (np.flatnonzero(own >= 0), own[own >= 0]) for name, own in found.items() if (own >= 0).any()}
     rows = {name: np.zeros((len(times), n)) for name in wanted}
     rows |= {"turned_bias": np.zeros((len(times), n))}
     rows |= {name: np.zeros((len(times), n, n)) for name in ("mass", "turned")}
@@ -208,10 +210,10 @@ def _asked(passive: Plan, times: Array) -> dict[str, Array]:
     for k, t in enumerate(times):
         for _ in range(2):  # the command is known once asked; then all else can be asked there
             evaluate(address, float(t), state, signals, numbers, words)
-            state[:n], state[n : 2 * n] = signals[at["command_position"]], signals[at["command_speed"]]
+            state[:n], state[n : 2 * n] = signals[found["command_position"]], signals[found["command_speed"]]
         evaluate(address, float(t), state, signals, numbers, words)
-        for name, places in at.items():
-            rows[name][k] = np.where(np.array(places) < 0, 0.0, signals[places])
+        for name, (telling, own) in at.items():
+            rows[name][k, telling] = signals[own]
         rows["turned"][k] = numbers[turned : turned + n * n].reshape(n, n)
         rows["mass"][k] = signals[mass : mass + n * n].reshape(n, n)
         rows["turned_bias"][k] = numbers[bias : bias + n]

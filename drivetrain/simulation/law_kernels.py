@@ -26,7 +26,7 @@ SOURCES = {
     "simulation/tip_kernel.py": 2653406141,
     "dynamics/compiled_vectors.py": 1749102823, "dynamics/passes.py": 98651109,
     "dynamics/mass_and_bias.py": 728731785,
-    "simulation/assembly_kernel.py": 4181047817, "simulation/coupled_kernel.py": 489815516,
+    "simulation/assembly_kernel.py": 4181047817, "simulation/coupled_kernel.py": 418507940,
     "simulation/settle_kernel.py": 3817236384, "simulation/vector_rows.py": 4108182124,
 }  # fmt: skip
 

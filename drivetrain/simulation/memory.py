@@ -68,9 +68,7 @@ class _Block:
         return at
 
 
-def signal_places(
-    known: Directory, joints: Sequence[str], body: Mechanics
-) -> tuple[dict[str, int], dict[str, int]]:
+def signal_places(known: Directory, joints: Sequence[str], body: Mechanics) -> tuple[dict[str, int], dict[str, int]]:
     """Where each signal lies.
 
     Args:

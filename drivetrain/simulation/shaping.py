@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
@@ -40,7 +41,7 @@ class Coupled:
     shaft_turns: Array
     turns: Array
     spread: Array
-    felt: Array
+    felt: NDArray[np.int64]
     factors: Array
     own: Array
 
@@ -283,13 +284,13 @@ def _coupled(arm: Arm, free: tuple[int, ...], motors: Array, ratios: Array) -> C
         if i not in shafts:
             turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
     spread[: arm.n, : arm.n] = turns
-    felt = np.arange(c)
+    felt = np.arange(c, dtype=np.int64)
     felt[[i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]] = -1
     factors = np.ones(c)
     for k, i in enumerate(follows):
         spread[c + k, i] = factors[i] = ratios[i]
         felt[i] = c + k
-    return Coupled(shafts, np.asarray(arm.coupling), turns, spread, felt, factors, np.zeros(c))
+    return Coupled(shafts, arm.coupling, np.asarray(turns, dtype=np.float64), spread, felt, factors, np.zeros(c))
 
 
 def _behind_shafts(arm: Arm, shapes: Sequence[Shape], ratios: Array, motors: Array, bound: Coupled) -> Mechanics:
