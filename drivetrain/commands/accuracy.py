@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, report_folder, say, told, working, writable
+from drivetrain.commands.shared import (
+    DOES_NOT_FIT,
+    FITS,
+    Together,
+    compiling,
+    report_folder,
+    say,
+    told,
+    working,
+    writable,
+)
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation
@@ -28,7 +38,7 @@ def _accuracy(
     ] = None,
 ) -> None:
     """Show on the study's own motion what every effect changes and costs, and which may go within a tolerance."""
-    with told():
+    with told(), compiling("sizing.compiling", "simulation.ahead", "solvers.ahead"):
         from dataclasses import replace
 
         from drivetrain.accuracy.auto import choose_effects

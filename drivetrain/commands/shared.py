@@ -16,7 +16,7 @@ import typer
 if TYPE_CHECKING:
     from drivetrain.errors import Fault
 
-COMPILING = "compiling to machine code, up to half a minute: this is the first run; later ones find it done ..."
+COMPILING = "compiling to machine code, some 10 s (20 s on one core): a first run; later ones find it done ..."
 FITS, DOES_NOT_FIT, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
@@ -127,6 +127,24 @@ def listed(heading: str, texts: list[str], *, most: int) -> None:
         say(f"  {line}", errors=True)
     if len(texts) > most:
         say(f"  ... and {len(texts) - most} more", errors=True)
+
+
+@contextmanager
+def compiling(*modules: str) -> Iterator[None]:
+    """Shares what a command must compile among the cores, where the cache lacks it.
+
+    Args:
+        modules: Whose ``STEPS`` it needs, within this package.
+
+    Yields:
+        Nothing.
+    """
+    from importlib import import_module
+
+    from drivetrain.compile_ahead import compiled_ahead
+
+    with compiled_ahead([step for name in modules for step in import_module(f"drivetrain.{name}").STEPS]):
+        yield
 
 
 @contextmanager

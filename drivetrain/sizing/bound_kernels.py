@@ -92,7 +92,7 @@ SOURCES = {
     "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 3406169117,
+    "check_kernels.py": 3906250174,
 }
 
 # Rows of the scratch of bounds.

@@ -119,7 +119,7 @@ SOURCES = {
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
     "heat_state.py": 3585838812,
-    "compiled_function.py": 4279295851,
+    "compiled_function.py": 4214705438,
 }
 
 HOUR = 3600.0  # s

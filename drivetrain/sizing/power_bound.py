@@ -38,13 +38,13 @@ SOURCES = {
     "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 3406169117,
-    "bound_kernels.py": 1833500230,
-    "judge_kernels.py": 3971000194,
+    "check_kernels.py": 3906250174,
+    "bound_kernels.py": 1437635569,
+    "judge_kernels.py": 3970383799,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 4201448324,
-    "propagation.py": 3847339967,
+    "sieve_kernel.py": 3700803845,
+    "propagation.py": 1465026913,
     "energy_bound.py": 948774742,
 }
 

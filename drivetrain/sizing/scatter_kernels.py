@@ -24,14 +24,14 @@ from drivetrain.sizing.scatter_watch import watch
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "drive/periodic_rise.py": 2837073585,
-    "sizing/compiling.py": 2693116001,
+    "sizing/compiling.py": 1935523565,
     "sizing/lanes.py": 4284024784,
     "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 2330917772,
-    "sizing/scatter_heat.py": 1798336131,
+    "sizing/scatter_exponentials.py": 2887766729,
+    "sizing/scatter_heat.py": 1143096398,
     "sizing/scatter_numbers.py": 3762086000,
-    "sizing/scatter_torque.py": 498007112,
-    "sizing/scatter_watch.py": 770362234,
+    "sizing/scatter_torque.py": 3673399637,
+    "sizing/scatter_watch.py": 3577757308,
 }
 
 SHEET_AMBIENT = 25.0  # C, at which makers print continuous values

@@ -12,7 +12,7 @@ from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "sizing/compiling.py": 2693116001,
+    "sizing/compiling.py": 1935523565,
     "sizing/lanes.py": 4284024784,
     "sizing/scatter_blocks.py": 3689356286,
     "sizing/scatter_numbers.py": 3762086000,
