@@ -13,7 +13,6 @@ from drivetrain.sizing.results import DriveSet, Selection
 from drivetrain.sizing.trade_offs import TradeOffsFound
 
 EQUAL = 1e-9  # sums in another order
-NOMINAL = "Tolerances are left aside here: every set is judged by its nominal numbers."
 
 
 def trade_off_extra(found: TradeOffsFound, selection: Selection) -> Extra:
@@ -37,8 +36,6 @@ def trade_off_extra(found: TradeOffsFound, selection: Selection) -> Extra:
     if found.curves:
         sections += [curve_section(curve) for curve in found.curves]
         data["curves"] = [curve_data(curve) for curve in found.curves]
-    if selection.study.tolerances.given:
-        sections = [replace(one, notes=(NOMINAL, *one.notes)) for one in sections]
     return Extra(_lean(sections), data)
 
 

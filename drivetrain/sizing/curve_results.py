@@ -6,7 +6,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from drivetrain.sizing.evaluate import Pair
+from drivetrain.sizing.uncertainty import Chance
 from drivetrain.study.study import Study
+
+PROVEN = "optimal"
+PROVEN_ROBUST = "optimal among the sets that hold often enough"
 
 
 class Vary(StrEnum):
@@ -33,6 +37,7 @@ class CurvePoint:
         objective: Of the set; NaN where nothing fits.
         criteria: Mass [kg], price, energy of a cycle [J] and largest utilisation of the set.
         proof: Of the search that found it; empty where the set was found at another value and evaluated here.
+        chance: That the set holds within the study's tolerances; None where that was not counted.
     """
 
     value: float
@@ -40,11 +45,24 @@ class CurvePoint:
     objective: float
     criteria: dict[str, float]
     proof: str
+    chance: Chance | None = None
 
     @property
     def feasible(self) -> bool:
         """Whether a set was found."""
         return bool(self.drives)
+
+
+def is_proven(proof: str) -> bool:
+    """Whether the words of a search say that its answer is proven.
+
+    Args:
+        proof: Of the search; empty where none was needed.
+
+    Returns:
+        True also where it is proven that no set fits.
+    """
+    return proof in ("", PROVEN, PROVEN_ROBUST) or proof.startswith("no set")
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +117,7 @@ class OptimumCurve:
     @property
     def proven(self) -> bool:
         """Whether every selection was proven."""
-        return all(point.proof in ("", "optimal") or point.proof.startswith("no set fits") for point in self.points)
+        return all(is_proven(point.proof) for point in self.points)
 
     @property
     def feasible(self) -> bool:

@@ -7,6 +7,7 @@ sets, and a selection on each side of it tells whether a third set lies between,
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,9 +17,13 @@ import numpy as np
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.bench import Bench, worst_of_set
 from drivetrain.sizing.changed_work import WorkFamily
-from drivetrain.sizing.curve_results import CurvePiece, CurvePoint, OptimumCurve, Vary
+from drivetrain.sizing.curve_results import PROVEN_ROBUST, CurvePiece, CurvePoint, OptimumCurve, Vary, is_proven
 from drivetrain.sizing.evaluate import Pair
+from drivetrain.sizing.front_chances import chance_of, scatters
+from drivetrain.sizing.known_terms import unknown_terms
 from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.robust_selection import CONFIDENCE, robust_select
+from drivetrain.sizing.scatter_ground import ground
 from drivetrain.sizing.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.study import Study
@@ -27,6 +32,7 @@ POINTS = 17
 TOLERANCE = 1e-6  # of the span of values
 EQUAL = 1e-9  # of an objective: sums in another order
 DRAWN = 9  # points of each piece
+ARMS = 2048  # drawn of each set selected, where tolerances are stated and no probability is wanted
 Progress = Callable[[int, int, str], None]
 
 
@@ -70,8 +76,14 @@ def optimum_curve(
     tolerance = TOLERANCE * (span[1] - span[0])
     tell(points, points + 1, "locating the breakpoints")
     marks = _Marks([found[0]], [])
-    for one in found[1:]:
-        _between(row, marks, one, tolerance)
+    for before, one in itertools.pairwise(found):
+        if row.often is None:
+            _between(row, marks, one, tolerance)
+        elif one.drives != before.drives:  # whether a set holds often enough is too dear to be asked on the way
+            marks.breaks.append(0.5 * (before.value + one.value))
+            marks.sets.append(one)
+    if row.often is not None:
+        tolerance = 0.5 * (grid[1] - grid[0])
     return OptimumCurve(
         study, what, row.payload, row.now, tuple(sorted(row.made, key=lambda one: one.value)),
         _pieces(row, marks), tolerance, tuple(_notes(row, grid)),
@@ -87,6 +99,11 @@ class _Row:
     payload: str
     made: list[CurvePoint] = field(default_factory=list)
     benches: dict[tuple[tuple[str, Pair], ...], Bench] = field(default_factory=dict)
+
+    @property
+    def often(self) -> float | None:
+        """Probability with which sets must hold; None where none is wanted or nothing scatters."""
+        return self.study.wanted.holds if scatters(self.study) else None
 
     @property
     def now(self) -> float:
@@ -114,6 +131,9 @@ class _Row:
         Sets found elsewhere are held against it too: a search that was stopped may have missed them.
         """
         study = changed(self.study, self.change(value))
+        if self.often is not None:
+            self.made.append(_robust(study, value))
+            return self.made[-1]
         found = select(replace(study, wanted=replace(study.wanted, sets=1)))
         point = CurvePoint(
             value, dict(found.drives) if found.feasible else {}, found.objective, found.evaluation.criteria, found.proof
@@ -125,6 +145,8 @@ class _Row:
             slack = EQUAL if before is not None and drives == before.drives else -EQUAL
             if evaluation.feasible and evaluation.objective <= least * (1.0 + slack):
                 point = replace(point, drives=drives, objective=evaluation.objective, criteria=evaluation.criteria)
+        if point.drives and scatters(study):
+            point = replace(point, chance=chance_of(ground(study), point.drives, ARMS))
         self.made.append(point)
         return point
 
@@ -143,6 +165,16 @@ class _Row:
             return math.inf
         found = self.evaluated(drives, value)
         return found.objective if found.feasible else math.inf
+
+
+def _robust(study: Study, value: float) -> CurvePoint:
+    """The best set that holds often enough at a value."""
+    found = robust_select(study)
+    if found.chosen is None:
+        return CurvePoint(value, {}, math.nan, {}, f"no set: {found.proof}" if found.exhausted else found.proof)
+    best = found.chosen.drives
+    proof = PROVEN_ROBUST if found.proven else found.proof
+    return CurvePoint(value, dict(best.drives), best.objective, best.criteria, proof, found.chosen.chance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +226,8 @@ def _pieces(row: _Row, marks: _Marks) -> tuple[CurvePiece, ...]:
             runs[-1] = (runs[-1][0], high, one.drives)
         else:
             runs.append((low, high, one.drives))
-    runs = _merged(row, runs, 2.0 * TOLERANCE * (last - first))
+    if row.often is None:
+        runs = _merged(row, runs, 2.0 * TOLERANCE * (last - first))
     pieces = []
     for index, (low, high, drives) in enumerate(runs):
         lower = "" if index == 0 else _ended_by(row, drives, low, -1)
@@ -245,6 +278,8 @@ def _ended_by(row: _Row, drives: dict[str, Pair], value: float, way: int) -> str
         return ""
     beyond = value + way * 2.0 * TOLERANCE * max(abs(value), abs(row.now), 1e-9)
     found = row.evaluated(drives, beyond)
+    if row.often is not None:
+        return "another set is better, or it holds too seldom"
     if found.feasible:
         return "another set is better"
     worst = worst_of_set(found)
@@ -263,13 +298,28 @@ def _drawn(row: _Row, drives: dict[str, Pair], low: float, high: float) -> tuple
 
 
 def _notes(row: _Row, grid: Sequence[float]) -> list[str]:
-    unproven = [p for p in row.made if p.proof not in ("", "optimal") and not p.proof.startswith("no set fits")]
-    notes = [f"not proven at {point.value:.4g}: {point.proof}" for point in unproven]
+    unproven = [point for point in row.made if not is_proven(point.proof)]
+    notes = _told_of_scatter(row, 0.5 * (grid[1] - grid[0]))
+    notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in unproven]
     step = grid[1] - grid[0]
     notes.append(f"a set that is best only within one step of the grid, {step:.3g}, can have been passed over")
     if row.vary is Vary.CYCLE_TIME and row.study.arm is None:
         notes.append("the torques of the load table are kept at every pace")
     return notes
+
+
+def _told_of_scatter(row: _Row, step: float) -> list[str]:
+    """What tolerances mean for the curve, in words."""
+    if not scatters(row.study):
+        return []
+    if row.often is None:
+        return [
+            "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
+            f"counted at every selection over at most {ARMS} arms (`selection: holds` asks for sets that hold often "
+            "enough)"
+        ]
+    told = f"every set selected holds with at least {100.0 * row.often:g} % ({100.0 * CONFIDENCE:g} % confidence)"
+    return [f"{told}; between two selections a breakpoint is only known to {step:.3g} {row.vary.unit}"]
 
 
 def varied(vary: Vary | str) -> Vary:
@@ -288,6 +338,20 @@ def varied(vary: Vary | str) -> Vary:
     if str(vary) not in known:
         raise InputError(Fault("vary", "is nothing that can be varied", str(vary), nearest(str(vary), known)))
     return Vary(str(vary))
+
+
+def check_curve(study: Study, vary: Vary | str, span: tuple[float, float]) -> None:
+    """Refuse a curve that cannot be found, before anything is searched.
+
+    Args:
+        study: The task.
+        vary: What is changed.
+        span: Smallest and largest value, SI, temperatures in [C].
+
+    Raises:
+        InputError: Every fault, as of ``optimum_curve``.
+    """
+    _checked(study, varied(vary), None, span, POINTS)
 
 
 def _payload(study: Study, vary: Vary, name: str | None) -> str:
@@ -320,6 +384,7 @@ def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, f
         faults.append(Fault("span", f"a {vary.replace('_', ' ')} must be positive", low))
     if vary is Vary.PAYLOAD and low < 0.0:
         faults.append(Fault("span", "a payload must be 0 or more", low))
+    faults += unknown_terms(study)
     if points < 2:
         faults.append(Fault("points", "must be two or more", points))
     if faults:

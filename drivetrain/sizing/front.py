@@ -7,17 +7,20 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.evaluate import evaluate_joint, evaluation_of, shared_checks
+from drivetrain.sizing.advice import missing_words
+from drivetrain.sizing.evaluate import evaluate_joint, evaluated, evaluation_of, shared_checks
 from drivetrain.sizing.fill import Shelf
+from drivetrain.sizing.front_chances import OftenEnough, chance_of, scatters
 from drivetrain.sizing.front_search import NAMES, FrontSearch
 from drivetrain.sizing.given_drives import as_given, stands
-from drivetrain.sizing.packed_task import Indices, pack
+from drivetrain.sizing.known_terms import SHEET, lacking_of, words_of
+from drivetrain.sizing.packed_task import pack
 from drivetrain.sizing.problem import problem
 from drivetrain.sizing.results import DriveSet, JointResult
+from drivetrain.sizing.robust_selection import CONFIDENCE
+from drivetrain.sizing.scatter_ground import ground
+from drivetrain.sizing.uncertainty import Chance
 from drivetrain.study.study import Study
 
 CRITERIA = ("mass", "energy")
@@ -44,6 +47,8 @@ class Front:
         counters: Work done.
         notes: What a reader should know.
         state: Of a search that its time limit stopped, to go on with; None when it is finished.
+        chances: With what probability each set holds, in the order of the points; empty where nothing scatters.
+        proven: Whether every essential check of the sets could be made.
     """
 
     study: Study
@@ -55,11 +60,13 @@ class Front:
     counters: dict[str, int]
     notes: tuple[str, ...] = ()
     state: FrontSearch | None = None
+    chances: tuple[Chance, ...] = ()
+    proven: bool = True
 
     @property
     def feasible(self) -> bool:
-        """Whether any set holds."""
-        return bool(self.points)
+        """Whether any set holds; not where a given drive, which all sets have, lacks data."""
+        return bool(self.points) and self.proven
 
     @property
     def proof(self) -> str:
@@ -82,6 +89,9 @@ def pareto_front(
 ) -> Front:
     """The Pareto front of whole sets of drives that hold every check, exact.
 
+    Where the study states tolerances and wants a probability (``holds``), of those that hold with it; where it states
+    tolerances alone, each set is told with the probability that it holds.
+
     Args:
         study: The task, with the candidates of every joint; what its selection must respect (types, families) holds.
         criteria: Which to compare: ``mass``, ``price``, ``energy``, ``utilisation``.
@@ -94,17 +104,32 @@ def pareto_front(
         The sets, evaluated; a criterion that no candidate of some joint has data for is left out.
 
     Raises:
-        InputError: No criterion, or one of another name.
+        InputError: No criterion, one of another name, or none that candidates have data for.
     """
     _check(criteria, time_limit)
     if resume is not None:
         return _resumed(study, criteria, time_limit, resume, progress)
+    names, left_out, notes = _known(study, criteria)  # told before anything is searched
     packed = as_given(pack(study))
-    names, left_out, notes = _known(study, packed.task.first, packed.mass, packed.price, criteria)
     weights = tuple((name, 1.0) for name in names if name in ("mass", "price"))
     what = problem(packed, replace(study.wanted, weights=weights or (("mass", 1.0),)))
-    search = FrontSearch(what, names)
+    holds = study.wanted.holds if scatters(study) else None
+    search = FrontSearch(what, names, often=None if holds is None else OftenEnough(what, holds))
     return _searched(search, time_limit, progress, left_out, tuple(notes))
+
+
+def check_criteria(study: Study, criteria: Sequence[str]) -> None:
+    """Refuse a front that cannot be found, before anything is searched.
+
+    Args:
+        study: The task.
+        criteria: Which to compare.
+
+    Raises:
+        InputError: No criterion, one of another name, or none that candidates have data for.
+    """
+    _check(criteria, TIME_LIMIT)
+    _known(study, criteria)
 
 
 def _resumed(
@@ -119,7 +144,8 @@ def _resumed(
         raise InputError(Fault("resume", "is a front of other criteria", ", ".join(resume.names)))
     if resume.state is None:
         return resume
-    return _searched(resume.state.copied(), time_limit, progress, resume.left_out, resume.notes)
+    notes = tuple(note for note in resume.notes if note not in _told_of_scatter(resume.state, resume.chances))
+    return _searched(resume.state.copied(), time_limit, progress, resume.left_out, notes)
 
 
 def _searched(
@@ -131,15 +157,52 @@ def _searched(
     search.run(time_limit, tell)
     points, wrong = _evaluated(search, tell)
     while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
-        search = FrontSearch(search.problem, search.names, search.excluded | wrong)
+        search = FrontSearch(search.problem, search.names, search.excluded | wrong, search.often)
         search.counters["disagreements"] = len(search.excluded)
         search.run(max(end - time.perf_counter(), 0.1 * time_limit), tell)
         points, wrong = _evaluated(search, tell)
     points.sort(key=lambda one: tuple(one.criteria[name] for name in search.names))
+    chances = _chances(search, points, tell)
+    counters = dict(search.counters) | (dict(search.often.counters) if search.often is not None else {})
+    missing = missing_words(evaluated(search.problem.packed.work, points[0].drives)) if points else ()
+    told = dict.fromkeys((*notes, *missing, *_told_of_scatter(search, chances)))
     return Front(
-        search.problem.packed.study, search.names, left_out, tuple(points), search.finished, search.gap(),
-        dict(search.counters), notes, None if search.finished else search,
+        search.problem.packed.study, search.names, left_out, tuple(points), search.finished, search.gap(), counters,
+        tuple(told), None if search.finished else search, chances, not missing,
     )  # fmt: skip
+
+
+def _chances(search: FrontSearch, points: Sequence[DriveSet], tell: Tell) -> tuple[Chance, ...]:
+    """With what probability each set holds; nothing where nothing scatters."""
+    packed = search.problem.packed
+    if not scatters(packed.study):
+        return ()
+    if search.often is not None:
+        by_keys = {tuple(search.problem.keys(dict(enumerate(p))).items()): one for p, one in search.often.told.items()}
+        return tuple(by_keys[tuple(point.drives.items())] for point in points)
+    base, found = ground(packed.study, packed.work), []
+    for done, point in enumerate(points):
+        tell(done, len(points), f"drawing arms of {len(points)} sets")
+        found.append(chance_of(base, point.drives))
+    return tuple(found)
+
+
+def _told_of_scatter(search: FrontSearch, chances: Sequence[Chance]) -> tuple[str, ...]:
+    """What tolerances mean for the front, in words."""
+    study = search.problem.packed.study
+    if not scatters(study):
+        return ()
+    if search.often is None:
+        arms = chances[0].samples if chances else 0
+        return (
+            "the sets are those that hold with nominal numbers; with what probability each holds within the tolerances "
+            f"is counted over {arms} arms (`selection: holds` asks for a front of sets that hold often enough)",
+        )
+    counters = search.often.counters
+    near = counters["sets too near to tell"]
+    told = f"every set holds with at least {100.0 * search.often.wanted:g} % ({100.0 * CONFIDENCE:g} % confidence)"
+    left = f"; {near} sets left out lie too near to it to tell" if near else ""
+    return (f"{told}; of {counters['sets drawn']} sets arms were drawn{left}",)
 
 
 def _check(criteria: Sequence[str], time_limit: float) -> None:
@@ -156,27 +219,21 @@ def _check(criteria: Sequence[str], time_limit: float) -> None:
         raise InputError(faults)
 
 
-def _known(
-    study: Study, first: Indices, mass: Array, price: Array, criteria: Sequence[str]
-) -> tuple[tuple[str, ...], dict[str, str], list[str]]:
+def _known(study: Study, criteria: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str], list[str]]:
     """The criteria that can be compared; those that cannot, with the reason; and what is left aside."""
     names, left_out, notes = [], {}, []
     for name in dict.fromkeys(criteria):
-        if name not in ("mass", "price"):
-            names.append(name)
-            continue
-        values = mass if name == "mass" else price
-        lacking = {
-            task.name: int(np.isnan(values[first[j] : first[j + 1]]).sum()) for j, task in enumerate(study.joints)
-        }
-        bare = [task.name for j, task in enumerate(study.joints) if lacking[task.name] == first[j + 1] - first[j]]
-        if bare:
-            left_out[name] = f"no candidate at {', '.join(bare)} has a known {name}"
+        told = words_of(study, name) if name in SHEET else ""
+        if told:
+            left_out[name] = told
             continue
         names.append(name)
+        lacking = {joint: lacks for joint, (lacks, _) in lacking_of(study, name).items()} if name in SHEET else {}
         if any(lacking.values()):
             told = ", ".join(f"{count} at {joint}" for joint, count in lacking.items() if count)
             notes.append(f"candidates without a known {name} are left aside: {told}")
+    if not names:
+        raise InputError([Fault("criteria", told, name) for name, told in left_out.items()])
     return tuple(names), left_out, notes
 
 

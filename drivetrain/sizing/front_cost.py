@@ -64,14 +64,14 @@ SOURCES = {
     "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
     "check_numbers.py": 1283387322,
-    "check_kernels.py": 3406169117,
-    "bound_kernels.py": 1833500230,
-    "judge_kernels.py": 3971000194,
+    "check_kernels.py": 3906250174,
+    "bound_kernels.py": 1437635569,
+    "judge_kernels.py": 3970383799,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 4201448324,
-    "propagation.py": 3847339967,
-    "front_kernels.py": 1407013243,
+    "sieve_kernel.py": 3700803845,
+    "propagation.py": 1465026913,
+    "front_kernels.py": 600611640,
 }
 
 OWN_LOW, OWN_HIGH, SHAFT = 3, 4, 5  # rows of the scratch of bounds
@@ -352,7 +352,7 @@ def cost_box(
                     kept[at], box.doubt[at], box.cost[at, USED] = True, code == ASK, used
                     box.cost[at, ENERGY] = call_power(memory.units[POWER], task, joint, pair, memory.load, line)
                 continue
-            bearing = _bearing_used(task, joint, pair, memory.bearing)
+            bearing = _bearing_used(task, joint, pair, memory.bearing.least)
             if bearing * BELOW > 1.0 or not may_hold(task, joint, pair, memory.bounds):
                 continue
             used, loss = bound_used(task, joint, pair, memory)

@@ -13,7 +13,7 @@ import itertools
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from drivetrain.arrays import Array
 from drivetrain.sizing.checks_supply import supply_checks
 from drivetrain.sizing.front_boxes import Part, all_sets, closed_up, halves, only, parted, weightings
+from drivetrain.sizing.front_chances import OftenEnough
 from drivetrain.sizing.front_cost import Box, Known, cost_box
 from drivetrain.sizing.front_kernels import ENERGY, MASS, PRICE, USED
 from drivetrain.sizing.front_prune import MOST_SETS, Reach, bounds, nearness, sets_of, survivors, weigh
@@ -54,12 +55,17 @@ class FrontSearch:
         open: Boxes left, most promising first.
         counters: Work done.
         excluded: Sets that are not to be found.
+        often: Says whether a set holds often enough; None where that is not asked.
     """
 
-    def __init__(self, problem: Problem, names: Sequence[str], excluded: frozenset[Pairs] = frozenset()) -> None:
+    def __init__(
+        self, problem: Problem, names: Sequence[str], excluded: frozenset[Pairs] = frozenset(),
+        often: OftenEnough | None = None,
+    ) -> None:  # fmt: skip
         self.problem = problem
         self.names = tuple(names)
         self.excluded = excluded
+        self.often = often
         self.counters: Counter[str] = Counter()
         self.open: list[tuple[float, int, Part]] = []
         self.zones = Zones(np.zeros(len(self.names)), EQUAL)
@@ -86,7 +92,7 @@ class FrontSearch:
         Returns:
             A search of its own; it shares what never changes.
         """
-        other = FrontSearch(self.problem, self.names, self.excluded)
+        other = FrontSearch(self.problem, self.names, self.excluded, self.often)
         other.counters, other.open, other.zones = Counter(self.counters), list(self.open), self.zones.copied()
         other._weights, other._following, other._started = self._weights, self._following, self._started
         return other
@@ -190,13 +196,13 @@ class FrontSearch:
         part = None
         for _ in range(PASSES):
             before = int(box.size.sum())
-            part = self._survivors(closed_up(box)) if self._costed(box) else None
+            part = self._survivors(self._without_falling(closed_up(box))) if self._costed(box) else None
             if part is None:
                 return None
             box = part.box
             if int(box.size.sum()) == before:
                 break
-        if part is not None and self._ordered and self._small(box):
+        if part is not None and self._ordered and box.size.prod() <= (FEW if self.often is None else FEW // 16):
             self._walk(part)
             return None
         if part is not None and box.decided.all() and not box.stale.any():
@@ -204,8 +210,21 @@ class FrontSearch:
             return None
         return part
 
+    def _without_falling(self, box: Box) -> Box:
+        """A box without the candidates that are known to fall too often with loads that are decided."""
+        if self.often is None or not self.often.falling:
+            return box
+        kept = np.ones(len(box.pool), dtype=np.bool_)
+        lead = tuple(int(pair) for pair in box.pool[box.first])
+        for joint in np.flatnonzero(box.decided & ~box.stale):
+            part = slice(int(box.first[joint]), int(box.first[joint] + box.size[joint]))
+            kept[part] = ~self.often.falls(int(joint), box.pool[part], lead)
+        return only(box, kept)
+
     def _survivors(self, box: Box) -> Part | None:
         """A box without the candidates with which no zone can be reached."""
+        if not box.size.all():
+            return None
         kept, total = np.zeros(len(box.pool), dtype=np.bool_), np.zeros(len(self._weights))
         used = float(survivors(box, self.problem.packed.task.numbers, self._open(), kept, total))
         return None if math.isinf(used) else Part(only(box, kept), total, used)
@@ -229,14 +248,10 @@ class FrontSearch:
         for at in np.lexsort((costs[:, USED], *costs[:, :3].T)):
             self._offer(tuple(int(pair) for pair in walk.pairs[at]), costs[at], bool(walk.doubts[at]))
 
-    def _small(self, box: Box) -> bool:
-        """Whether the sets of a box are soon looked at one by one."""
-        return bool(box.size.prod() <= FEW)
-
     def _offer(self, pairs: Pairs, cost: Array, doubt: bool) -> None:
         """A whole set: held against the supply, and kept if no other matches it."""
         found = {"utilisation": float(cost[USED]), **{name: float(cost[column]) for name, column in ADDITIVE.items()}}
-        if self.zones.matched(np.array([found[name] for name in self.names])):
+        if self.zones.matched(self._point(found)):
             return
         self.counters["sets judged"] += 1
         if pairs in self.excluded or not all(rule.allows(pairs) for rule in self.problem.rules):
@@ -244,9 +259,15 @@ class FrontSearch:
         found["utilisation"] = max(found["utilisation"], self._supply(pairs))
         if math.isinf(found["utilisation"]) or (doubt and not self._sure(pairs)):
             return
-        if self.zones.offer(np.array([found[name] for name in self.names]), pairs):
+        if self.often is not None and (self.zones.matched(self._point(found)) or not self.often(pairs)):
+            return
+        if self.zones.offer(self._point(found), pairs):
             self.counters["sets that fit"] += 1
             self._reach = None
+
+    def _point(self, found: Mapping[str, float]) -> Array:
+        """The criteria that are compared."""
+        return np.array([found[name] for name in self.names])
 
     def _enumerate(self, part: Part) -> None:
         """Every set of a box whose loads are decided, those that reach no zone left out."""
@@ -319,7 +340,11 @@ class FrontSearch:
                 chosen: dict[int, tuple[int, Array]] = {}
                 for joint in range(self.problem.n - 1, -1, -1):
                     exact = self._exact(root, joint, chosen, known)
-                    low = np.flatnonzero((exact.cost[:, USED] < height) & ~exact.doubt)
+                    fits = (exact.cost[:, USED] < height) & ~exact.doubt
+                    if self.often is not None and len(exact.pool):
+                        lead = tuple(chosen[k][0] if k in chosen else 0 for k in range(self.problem.n))
+                        fits &= ~self.often.falls(joint, exact.pool, lead)
+                    low = np.flatnonzero(fits)
                     if not len(low):
                         break
                     at = int(low[np.argmin(exact.cost[low] @ weights)])

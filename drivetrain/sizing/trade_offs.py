@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.curve_results import OptimumCurve, Vary
-from drivetrain.sizing.curves import Progress, optimum_curve
-from drivetrain.sizing.front import Front, pareto_front
+from drivetrain.sizing.curves import Progress, check_curve, optimum_curve
+from drivetrain.sizing.front import Front, check_criteria, pareto_front
 from drivetrain.study.study import Study
 from drivetrain.study.trade_offs import CurveWanted
 
@@ -50,6 +51,34 @@ def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFo
     return TradeOffsFound(front, tuple(_curve(study, one, tell) for one in asked.curves))
 
 
+def check_trade_offs(study: Study) -> None:
+    """Refuse a front or a curve that cannot be found, before anything is searched.
+
+    Args:
+        study: The task with what it asks for beside the best set.
+
+    Raises:
+        InputError: Every fault at once: a payload that the study does not carry, criteria without any data.
+    """
+    faults: list[Fault] = []
+    asked = study.trade_offs
+    if asked.front:
+        try:
+            check_criteria(study, asked.front)
+        except InputError as error:
+            faults += error.faults
+    for one in asked.curves:
+        vary = Vary(one.vary)
+        # Without a payload there is no usual range of one: any shows what is wrong.
+        own = (0.0, 1.0) if vary is Vary.PAYLOAD and not _carries(study) else usual_span(study, vary)
+        try:
+            check_curve(study, vary, one.span or own)
+        except InputError as error:
+            faults += [fault for fault in error.faults if fault not in faults]
+    if faults:
+        raise InputError(faults)
+
+
 def usual_span(study: Study, vary: Vary) -> tuple[float, float]:
     """The range of a curve where none is named: around the study's own value.
 
@@ -78,3 +107,8 @@ def _curve(study: Study, wanted: CurveWanted, tell: Progress) -> OptimumCurve:
         study, vary, wanted.span or usual_span(study, vary),
         progress=lambda done, total, text: tell(done, total, f"over the {name}: {text}"),
     )  # fmt: skip
+
+
+def _carries(study: Study) -> bool:
+    """Whether a study carries any payload of mass."""
+    return any(one.mass > 0.0 for one in study.payloads)
