@@ -18,7 +18,7 @@ from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
 from drivetrain.solvers.solver import Solver
 
 ROTOR, LOAD, RATIO, PLAY, DAMPING = 0.33, 0.5, 10.0, 2e-3, 50.0  # kg m^2, kg m^2, -, rad, N m s/rad
@@ -72,7 +72,7 @@ def kelvin_voigt(stiffness: float, torque: float, step: float, duration: float) 
 def test_rattling() -> list[Figure]:
     pull = rise = lost = 0.0
     for stiffness in (1e5, 1e6):
-        for solver in (FixedStep(1e-4), Rodas4(1e-8)):
+        for solver in (FixedStep(1e-4), Rodas5P(1e-8)):
             run = rattled(stiffness, solver, 10.0, 1e-3)
             late, torque = run.time > 0.201, run["joint.flank_torque"]
             assert np.count_nonzero(np.diff(np.sign(torque[late]))) > 5  # they do rattle

@@ -120,7 +120,7 @@ def coupled_scene() -> Scene:
 
 
 def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, Any, float]:
-    """A plan, the data of its adaptive run, and a state at random with friction's modes as they are there; an instant."""
+    """A plan, the data of its adaptive run, a state at random with friction's modes as they are there, an instant."""
     done = adaptive_engine._refined(plan(scene))
     numbers, words = done.memory.numbers.copy(), done.memory.words.copy()
     numbers = started(done, numbers, words)
