@@ -178,6 +178,10 @@ def _select(
         wanted = wanted if seconds is None else replace(wanted, time_limit=seconds)
         wanted = wanted if objective is None else replace(wanted, weights=((objective.value, 1.0),))
         loaded = replace(loaded, wanted=wanted, trade_offs=replace(loaded.trade_offs, **beside))
+        if loaded.trade_offs:
+            from drivetrain.sizing.trade_offs import check_trade_offs
+
+            check_trade_offs(loaded)
         raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
 
 
@@ -309,7 +313,7 @@ def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spr
 
     if not result.study.tolerances.given:
         return result, None
-    with working("drawing arms within the tolerances (compiled the first time, about 15 s)"):
+    with working("drawing arms within the tolerances (compiled the first time, about 7 s)"):
         if isinstance(result, Evaluation):
             return result, spread(result)
         chosen, choice = robustly(result)

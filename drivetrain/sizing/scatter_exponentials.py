@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from drivetrain.sizing.compiling import njit_loop
-from drivetrain.sizing.lanes import Lanes, exponential, highest, largest_of, magnitude, spread, where_less
+from drivetrain.sizing.lanes import Lanes, exponential, highest, largest_of, magnitude, njit_lanes, spread, where_less
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "sizing/compiling.py": 1935523565,
-    "sizing/lanes.py": 4284024784,
+    "sizing/lanes.py": 4068531105,
 }
 
 SMALL = 0.1  # norm of an exponent that is summed up as a series
 SHORT = 0.05  # rate times step below which a few terms of the exponential are exact to rounding
 
 
-@njit_loop
+@njit_lanes
 def matrix_exponential(
     l00: Lanes, l01: Lanes, l10: Lanes, l11: Lanes, v0: Lanes, v1: Lanes, g0: Lanes, g1: Lanes
 ) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:
@@ -63,13 +61,13 @@ def matrix_exponential(
     return e00, e01, e10, e11, v0, v1, g0, g1
 
 
-@njit_loop
+@njit_lanes
 def _if_halved(scale: Lanes, doubled: Lanes, same: Lanes) -> Lanes:
     """What is doubled where halves are left."""
     return where_less(scale, 1.0, doubled, same)
 
 
-@njit_loop
+@njit_lanes
 def exponential_shares(x: Lanes) -> tuple[Lanes, Lanes]:
     """``first`` and ``second`` of ``drive/exponentials.py``.
 

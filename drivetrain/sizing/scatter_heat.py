@@ -13,13 +13,13 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.periodic_rise import STEADY
 from drivetrain.sizing import scatter_numbers as k
-from drivetrain.sizing.compiling import njit_loop
 from drivetrain.sizing.lanes import (
     Lanes,
     highest,
     largest_of,
     lowest,
     magnitude,
+    njit_lanes,
     put,
     root,
     row,
@@ -33,10 +33,9 @@ from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "drive/periodic_rise.py": 2837073585,
-    "sizing/compiling.py": 1935523565,
-    "sizing/lanes.py": 4284024784,
+    "sizing/lanes.py": 4068531105,
     "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 2887766729,
+    "sizing/scatter_exponentials.py": 3760941473,
     "sizing/scatter_numbers.py": 3762086000,
 }
 
@@ -47,7 +46,7 @@ ENDLESS = 1e100  # K: warmer is a runaway
 MEAN = -1.0  # a model whose temperatures do not move; a float like all kinds, so that nothing is compiled twice
 
 
-@njit_loop
+@njit_lanes
 def interval_square(memory: Memory, t: int) -> Lanes:
     """The mean square of a torque, linear from a sample to the next.
 
@@ -62,7 +61,7 @@ def interval_square(memory: Memory, t: int) -> Lanes:
     return (left * left + left * right + right * right) * (1.0 / 3.0)
 
 
-@njit_loop
+@njit_lanes
 def _moments(task: ScatterTask, joint: int, memory: Memory) -> None:
     """Moments of the squared torque in each block."""
     first, step = task.blocks.first[joint], task.blocks.step
@@ -83,7 +82,7 @@ def _moments(task: ScatterTask, joint: int, memory: Memory) -> None:
         put(memory.moments, 4 * block + 3, 0.5 * apart - task.blocks.length[joint, block] / 12.0 * (m0 * m0))
 
 
-@njit_loop
+@njit_lanes
 def _of_part(task: ScatterTask, joint: int, part: int, memory: Memory) -> tuple[float, float, Lanes]:
     """Length [s], mean loss in the housing [W] and mean squared torque of a part."""
     length, lost, total = 0.0, 0.0, spread(0.0)
@@ -94,7 +93,7 @@ def _of_part(task: ScatterTask, joint: int, part: int, memory: Memory) -> tuple[
     return length, lost / length, total / length
 
 
-@njit_loop
+@njit_lanes
 def _copper(p: Array, magnets: Lanes, lane: Array) -> tuple[Lanes, Lanes]:
     """Copper loss at ambient temperature and its slope a squared torque; endless where no torque constant is left."""
     constant = row(lane, k.TORQUE_CONSTANT) * (1.0 + p[k.MAGNET] * (magnets - p[k.REFERENCE]))
@@ -103,7 +102,7 @@ def _copper(p: Array, magnets: Lanes, lane: Array) -> tuple[Lanes, Lanes]:
 
 
 # long kernel: the parts of a mix are summed up and then told apart
-@njit_loop
+@njit_lanes
 def _mean(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lanes:
     """Mean housing rise with temperatures that do not move; those of the windings are left as states at the start."""
     p, lane, heat = task.numbers[joint], memory.lane, memory.heat
@@ -133,7 +132,7 @@ def _mean(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lane
 
 
 # long kernel: one pass over the motion with the map of the start carried beside
-@njit_loop
+@njit_lanes
 def _one_node(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lanes:
     """Hottest mean rise of the parts of a motor of one node, interval by interval; states at the start of each."""
     p, lane, step = task.numbers[joint], memory.lane, task.blocks.step
@@ -168,7 +167,7 @@ def _one_node(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> 
     return hottest
 
 
-@njit_loop
+@njit_lanes
 def _block(task: ScatterTask, joint: int, block: int, at: int, memory: Memory, unit: Lanes) -> tuple[
     Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes
 ]:  # fmt: skip
@@ -193,7 +192,7 @@ def _block(task: ScatterTask, joint: int, block: int, at: int, memory: Memory, u
 
 
 # long kernel: map, integral of the housing and what the others bring are carried together
-@njit_loop
+@njit_lanes
 def _part(task: ScatterTask, joint: int, part: int, memory: Memory, unit: Lanes) -> tuple[Lanes, Lanes, Lanes]:
     """Determinant, and the mean housing rise times it without and with a watt brought; the map goes to memory."""
     heat, at, mixed = memory.heat, k.HEAT_ROWS * part, len(task.share) > 1
@@ -232,7 +231,7 @@ def _part(task: ScatterTask, joint: int, part: int, memory: Memory, unit: Lanes)
 
 
 # long kernel: rates, maps and balance of all parts share their numbers
-@njit_loop
+@njit_lanes
 def _two_nodes(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lanes:
     """Mean housing rise of the periodic state; states at the start of each part, and what others bring."""
     p, lane, heat, parts = task.numbers[joint], memory.lane, memory.heat, len(task.share)
@@ -276,7 +275,7 @@ def _two_nodes(task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) ->
     return housing
 
 
-@njit_loop
+@njit_lanes
 def _reached(kind: float, task: ScatterTask, joint: int, magnets: Lanes, memory: Memory) -> Lanes:
     """Mean housing temperature that magnets of a temperature make; infinite in a runaway."""
     if kind == ONE_NODE:
@@ -289,7 +288,7 @@ def _reached(kind: float, task: ScatterTask, joint: int, magnets: Lanes, memory:
 
 
 # long kernel: the secant of many arms, each of which stops by itself
-@njit_loop
+@njit_lanes
 def _settled(
     kind: float, task: ScatterTask, joint: int, start: Lanes, slope: Lanes, near: Lanes, memory: Memory
 ) -> Lanes:
@@ -323,7 +322,7 @@ def _settled(
 
 
 # long kernel: guess, settling and what is left for those that run away are one chain
-@njit_loop
+@njit_lanes
 def settle(task: ScatterTask, joint: int, memory: Memory) -> None:
     """The periodic state of one motor.
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing import scatter_numbers as k
-from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_loop
-from drivetrain.sizing.lanes import WIDTH, highest, put, row, spread
+from drivetrain.sizing.lanes import WIDTH, highest, njit_arm, njit_arms, njit_lanes, put, row, spread
 from drivetrain.sizing.scatter_blocks import NO_HEAT
 from drivetrain.sizing.scatter_heat import settle
 from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
@@ -24,20 +23,19 @@ from drivetrain.sizing.scatter_watch import watch
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "drive/periodic_rise.py": 2837073585,
-    "sizing/compiling.py": 1935523565,
-    "sizing/lanes.py": 4284024784,
+    "sizing/lanes.py": 4068531105,
     "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 2887766729,
-    "sizing/scatter_heat.py": 1143096398,
+    "sizing/scatter_exponentials.py": 3760941473,
+    "sizing/scatter_heat.py": 532300178,
     "sizing/scatter_numbers.py": 3762086000,
-    "sizing/scatter_torque.py": 3673399637,
-    "sizing/scatter_watch.py": 3577757308,
+    "sizing/scatter_torque.py": 3833277547,
+    "sizing/scatter_watch.py": 2361345810,
 }
 
 SHEET_AMBIENT = 25.0  # C, at which makers print continuous values
 
 
-@njit_leaf
+@njit_arm
 def _used(required: float, available: float) -> float:
     """A requirement over a limit: 1 at the limit, NaN where it is not known."""
     if np.isnan(available):
@@ -47,7 +45,7 @@ def _used(required: float, available: float) -> float:
     return 0.0 if required <= 0.0 else np.inf
 
 
-@njit_leaf
+@njit_arm
 def _mesh(p: Array, efficiency: float, rubbing: float) -> tuple[float, float, float]:
     """``mesh_factors`` of a gear as built, and what holds at rest."""
     if p[k.LOSSLESS] != 0.0:
@@ -66,7 +64,7 @@ def _mesh(p: Array, efficiency: float, rubbing: float) -> tuple[float, float, fl
     return max(1.0 + loss - share, 1.0), driven, max(driven, 0.0)
 
 
-@njit_leaf
+@njit_arm
 def _prepare(p: Array, factors: Array, ambient: float, lane: Array, at: int) -> None:
     """The numbers of one joint of one arm."""
     constant, resistance, rubbing = p[k.CONSTANT] * factors[0], p[k.RESISTANCE] * factors[1], factors[2]
@@ -79,7 +77,7 @@ def _prepare(p: Array, factors: Array, ambient: float, lane: Array, at: int) -> 
     lane[k.COLD, at] = constant * (1.0 + p[k.MAGNET] * (ambient - p[k.REFERENCE]))
 
 
-@njit_leaf
+@njit_arm
 def _currents(p: Array, lane: Array, at: int, resistance: float, used: Array) -> None:
     """The limits of current of one arm; resistance: at reference temperature, as built [ohm]."""
     peak, ambient, warm = lane[k.PEAK, at], lane[k.AMBIENT, at], lane[k.WARM, at]
@@ -98,7 +96,7 @@ def _currents(p: Array, lane: Array, at: int, resistance: float, used: Array) ->
     used[k.AMPLIFIER_RMS, at] = _used(rms, p[k.AMPLIFIER_MEAN])
 
 
-@njit_leaf
+@njit_arm
 def _loads(task: ScatterTask, joint: int, lane: Array, at: int, used: Array) -> None:
     """The limits of gear, bearing and inertia of one arm."""
     p, limits = task.numbers[joint], task.bearing_limits[joint]
@@ -116,7 +114,7 @@ def _loads(task: ScatterTask, joint: int, lane: Array, at: int, used: Array) -> 
         used[k.INERTIA, at] = lane[k.MASSES, at]
 
 
-@njit_leaf
+@njit_arm
 def _check(task: ScatterTask, joint: int, factors: Array, at: int, memory: Memory) -> None:
     """All checks of one joint of one arm, from what was found."""
     p, lane, used = task.numbers[joint], memory.lane, memory.used
@@ -140,7 +138,7 @@ def _check(task: ScatterTask, joint: int, factors: Array, at: int, memory: Memor
         used[check, at] *= task.made[joint, check]
 
 
-@njit_loop
+@njit_lanes
 def _supply(task: ScatterTask, memory: Memory) -> None:
     """What all joints together ask of the supply; utilisations go to the first rows of ``used``."""
     peak = drawn = back = spread(0.0)
@@ -155,7 +153,7 @@ def _supply(task: ScatterTask, memory: Memory) -> None:
     put(memory.used, k.SUPPLY_BACK, back)
 
 
-@njit_entry
+@njit_arms
 def judge_arms(
     task: ScatterTask, factors: Array, ambient: Array, shares: Array, memory: Memory, used: Array, supply: Array
 ) -> None:

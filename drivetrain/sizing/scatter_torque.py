@@ -6,14 +6,24 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing import scatter_numbers as k
-from drivetrain.sizing.compiling import njit_loop
-from drivetrain.sizing.lanes import Lanes, highest, magnitude, power, put, root, row, spread, third_guess, where_less
+from drivetrain.sizing.lanes import (
+    Lanes,
+    highest,
+    magnitude,
+    njit_lanes,
+    power,
+    put,
+    root,
+    row,
+    spread,
+    third_guess,
+    where_less,
+)
 from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
-    "sizing/compiling.py": 1935523565,
-    "sizing/lanes.py": 4284024784,
+    "sizing/lanes.py": 4068531105,
     "sizing/scatter_blocks.py": 3689356286,
     "sizing/scatter_numbers.py": 3762086000,
 }
@@ -21,7 +31,7 @@ SOURCES = {
 TINY = 1e-250  # the cube root of less is none: its cube would be lost
 
 
-@njit_loop
+@njit_lanes
 def cube_root(x: Lanes) -> Lanes:
     """The cube root of what is not negative.
 
@@ -38,7 +48,7 @@ def cube_root(x: Lanes) -> Lanes:
     return where_less(x, TINY, 0.0, y)
 
 
-@njit_loop
+@njit_lanes
 def _worn(load: Lanes, exponent: float) -> Lanes:
     """A load to the power with which it wears."""
     cube = load * load * load
@@ -49,7 +59,7 @@ def _worn(load: Lanes, exponent: float) -> Lanes:
     return power(load, spread(exponent))
 
 
-@njit_loop
+@njit_lanes
 def _starting(task: ScatterTask, joint: int, t: int, force: Lanes, memory: Memory) -> tuple[Lanes, Lanes]:
     """What breaks a joint loose at a sample where it rests: torque of the motor without mesh loss, and of the load."""
     series, p, lane = task.series[joint], task.numbers[joint], memory.lane
@@ -71,7 +81,7 @@ def _starting(task: ScatterTask, joint: int, t: int, force: Lanes, memory: Memor
 
 
 # long kernel: one pass over the motion, so that every number is loaded once
-@njit_loop
+@njit_lanes
 def work(task: ScatterTask, joint: int, memory: Memory) -> None:
     """The motor's torque over the motion, with the peaks and means that it decides.
 
@@ -117,7 +127,7 @@ def work(task: ScatterTask, joint: int, memory: Memory) -> None:
         put(lane, k.WEAR, cube_root(wear) if exponent == 3.0 else power(wear, spread(1.0 / exponent)))
 
 
-@njit_loop
+@njit_lanes
 def _loaded(parts: Array, at: int, shares: Array) -> Lanes:
     """A load at a sample with the payloads drawn."""
     found = spread(parts[0, at])
@@ -126,7 +136,7 @@ def _loaded(parts: Array, at: int, shares: Array) -> Lanes:
     return found
 
 
-@njit_loop
+@njit_lanes
 def masses(task: ScatterTask, joint: int, memory: Memory) -> None:
     """Largest loads on the output bearing and of the inertia, where the payload scatters.
 

@@ -3,8 +3,19 @@
 from __future__ import annotations
 
 from drivetrain.sizing import scatter_numbers as k
-from drivetrain.sizing.compiling import njit_loop
-from drivetrain.sizing.lanes import Lanes, floor, highest, largest_of, lowest, magnitude, put, row, spread, where_less
+from drivetrain.sizing.lanes import (
+    Lanes,
+    floor,
+    highest,
+    largest_of,
+    lowest,
+    magnitude,
+    njit_lanes,
+    put,
+    row,
+    spread,
+    where_less,
+)
 from drivetrain.sizing.scatter_blocks import ONE_NODE
 from drivetrain.sizing.scatter_exponentials import matrix_exponential
 from drivetrain.sizing.scatter_heat import interval_square
@@ -13,16 +24,15 @@ from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "drive/periodic_rise.py": 2837073585,
-    "sizing/compiling.py": 1935523565,
-    "sizing/lanes.py": 4284024784,
+    "sizing/lanes.py": 4068531105,
     "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 2887766729,
-    "sizing/scatter_heat.py": 1143096398,
+    "sizing/scatter_exponentials.py": 3760941473,
+    "sizing/scatter_heat.py": 532300178,
     "sizing/scatter_numbers.py": 3762086000,
 }
 
 
-@njit_loop
+@njit_lanes
 def _long(
     step: float, rate: Lanes, b: Lanes, c: Lanes, d: Lanes, cooling: Lanes, s0: Lanes, s1: Lanes, x0: Lanes, x1: Lanes
 ) -> tuple[Lanes, Lanes, Lanes]:
@@ -40,7 +50,7 @@ def _long(
 
 
 # long kernel: the step is taken with numbers that the caller's loop also holds
-@njit_loop
+@njit_lanes
 def _stepped(
     task: ScatterTask, joint: int, t: int, at: int, x0: Lanes, x1: Lanes, peak: Lanes, pushed: Lanes, memory: Memory
 ) -> tuple[Lanes, Lanes, Lanes]:
@@ -63,7 +73,7 @@ def _stepped(
 
 
 # long kernel: one pass over the motion, so that every number is loaded once
-@njit_loop
+@njit_lanes
 def watch(task: ScatterTask, joint: int, powered: bool, memory: Memory) -> None:
     """The largest rise and voltage over the motion, and the electrical power.
 
