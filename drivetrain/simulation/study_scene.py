@@ -96,7 +96,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
     else:
         effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions), *_carried(study, wishes.repetitions))
     duration = study.cycle.duration * wishes.repetitions
-    scene = Scene(body, effects, duration, start, study.cycle.velocity[0], study.name, _left_out(study, wishes))
+    scene = Scene(body, effects, duration, start, study.cycle.velocity[0], study.name, _left_out(study, drives, wishes))
     return with_feed_forward(scene) if wishes.feed_forward else scene
 
 
@@ -109,9 +109,9 @@ def _moved(arm: Arm, position: Array) -> list[float]:
     return [float(one) for one in np.diag(mass)]
 
 
-def _left_out(study: Study, wishes: Wishes) -> tuple[str, ...]:
+def _left_out(study: Study, drives: Mapping[str, Drive], wishes: Wishes) -> tuple[str, ...]:
     """What a reader of the plan should know is not in it."""
-    bound = [task.name for task in study.joints if task.coupled]
+    bound = [task.name for task in study.joints if task.coupled and drives[task.name].gear.stiffness_1 is not None]
     if not bound or not wishes.springs:
         return ()
     return (f"springs in the gears of {', '.join(bound)}: their motors are coupled",)
