@@ -26,7 +26,9 @@ SOURCES = {"drive/current_loop_kernel.py": 3017137500, "drive/held_step_kernel.p
 HOT = 200.0  # K over the air
 # Matrices of the free loop, kept behind the constants: resistance and step they are made for, over the whole step the
 # end's share of the beginning and of what is held, the mean's, and over half of it the end's.
-MADE_FOR, WHOLE, HELD, MEAN, HALF, HALF_HELD, MATRICES = 9, 11, 15, 19, 21, 25, 29
+MADE_FOR, WHOLE, HELD, MEAN, HALF, HALF_HELD = 9, 11, 15, 19, 21, 25
+# Behind them speed and place that the step was guessed at, and whether command and voltage were between their limits.
+GUESSED, FREE, BETWEEN, ROOM = 29, 31, 32, 33
 
 
 @njit(error_model="numpy")
@@ -65,7 +67,7 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 8]]
         inductance, kp, ki, peak = numbers[at + 4], numbers[at + 5], numbers[at + 6], numbers[at + 7]
         volts = signals[words[row + 9]]
-        asked, free = signals[words[row + 3]], 1.0
+        asked, free, between = signals[words[row + 3]], 1.0, 1.0
         if abs(asked) > peak:
             asked, free = peak if asked > 0.0 else -peak, 0.0
         forward, emf = numbers[at + 8] * speed, constant * speed
@@ -75,8 +77,8 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
             voltage = limit if limit != 0.0 else wanted
             rates[words[row + 1]] = (voltage - resistance * current - emf) / inductance
             rates[words[row + 2]] = ki * (asked - current) + (voltage - wanted) * ki / kp
-            signals[words[row + 10]] = voltage
-            signals[words[row + 11]] += constant * current
+            signals[words[row + 11]] = voltage
+            signals[words[row + 12]] += constant * current
             continue
         if numbers[at + MADE_FOR] != resistance or numbers[at + MADE_FOR + 1] != h:
             _make(numbers, at, resistance, h)
@@ -93,16 +95,34 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
             if limited or held_at(middle[0], middle[1], volts, kp, asked, forward) != 0.0:
                 loop = (resistance, inductance, kp, ki, asked, emf, forward)
                 end, drawn, mean = loop_step(current, integral, h, volts, loop)
+                between = 0.0
         if limit != 0.0:
             # Held there, the current follows the back-emf alone.
             _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, limit + constant, 0.0))
             free = 0.0
+        numbers[at + GUESSED], numbers[at + GUESSED + 1] = speed, signals[words[row + 10]]
+        numbers[at + FREE], numbers[at + BETWEEN] = free, between
         rates[words[row + 1]] = (end - current) / h
         rates[words[row + 2]] = (drawn - integral) / h
-        signals[words[row + 10]] = resistance * mean + emf + inductance * (end - current) / h
-        signals[words[row + 11]] += constant * mean
-        signals[words[row + 12]] += constant * (free * by_command * signals[words[row + 4]] - by_speed)
-        signals[words[row + 13]] += constant * free * by_command * signals[words[row + 5]]
+        signals[words[row + 11]] = resistance * mean + emf + inductance * (end - current) / h
+        signals[words[row + 12]] += constant * mean
+        signals[words[row + 13]] += constant * (free * by_command * signals[words[row + 4]] - by_speed)
+        signals[words[row + 14]] += constant * free * by_command * signals[words[row + 5]]
+
+
+@njit(error_model="numpy")
+def _correct(h: float, constant: float, rates: Any, signals: Any, n: Any, words: Any, row: int) -> None:
+    """Move the end of a step from the guessed motion, which the law has seen, to that which was found."""
+    at = words[row]
+    faster, further = signals[words[row + 6]] - n[at + GUESSED], signals[words[row + 10]] - n[at + GUESSED + 1]
+    more = -n[at + FREE] * (signals[words[row + 4]] * faster + signals[words[row + 5]] * further)
+    by = (h * (n[at + 5] * more + (n[at + 8] - constant) * faster) / n[at + 4], h * n[at + 6] * more)
+    end = n[at + HELD] * by[0] + n[at + HELD + 1] * by[1]
+    mean = n[at + MEAN] * by[0] + n[at + MEAN + 1] * by[1]
+    resistance = n[at + MADE_FOR]
+    signals[words[row + 11]] += resistance * mean + constant * faster + n[at + 4] * end / h
+    rates[words[row + 1]] += end / h
+    rates[words[row + 2]] += (n[at + HELD + 2] * by[0] + n[at + HELD + 3] * by[1]) / h
 
 
 @Compiled
@@ -116,19 +136,21 @@ def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         inductance = numbers[at + 4]
         square, mean, grown = current * current, current, 0.0
         if h > 0.0:
+            if numbers[at + BETWEEN] != 0.0:
+                _correct(h, constant, rates, signals, numbers, words, row)
             change = h * rates[words[row + 1]]
             end = current + change
             # The mean that the voltage told: V = R I + e + L dI/dt, all of them means over the step.
-            mean = (signals[words[row + 10]] - constant * speed - inductance * change / h) / resistance
+            mean = (signals[words[row + 11]] - constant * speed - inductance * change / h) / resistance
             # Simpson's rule, with the middle that this mean asks for.
             middle = 1.5 * mean - 0.25 * (current + end)
             square = (current * current + 4.0 * middle * middle + end * end) / 6.0
             grown = 0.5 * inductance * (end * end - current * current) / h
         copper = resistance * square
-        signals[words[row + 14]] = copper
+        signals[words[row + 15]] = copper
         power = copper + constant * speed * mean + grown
-        signals[words[row + 15]] = power if h > 0.0 else signals[words[row + 10]] * current
-        signals[words[row + 16]] = 0.5 * inductance * current * current
+        signals[words[row + 16]] = power if h > 0.0 else signals[words[row + 11]] * current
+        signals[words[row + 17]] = 0.5 * inductance * current * current
 
 
 @dataclass(frozen=True)
@@ -183,7 +205,7 @@ class CurrentLoop(Effect):
                 s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS,
                 s.MOTOR_SPEED,
                 replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
-                s.VOLTAGE_LIMIT,
+                s.VOLTAGE_LIMIT, s.MOTOR_POSITION,
             ),
             gives=(s.VOLTAGE,),
             adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
@@ -205,7 +227,7 @@ class CurrentLoop(Effect):
         inductance = self.motor.inductance or math.nan
         kp, ki = inductance * self.bandwidth, self.motor.resistance * self.bandwidth
         forward = self.fed_forward * self.motor.torque_constant
-        room = [0.0] * (MATRICES - MADE_FOR)
+        room = [0.0] * (ROOM - MADE_FOR)
         return *motor_lines(self.motor), inductance, kp, ki, self.peak_current, forward, *room
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:

@@ -74,6 +74,7 @@ def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
             grown = first(-fade * h)
             mean += h * rate * second(-fade * h, grown)
             rate *= grown
+            rates[words[row + 1]] = rate  # now that the speed is known: the law has seen a guess of it
         torque = stiff * mean + damp * rate + viscous * speed
         signals[words[row + 6]] = torque
         # What goes in less what bends the bristles.
@@ -198,7 +199,7 @@ class LuGreFriction(Effect):
         speed = np.abs(series.speed) * (ratio if motor else 1.0)
         rise = float(np.abs(series.acceleration).max()) * (ratio if motor else 1.0)
         stiff, damp, viscous, low, high, fall = self.numbers(place)
-        torque = low + (high - low) * np.exp(-np.minimum(speed / fall, 30.0) ** 2) + viscous * speed
+        torque = low + (high - low) * np.exp(-(np.minimum(speed / fall, 30.0) ** 2)) + viscous * speed
         # Over the first bend the speed comes to sqrt(2 a Fs / s0), and that much of the damping is felt.
         first_bend = math.sqrt(2.0 * rise * high / stiff)
         torque += np.where(speed < 3.0 * first_bend, damp * np.minimum(speed, first_bend), 0.0)

@@ -20,8 +20,8 @@ from drivetrain.errors import Fault, InputError
 SOURCES = {"drive/electrical.py": 3770981426, "drive/exponentials.py": 4137605713}
 
 # Kept behind the constants: resistance and step that the rest is made for, growth at the end of a step and in its mean
-# for a volt, means of the fading exponential and of its square.
-MADE_FOR, END, MEAN, FADE, FADED, ROOM = 5, 7, 8, 9, 10, 11
+# for a volt, means of the fading exponential and of its square; the speed in the middle of the last step.
+MADE_FOR, END, MEAN, FADE, FADED, MIDDLE, ROOM = 5, 7, 8, 9, 10, 11, 12
 
 
 @njit(error_model="numpy")
@@ -35,6 +35,18 @@ def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
     numbers[at + MADE_FOR], numbers[at + MADE_FOR + 1] = resistance, h
 
 
+@njit(error_model="numpy")
+def _told(current: float, constant: float, speed: float, numbers: Any, at: int) -> float:
+    """The current at an instant.
+
+    The state follows a back-emf that is held over each step, half a step late; who looks at an instant is told what it
+    comes to where the back-emf goes on as the speed does.
+    """
+    if numbers[at + MADE_FOR + 1] == 0.0:  # no step yet
+        return current
+    return current + (numbers[at + END] - 2.0 * numbers[at + MEAN]) * constant * (speed - numbers[at + MIDDLE])
+
+
 @Compiled
 def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
     for k in range(words[0]):
@@ -43,17 +55,19 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         current = x[words[row + 1]]
         resistance = numbers[at] + numbers[at + 1] * signals[words[row + 4]]
         constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 5]]
+        if h == 0.0:
+            current = _told(current, constant, signals[words[row + 3]], numbers, at)
         missing = signals[words[row + 2]] - constant * signals[words[row + 3]] - resistance * current
         if h == 0.0:
             rates[words[row + 1]] = missing / numbers[at + 4]
-            signals[words[row + 6]] += constant * current
+            signals[words[row + 7]] += constant * current
             continue
         if numbers[at + MADE_FOR] != resistance or numbers[at + MADE_FOR + 1] != h:
             _make(numbers, at, resistance, h)
         mean = numbers[at + MEAN]
         rates[words[row + 1]] = numbers[at + END] * missing / h
-        signals[words[row + 6]] += constant * (current + mean * missing)
-        signals[words[row + 7]] += constant * constant * mean
+        signals[words[row + 7]] += constant * (current + mean * missing)
+        signals[words[row + 8]] += constant * constant * mean
 
 
 @Compiled
@@ -63,17 +77,23 @@ def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         at = words[row]
         current = x[words[row + 1]]
         resistance = numbers[at] + numbers[at + 1] * signals[words[row + 4]]
-        square, mean = current * current, current
+        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 5]]
+        told = _told(current, constant, signals[words[row + 3]], numbers, at)
+        square, mean = told * told, told
         if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential
-            constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 5]]
             missing = signals[words[row + 2]] - constant * signals[words[row + 3]] - resistance * current
+            # Now that the speed is known: the law has seen a guess of it.
+            rates[words[row + 1]] = numbers[at + END] * missing / h
+            numbers[at + MIDDLE] = signals[words[row + 3]]
             reach = missing / resistance
             mean = current + numbers[at + MEAN] * missing
             final = current + reach
             square = final * final - 2.0 * final * reach * numbers[at + FADE] + reach * reach * numbers[at + FADED]
-        signals[words[row + 8]] = resistance * square
-        signals[words[row + 9]] = signals[words[row + 2]] * mean
-        signals[words[row + 10]] = 0.5 * numbers[at + 4] * current * current
+        else:
+            signals[words[row + 6]] = told
+        signals[words[row + 9]] = resistance * square
+        signals[words[row + 10]] = signals[words[row + 2]] * mean
+        signals[words[row + 11]] = 0.5 * numbers[at + 4] * current * current
 
 
 @dataclass(frozen=True)
@@ -81,7 +101,8 @@ class Winding(Effect):
     """Resistance and inductance between the terminals; torque from the current that flows.
 
     In a fixed step voltage and speed are held at their means and the current moves along its exponential, so that no
-    step is too long for it.
+    step is too long for it. At the instants that are recorded it is ahead of its state by what the back-emf has changed
+    since the middle of the step.
 
     Attributes:
         motor: Resistance, inductance, torque constant, and how they change with temperature.
@@ -118,7 +139,7 @@ class Winding(Effect):
             states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6),),
             needs=(
                 s.VOLTAGE, s.MOTOR_SPEED, replace(s.WINDING_TEMPERATURE, default=rest),
-                replace(s.HOUSING_TEMPERATURE, default=rest),
+                replace(s.HOUSING_TEMPERATURE, default=rest), s.CURRENT,
             ),
             adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING),
             tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),

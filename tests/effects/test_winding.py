@@ -10,14 +10,17 @@ from scipy.integrate import solve_ivp
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
+from drivetrain.effects.commanded_motion import CommandedMotion
 from drivetrain.effects.current_loop import CurrentLoop
 from drivetrain.effects.given_current import GivenCurrent
 from drivetrain.effects.given_voltage import GivenVoltage
 from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.position_loop import PositionLoop
 from drivetrain.effects.rotor import ReflectedRotor
 from drivetrain.effects.viscous_friction import ViscousFriction
 from drivetrain.effects.winding import Winding
 from drivetrain.errors import InputError
+from drivetrain.motion.motion import Motion
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
@@ -57,6 +60,40 @@ def test_voltage_driven_against_scipy() -> None:
         assert abs(run.series["energy_error"].values[-1]) < 1e-3 * last(run, "joint.electrical_energy")
     assert errors[0] < 1e-3
     assert errors[1] < errors[0] / 3.0  # second order
+
+
+def test_the_recorded_current_is_not_half_a_step_late() -> None:
+    """Where the step is 40 of its time constants the current follows the speed at once, not that of the middle."""
+    given = GivenVoltage((0.0, 0.2, 0.2, 0.4), (12.0, 12.0, -6.0, -6.0))
+    effects = [ReflectedRotor(3.3e-5, RATIO), Winding(MOTOR), given]
+    scene = joint_scene(Inertia(1.0, weight=5.0), [*effects, ViscousFriction(Friction(viscous=DRAG))], 0.4)
+    fine = simulate(scene, solver=FixedStep(1e-5))
+    errors = []
+    for step in (1e-2, 5e-3):
+        run = simulate(scene, solver=FixedStep(step))
+        size = np.sqrt(np.square(fine["joint.current"]).mean())
+        errors.append(np.sqrt(np.square(run["joint.current"] - fine["joint.current"]).mean()) / size)
+        moved = run["joint.acceleration"][5] * (1.0 + 0.33)
+        torque = RATIO * 0.0302 * run["joint.current"][5] - DRAG * run["joint.speed"][5]
+        assert moved == pytest.approx(torque - 5.0 * math.cos(run["joint.position"][5]), rel=1e-9)
+    assert errors[0] < 0.01  # 12 % and more with the state itself
+    assert errors[1] < errors[0] / 2.5
+
+
+def test_a_loop_moves_on_from_the_motion_that_was_found() -> None:
+    """A stiff position loop through a current loop: of second order from steps on that are longer than its lag."""
+    loop = CurrentLoop(MOTOR, 1250.0)
+    still = np.zeros((2, 1))
+    command = CommandedMotion(Motion("stays", ("joint",), np.array([0.0, 0.2]), still, still, still))
+    effects = [ReflectedRotor(3.3e-5, RATIO), loop, PositionLoop(5000.0, 100.0, 0.0302)]
+    scene = joint_scene(Inertia(0.01), [*effects, command], 0.2, position=0.3)
+    fine = simulate(scene, solver=FixedStep(1e-5))["joint.current"]
+    size = float(np.sqrt(np.square(fine).mean()))
+    errors = [
+        np.sqrt(np.square(simulate(scene, solver=FixedStep(step))["joint.current"] - fine).mean()) / size
+        for step in (2e-3, 1e-3)
+    ]
+    assert errors[0] < 0.015 and errors[1] < errors[0] / 3.0
 
 
 @pytest.mark.parametrize("fed_forward", [0.0, 0.5, 1.0])
