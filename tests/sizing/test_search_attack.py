@@ -1,0 +1,160 @@
+"""The search against an evaluation of every set, over random studies of every kind: no set may be told apart."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.sizing.choices import all_choices, segment
+from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.packed_task import pack
+from drivetrain.sizing.problem import problem
+from drivetrain.sizing.propagation import propagate
+from drivetrain.sizing.search import select
+from drivetrain.study.study import Study, Wanted, family
+
+WEIGHTS = (
+    (("mass", 1.0),), (("price", 1.0),), (("energy", 1.0),), (("mass", 1.0), ("price", 0.01), ("energy", 0.02)),
+    (("price", 1.0), ("energy", 1.0)), (("mass", 1.0), ("energy", 0.5)),
+)  # fmt: skip
+EVERY, AT_ONCE = 10**9, 8
+SEEDS = range(3)
+EACH = {1: 14, 2: 8, 3: 4}  # candidates of a joint, by joints
+
+
+def _random_tasks():
+    """The file beside this one; test folders are no packages."""
+    name = "random_tasks"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("random_tasks.py"))
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
+TASKS = _random_tasks()
+
+
+def stronger(study: Study, rng) -> Study:
+    """The same study with rows whose essential numbers are there and that hold more often; one motor comes twice."""
+    motors = {
+        key: replace(
+            row, mass=row.mass or 0.5, rotor_inertia=row.rotor_inertia or 1e-5, inductance=row.inductance or 1e-4,
+            max_winding_temperature=row.max_winding_temperature or 125.0, resistance=0.5 * row.resistance,
+            peak_current=6.0 * (row.peak_current or 20.0), nominal_current=6.0 * (row.nominal_current or 8.0),
+            peak_torque=None if row.peak_torque is None else 6.0 * row.peak_torque,
+            max_speed=None if rng.random() < 0.5 else 2500.0, series=f"s{rng.integers(2)}",
+            winding_time_constant=row.winding_time_constant or 10.0,
+        )
+        for key, row in study.catalog.motors.items()
+    }  # fmt: skip
+    gears = {
+        key: replace(
+            row, mass=row.mass or 0.5, efficiency=row.efficiency or 0.7, inertia=row.inertia or 1e-6,
+            repeated_peak_torque=4.0 * (row.repeated_peak_torque or 50.0), momentary_torque=None,
+            average_torque_limit=None if row.average_torque_limit is None else 4.0 * row.average_torque_limit,
+            tilting_moment_limit=None, series=f"t{rng.integers(2)}",
+        )
+        for key, row in study.catalog.gears.items()
+    }  # fmt: skip
+    motors["m0x"] = replace(motors["m0"], key="m0x", resistance=1.1 * motors["m0"].resistance)
+    tasks = tuple(
+        replace(
+            task, pairs=(*task.pairs, *(("m0x", key) for key in gears)),
+            amplifier=task.amplifier if rng.random() < 0.3 else Amplifier(None, None),
+            motor_friction=task.motor_friction if rng.random() < 0.3 else None,
+        )
+        for task in study.joints
+    )  # fmt: skip
+    safety = replace(study.safety, life=None, inertia_ratio=None)
+    return replace(study, catalog=Catalog(motors, gears), joints=tasks, safety=safety, ambient=25.0)
+
+
+def fewer(study: Study, rng) -> Study:
+    """The same study with few candidates a joint, most of which may hold, and sometimes a given drive."""
+    what = problem(pack(study), Wanted())
+    choices = all_choices(what.known, what.setting)
+    if choices.size.all():
+        propagate(what.packed.task, what.setting, choices, np.inf, EVERY, AT_ONCE, what.memory)
+    tasks = []
+    for joint, task in enumerate(study.joints):
+        left = [what.packed.keys(int(pair)) for pair in rng.permutation(segment(choices, joint))]
+        others = [task.pairs[i] for i in rng.permutation(len(task.pairs))]
+        pairs = tuple(dict.fromkeys([*left[: EACH[len(study.joints)] - 1], *others]))[: EACH[len(study.joints)]]
+        tasks.append(replace(task, pairs=pairs, drive=pairs[0] if rng.random() < 0.08 else None))
+    return replace(study, joints=tuple(tasks))
+
+
+def asked(study: Study, rng) -> Study:
+    """The same study with wishes drawn at random."""
+    names = [task.name for task in study.joints]
+    return replace(
+        study,
+        wanted=Wanted(
+            WEIGHTS[rng.integers(len(WEIGHTS))], sets=int(rng.integers(1, 8)),
+            most_motor_types=int(rng.integers(1, 3)) if rng.random() < 0.25 else None,
+            most_gear_types=int(rng.integers(1, 3)) if rng.random() < 0.2 else None,
+            same_family=(tuple(names[-2:]),) if rng.random() < 0.2 and len(names) > 1 else (),
+        ),
+    )  # fmt: skip
+
+
+def every_set(study: Study):
+    """All combinations with their evaluations."""
+    names = [task.name for task in study.joints]
+    for pairs in itertools.product(*((task.drive,) if task.drive else task.pairs for task in study.joints)):
+        drives = dict(zip(names, pairs, strict=True))
+        yield drives, evaluate(study, drives)
+
+
+def limited(study: Study, rng) -> Study:
+    """The same study with limits of supply near what some set that holds asks."""
+    held = [found for _, found in every_set(study) if found.feasible]
+    if not held or rng.random() < 0.5:
+        return study
+    limits = [
+        check.required * rng.uniform(0.7, 1.2) + 1e-9 if check.required is not None and rng.random() < 0.6 else None
+        for check in held[rng.integers(len(held))].shared
+    ]
+    return replace(study, supply=Supply(study.supply.voltage, *limits))
+
+
+def kept(study: Study, drives) -> bool:
+    """Whether a set keeps the rules, counted by hand."""
+    wanted, rows = study.wanted, study.catalog
+    if len({motor for motor, _ in drives.values()}) > (wanted.most_motor_types or 99):
+        return False
+    if len({gear for _, gear in drives.values()} - {""}) > (wanted.most_gear_types or 99):
+        return False
+    for group in wanted.same_family:
+        motors = {family(rows.motors[drives[name][0]]) for name in group}
+        gears = {family(rows.gears[drives[name][1]]) if drives[name][1] else "" for name in group}
+        if len(motors) > 1 or len(gears) > 1:
+            return False
+    return True
+
+
+def test_search_and_evaluation_never_disagree(make):
+    some = 0
+    for kind, seed in itertools.product(TASKS.KINDS, SEEDS):
+        rng = np.random.default_rng([seed, 99])
+        study = limited(asked(fewer(stronger(TASKS.random_study(make, seed, kind), rng), rng), rng), rng)
+        found = [(drives, one) for drives, one in every_set(study) if one.feasible and kept(study, drives)]
+        expected = sorted(one.objective for _, one in found if not np.isnan(one.objective))[: study.wanted.sets]
+        selection = select(study)
+        slack = 1e-9 * max(map(abs, expected), default=0.0)
+        assert [one.objective for one in selection.sets] == pytest.approx(expected, rel=1e-9, abs=slack), (kind, seed)
+        assert "disagreements" not in selection.counters
+        if expected:
+            some += 1
+            assert selection.proof == "optimal"
+            assert selection.bound == pytest.approx(expected[0], rel=1e-9, abs=slack)
+    assert some >= 3  # most random studies ask too much of random rows
