@@ -176,7 +176,8 @@ COLD = """
             pass
     event.register("numba:compile", Count())
     import drivetrain.dynamics.kernels as kernels, drivetrain.dynamics.forward as forward
-    with compile_ahead.compiled_ahead(["drivetrain.dynamics.kernels:compiled", "drivetrain.dynamics.composite:compiled"]):
+    steps = ["drivetrain.dynamics.kernels:compiled", "drivetrain.dynamics.composite:compiled"]
+    with compile_ahead.compiled_ahead(steps):
         from drivetrain.dynamics import composite
         kernels.compiled()
         composite.compiled()

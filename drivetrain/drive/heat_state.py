@@ -21,7 +21,7 @@ from drivetrain.drive.heat_kernels import cycle_map, cycle_trace
 from drivetrain.drive.periodic_rise import GROWN_BEYOND, STEADY
 
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"exponentials.py": 4137605713, "heat_kernels.py": 2165708716, "periodic_rise.py": 2837073585}
+SOURCES = {"exponentials.py": 4137605713, "heat_kernels.py": 2292142800, "periodic_rise.py": 2837073585}
 
 MAGNET_TOLERANCE = 1e-6  # K, as in heat.py
 MOST_STEPS = 40

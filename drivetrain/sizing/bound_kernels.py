@@ -91,8 +91,8 @@ SOURCES = {
     "load_loops.py": 4217972974,
     "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
-    "check_numbers.py": 1283387322,
-    "check_kernels.py": 3906250174,
+    "check_numbers.py": 637576249,
+    "check_kernels.py": 1932365147,
 }
 
 # Rows of the scratch of bounds.

@@ -117,8 +117,8 @@ SOURCES = {
     "load_loops.py": 4217972974,
     "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
-    "check_numbers.py": 1283387322,
-    "heat_state.py": 3585838812,
+    "check_numbers.py": 637576249,
+    "heat_state.py": 2413833091,
     "compiled_function.py": 4214705438,
 }
 
@@ -144,26 +144,26 @@ def gear_checks(task: PackedTask, joint: int, pair: int, load: JointLoad, full: 
         return UNCHECKED
     limits, checks = task.tasks[joint], load.checks
     peak = limits[PEAK_FACTOR] * load.numbers[PEAK_LOAD]
-    worst = max(held(checks, REPEATED_PEAK, peak, g[REPEATED]), held(checks, MOMENTARY_PEAK, peak, g[MOMENTARY]))
+    worst = max(held(checks[REPEATED_PEAK], peak, g[REPEATED]), held(checks[MOMENTARY_PEAK], peak, g[MOMENTARY]))
     lives = not (np.isnan(g[RATED_LIFE]) or np.isnan(g[RATED_SPEED]) or np.isnan(g[RATED_TORQUE]))
     lives = lives and not np.isnan(limits[LIFE])
     if lives or not np.isnan(g[AVERAGE]):
         mean = average(task, joint, exponent, load)
-        worst = max(worst, held(checks, AVERAGE_TORQUE, mean, g[AVERAGE]))
+        worst = max(worst, held(checks[AVERAGE_TORQUE], mean, g[AVERAGE]))
         if lives:
-            worst = max(worst, held(checks, GEAR_LIFE, limits[LIFE] / HOUR, life(limits, g, mean) / HOUR))
+            worst = max(worst, held(checks[GEAR_LIFE], limits[LIFE] / HOUR, life(limits, g, mean) / HOUR))
     worst = max(worst, gear_speeds(limits, g, checks))
     if limits[BEARING] != 0.0 and not (np.isnan(g[TILTING]) and np.isnan(g[AXIAL]) and np.isnan(g[RADIAL])):
         bearing_base(task, joint, load)
         factor, most = limits[PEAK_FACTOR], UNCHECKED
         for which in range(3):
             reach = factor * bearing_reach(task, joint, pair, which, load)
-            most = max(most, held(checks, TILTING_MOMENT + which, reach, g[TILTING + which]))
+            most = max(most, held(checks[TILTING_MOMENT + which], reach, g[TILTING + which]))
         if full or most > worst:
             bearing(task, joint, pair, load)
             for which in range(3):
                 value = factor * load.numbers[TILT + which]
-                worst = max(worst, held(checks, TILTING_MOMENT + which, value, g[TILTING + which]))
+                worst = max(worst, held(checks[TILTING_MOMENT + which], value, g[TILTING + which]))
         else:
             for which in range(3):
                 checks[TILTING_MOMENT + which, USED] = UNCHECKED
@@ -199,8 +199,8 @@ def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
         The largest utilisation.
     """
     factor = limits[SPEED_FACTOR] * abs(g[RATIO])
-    largest = held(checks, MAXIMUM_INPUT, factor * limits[FASTEST], g[MAX_INPUT])
-    return max(largest, held(checks, MEAN_INPUT_SPEED, factor * limits[MEAN_SPEED], g[MEAN_INPUT]))
+    largest = held(checks[MAXIMUM_INPUT], factor * limits[FASTEST], g[MAX_INPUT])
+    return max(largest, held(checks[MEAN_INPUT_SPEED], factor * limits[MEAN_SPEED], g[MEAN_INPUT]))
 
 
 @njit_part
@@ -218,10 +218,10 @@ def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> fl
     """
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
     limits, checks = task.tasks[joint], load.checks
-    worst = held(checks, MOTOR_SPEED, limits[SPEED_FACTOR] * abs(g[RATIO]) * limits[FASTEST], m[MAX_SPEED])
+    worst = held(checks[MOTOR_SPEED], limits[SPEED_FACTOR] * abs(g[RATIO]) * limits[FASTEST], m[MAX_SPEED])
     if limits[INERTIA] != 0.0 and not np.isnan(limits[RATIO_LIMIT]) and not np.isnan(m[ROTOR]):
         ratio = inertia_peak(task, joint, pair, load) / (g[RATIO] ** 2 * (m[ROTOR] + g[INPUT_INERTIA]))
-        worst = max(worst, held(checks, INERTIA_RATIO, ratio, limits[RATIO_LIMIT]))
+        worst = max(worst, held(checks[INERTIA_RATIO], ratio, limits[RATIO_LIMIT]))
     return worst
 
 
@@ -278,7 +278,7 @@ def torque_check(task: PackedTask, joint: int, m: Array, g: Array, load: JointLo
     peak, square = peak_and_square(row[WEIGHT], total)
     if limits[MOVES] != 0.0:
         peak = max(peak, start_torque(row, task.rests[joint], m, g, load.series, load.scratch))
-    return peak, square, held(load.checks, MOTOR_TORQUE, limits[PEAK_FACTOR] * peak, m[PEAK_TORQUE])
+    return peak, square, held(load.checks[MOTOR_TORQUE], limits[PEAK_FACTOR] * peak, m[PEAK_TORQUE])
 
 
 @njit_leaf
@@ -303,11 +303,11 @@ def current_checks(
     largest = limits[PEAK_FACTOR] * peak / abs(constant)
     rms = limits[RMS_FACTOR] * math.sqrt(square / limits[DURATION]) / abs(constant)
     worst = max(
-        held(checks, MOTOR_CURRENT, largest, m[PEAK_CURRENT]),
-        held(checks, AMPLIFIER_CURRENT, largest, limits[AMPLIFIER_PEAK]),
+        held(checks[MOTOR_CURRENT], largest, m[PEAK_CURRENT]),
+        held(checks[AMPLIFIER_CURRENT], largest, limits[AMPLIFIER_PEAK]),
     )
-    worst = max(worst, held(checks, RMS_CURRENT, rms, m[CONTINUOUS]))
-    return max(worst, held(checks, AMPLIFIER_RMS, rms, limits[AMPLIFIER_CONTINUOUS]))
+    worst = max(worst, held(checks[RMS_CURRENT], rms, m[CONTINUOUS]))
+    return max(worst, held(checks[AMPLIFIER_RMS], rms, limits[AMPLIFIER_CONTINUOUS]))
 
 
 @njit_part
@@ -367,7 +367,7 @@ def electric_checks(
         voltage_peak(task.series[joint], m, g[RATIO], load.scratch, warm, cold, resistance(m, ambient)),
         start_voltage(task.rests[joint], m, load.scratch, warm, limits[MOVES] != 0.0),
     )
-    worst = max(worst, held(checks, VOLTAGE, limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
+    worst = max(worst, held(checks[VOLTAGE], limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
     if known and not np.isnan(m[MAX_WINDING]):
         allowed = m[MAX_WINDING] - limits[TEMPERATURE_MARGIN]
         used = np.inf

@@ -32,26 +32,25 @@ REQUIRED, AVAILABLE, USED = 0, 1, 2
 
 
 @njit_leaf
-def held(checks: Array, check: int, required: float, available: float) -> float:
-    """A requirement held against a limit.
+def held(row: Array, required: float, available: float) -> float:
+    """A requirement held against a limit; it takes a row, as a number told would have it compiled again for each.
 
     Args:
-        checks: Takes required, available and utilisation in the row of the check, (CHECKS, 3).
-        check: Which.
+        row: Of the check; takes required, available and utilisation, (3,).
         required: What the task asks; NaN where it could not be computed.
         available: What the part can do; NaN where nobody says.
 
     Returns:
         The utilisation; UNCHECKED where one side is not known.
     """
-    checks[check, REQUIRED], checks[check, AVAILABLE] = required, available
+    row[REQUIRED], row[AVAILABLE] = required, available
     if np.isnan(required) or np.isnan(available):
         used = UNCHECKED
     elif available > 0.0:
         used = required / available
     else:
         used = 0.0 if required <= 0.0 else np.inf
-    checks[check, USED] = used
+    row[USED] = used
     return used
 
 

@@ -63,15 +63,15 @@ SOURCES = {
     "load_loops.py": 4217972974,
     "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
-    "check_numbers.py": 1283387322,
-    "check_kernels.py": 3906250174,
-    "bound_kernels.py": 1437635569,
-    "judge_kernels.py": 3970383799,
+    "check_numbers.py": 637576249,
+    "check_kernels.py": 1932365147,
+    "bound_kernels.py": 3753145931,
+    "judge_kernels.py": 1372190306,
     "warm_bound.py": 3791348865,
     "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 3700803845,
-    "propagation.py": 1465026913,
-    "front_kernels.py": 600611640,
+    "sieve_kernel.py": 1332245983,
+    "propagation.py": 1374445187,
+    "front_kernels.py": 825573282,
 }
 
 OWN_LOW, OWN_HIGH, SHAFT = 3, 4, 5  # rows of the scratch of bounds

@@ -16,8 +16,8 @@ from drivetrain.sizing.packed_task import Indices
 # Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
 SOURCES = {
     "packed_task.py": 2892892849,
-    "front_kernels.py": 600611640,
-    "front_cost.py": 1044253639,
+    "front_kernels.py": 825573282,
+    "front_cost.py": 2454158078,
 }
 
 _njit: Any = nb.njit(cache=True, error_model="numpy", nogil=True)  # unlike the judge these make arrays of their own

@@ -80,9 +80,9 @@ SOURCES = {
     "load_loops.py": 4217972974,
     "load_kernels.py": 4137911638,
     "torque_kernels.py": 3940003373,
-    "check_numbers.py": 1283387322,
-    "check_kernels.py": 3906250174,
-    "bound_kernels.py": 1437635569,
+    "check_numbers.py": 637576249,
+    "check_kernels.py": 1932365147,
+    "bound_kernels.py": 3753145931,
 }
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
@@ -157,7 +157,7 @@ def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) 
             if quick and used <= over:
                 ohms = resistance(m, limits[AMBIENT])
                 volts = voltage_peak(task.series[joint], m, g[RATIO], load.scratch, 0.0, cold, ohms)
-                used = max(used, held(checks, VOLTAGE, limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
+                used = max(used, held(checks[VOLTAGE], limits[VOLTAGE_FACTOR] * volts, limits[VOLTS]))
         else:
             used, last = electric_checks(task, joint, m, g, load, torque), CHECKS
         if not used <= over and felled < 0:
