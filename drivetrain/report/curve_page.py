@@ -8,6 +8,7 @@ from typing import Any
 from drivetrain.report.best_sets import HEADINGS
 from drivetrain.report.colours import JOINT_COLOURS
 from drivetrain.report.figures_curve import NAMES, figure_curve
+from drivetrain.report.front_page import chance_data, chance_text
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
 from drivetrain.report.sections import Section, SheetTable
 from drivetrain.report.sheet import sheet
@@ -46,10 +47,11 @@ def curve_section(found: OptimumCurve) -> Section:
         f"Each colour is one set of drives{', colours come again' if many else ''}; grey lines are the breakpoints, "
         "dotted is the study's own value. Red: no set fits. Amber dashes: the wanted reserve begins."
     )
+    tables = (_table(found), *_chances(found), _changes(found))
     word, css = ("proven", "pass") if found.proven else ("not all proven", "marginal")
     return Section(
         f"The best drives over the {NAMES[found.vary]}", f"curve-{found.vary}".replace("_", "-"), word, css,
-        (curve_sentence(found),), ((picture, caption),), (_table(found), _changes(found)), found.notes,
+        (curve_sentence(found),), ((picture, caption),), tables, found.notes,
     )  # fmt: skip
 
 
@@ -83,6 +85,11 @@ def curve_data(found: OptimumCurve) -> dict[str, Any]:
                 ],
             }
             for piece in found.pieces
+        ],
+        "selected": [
+            {"value": one.value, "objective": _finite(one.objective), "proof": one.proof}
+            | ({} if one.chance is None else chance_data(one.chance))
+            for one in found.points
         ],
         "notes": list(found.notes),
     }
@@ -179,6 +186,18 @@ def _table(found: OptimumCurve) -> SheetTable:
         "highest utilisation", "ends below by", "ends above by",
     )  # fmt: skip
     return SheetTable(headings, tuple(rows), "Pieces", (0, 1, 2, 3, 4, 5))
+
+
+def _chances(found: OptimumCurve) -> tuple[SheetTable, ...]:
+    """With what probability each selected set holds; nothing where nothing scatters."""
+    unit, rows = printed_unit(found.unit), []
+    for one in found.points:
+        if one.chance is not None:
+            rows.append((number(one.value, 4), number(one.objective), chance_text(one.chance)))
+    if not rows:
+        return ()
+    headings = (f"{NAMES[found.vary]} [{unit}]", HEADINGS[found.study.objective], "holds with")
+    return (SheetTable(headings, tuple(rows), "Probability that the best set holds", (0, 1, 2)),)
 
 
 def _changes(found: OptimumCurve) -> SheetTable:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,6 +23,8 @@ AXES = {
     "utilisation": "highest utilisation [%]",
 }  # fmt: skip
 MOST_NAMED = 12
+MANY = 400  # sets: then dots are small
+NEAR_LIMIT = 90.0  # %: where it is reached the limit is drawn
 
 
 def figure_front(found: Front, *, chosen: DriveSet | None = None, name: str = "front") -> Figure:
@@ -34,35 +38,71 @@ def figure_front(found: Front, *, chosen: DriveSet | None = None, name: str = "f
     Returns:
         The figure; with three criteria or more a panel for every two of them.
     """
-    pairs = _pairs(found.names)
     with house_style(name):
-        figure = Figure(figsize=(7.6, 4.4 if len(pairs) == 1 else 3.6 * ((len(pairs) + 1) // 2)))
-        rows, columns = (1, 1) if len(pairs) == 1 else ((len(pairs) + 1) // 2, 2)
-        panels = list(figure.subplots(rows, columns, squeeze=False).ravel())
-        shade = _shade(found)
-        values = _values(found.points, shade)
-        limits = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
-        dots: PathCollection | None = None
-        for axes, (x, y) in zip(panels, pairs, strict=False):
-            dots = _panel(axes, found, x, y, values, limits, len(pairs) == 1)
-            if chosen is not None:
-                point = _values([chosen], x)[0], _values([chosen], y)[0]
-                axes.plot(*point, "*", color=INK, markersize=11, markeredgecolor="white", zorder=6)
-                axes.annotate("chosen", point, xytext=(7, 5), textcoords="offset points", fontsize=7.5)
-        for axes in panels[len(pairs) :]:
-            axes.set_visible(False)
-        if dots is not None and len(found.points):
-            bar = figure.colorbar(dots, ax=panels[: len(pairs)], shrink=0.85, pad=0.02)
-            bar.set_label(AXES[shade])
-            bar.outline.set_visible(False)  # type: ignore[operator]
+        if len(found.names) > 2:
+            return _matrix(found, chosen)
+        figure = Figure(figsize=(7.6, 4.4))
+        axes = figure.subplots()
+        x, y = ("energy" if found.names[0] == "mass" else "mass", found.names[0])
+        if len(found.names) == 2:
+            x, y = found.names
+        dots = _panel(axes, found, x, y, chosen, alone=True)
+        _labels(axes, x, y)
+        _bar(figure, dots, found, shrink=0.85, pad=0.02, ax=axes)
     return figure
 
 
-def _pairs(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Every two criteria; one alone goes over the mass."""
-    if len(names) == 1:
-        return [("energy" if names[0] == "mass" else "mass", names[0])]
-    return [(x, y) for i, x in enumerate(names) for y in names[i + 1 :]]
+def _matrix(found: Front, chosen: DriveSet | None) -> Figure:
+    """A panel for every two criteria: those of a column share what is across, those of a row what is up."""
+    names = found.names
+    count = len(names) - 1
+    figure = Figure(figsize=(7.6, 2.35 * count + 0.4))
+    panels = figure.subplots(count, count, squeeze=False, sharex="col", sharey="row")
+    dots = None
+    for i, j in itertools.product(range(count), repeat=2):
+        axes = panels[i, j]
+        if j > i:
+            axes.set_visible(False)
+            continue
+        dots = _panel(axes, found, names[j], names[i + 1], chosen, alone=False)
+        _labels(axes, names[j] if i == count - 1 else "", names[i + 1] if j == 0 else "")
+        axes.tick_params(labelbottom=i == count - 1, labelleft=j == 0)
+    figure.align_ylabels(list(panels[:, 0]))
+    if dots is not None:
+        free = panels[0, count - 1].get_subplotspec()
+        place = figure.add_subplot(free)
+        place.set_axis_off()
+        _bar(figure, dots, found, cax=place.inset_axes((0.05, 0.6, 0.9, 0.08)), orientation="horizontal")
+    return figure
+
+
+def knee(found: Front) -> int | None:
+    """The set nearest to the best of every criterion at once, each scaled to its span over the front.
+
+    Args:
+        found: From ``pareto_front``.
+
+    Returns:
+        Its place among the points; None where there are fewer than three sets or a single criterion.
+    """
+    if len(found.points) < 3 or len(found.names) < 2:
+        return None
+    values = np.stack([_values(found.points, name) for name in found.names], axis=1)
+    span = np.maximum(np.ptp(values, axis=0), 1e-12)
+    return int(np.argmin((((values - values.min(axis=0)) / span) ** 2).sum(axis=1)))
+
+
+def _labels(axes: Axes, x: str, y: str) -> None:
+    axes.set_xlabel(AXES.get(x, ""))
+    axes.set_ylabel(AXES.get(y, ""))
+
+
+def _bar(figure: Figure, dots: PathCollection, found: Front, **how: Any) -> None:
+    """What the colours mean."""
+    if len(found.points):
+        bar = figure.colorbar(dots, **how)
+        bar.set_label(AXES[_shade(found)])
+        bar.outline.set_visible(False)  # type: ignore[operator]
 
 
 def _shade(found: Front) -> str:
@@ -77,26 +117,33 @@ def _values(points: Sequence[DriveSet], name: str) -> Array:
     return np.array([scale * point.criteria[name] for point in points])
 
 
-def _panel(
-    axes: Axes, found: Front, x: str, y: str, shades: Array, limits: tuple[float, float], alone: bool
-) -> PathCollection:
+def _panel(axes: Axes, found: Front, x: str, y: str, chosen: DriveSet | None, *, alone: bool) -> PathCollection:
     """One view of the front."""
-    across, up = _values(found.points, x), _values(found.points, y)
+    across, up, shades = (_values(found.points, name) for name in (x, y, _shade(found)))
     if alone and len(across):
         order = np.argsort(across, kind="stable")
         axes.step(across[order], up[order], where="post", color=MUTED, linewidth=0.8, zorder=2)
     dots = axes.scatter(
-        across, up, c=shades, cmap=TIME_COLOURS, vmin=limits[0], vmax=limits[1], s=22 if alone else 10, linewidths=0,
+        across, up, c=shades, cmap=TIME_COLOURS, s=22 if alone else (9 if len(across) < MANY else 4), linewidths=0,
         zorder=4,
     )  # fmt: skip
-    axes.set_xlabel(AXES[x])
-    axes.set_ylabel(AXES[y])
-    if "utilisation" in (x, y):
+    if "utilisation" in (x, y) and len(shades) and shades.max() > NEAR_LIMIT:
         line = axes.axvline if x == "utilisation" else axes.axhline
         line(100.0, color=VERMILLION, linewidth=0.9, linestyle=(0, (5, 2)), zorder=2)
     if alone and 0 < len(across) <= MOST_NAMED:
         for index, (a, b) in enumerate(zip(across, up, strict=True), 1):
             axes.annotate(str(index), (a, b), xytext=(5, 4), textcoords="offset points", fontsize=7, color=BLUE)
+    bend = knee(found)
+    if bend is not None:
+        point = float(across[bend]), float(up[bend])
+        axes.plot(*point, "o", markersize=10 if alone else 8, markerfacecolor="none", markeredgecolor=INK, zorder=5)
+        if alone:
+            axes.annotate("knee", point, xytext=(8, 8), textcoords="offset points", fontsize=7.5)
+    if chosen is not None:
+        point = float(_values([chosen], x)[0]), float(_values([chosen], y)[0])
+        axes.plot(*point, "*", color=INK, markersize=11, markeredgecolor="white", zorder=6)
+        if alone:
+            axes.annotate("chosen", point, xytext=(7, 5), textcoords="offset points", fontsize=7.5)
     return dots
 
 

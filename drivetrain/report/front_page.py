@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drivetrain.report.figures_front import figure_front, unit_of
+from drivetrain.report.figures_front import figure_front, knee, unit_of
 from drivetrain.report.json_text import json_text
 from drivetrain.report.quantities import DASH, number, percent
 from drivetrain.report.sections import Chip, Section, SheetTable
@@ -13,6 +13,7 @@ from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.sizing.front import Front
 from drivetrain.sizing.results import DriveSet
+from drivetrain.sizing.uncertainty import Chance
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1
@@ -49,6 +50,9 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
         with house_style("front"):
             picture = svg_text(figure_front(found, chosen=chosen), "sets of drives over " + " and ".join(found.names))
         caption = "Each dot is a set of drives that holds every check and that no other set beats in all criteria."
+        bend = knee(found)
+        if bend is not None:
+            caption += f" The ring is the knee, set {bend + 1}: nearest to the best of all, each scaled to its span."
         if chosen is not None:
             caption += " The star is the chosen set."
         figures = ((picture, caption),)
@@ -91,7 +95,7 @@ def front_lines(found: Front) -> list[str]:
     Returns:
         One line a set.
     """
-    return [
+    lines = [
         ", ".join(
             f"{name} {criterion_text(name, point.criteria.get(name, math.nan))}"
             for name in COLUMNS
@@ -99,6 +103,9 @@ def front_lines(found: Front) -> list[str]:
         )
         for point in found.points
     ]
+    if not found.chances:
+        return lines
+    return [f"{line}, holds with {chance_text(one)}" for line, one in zip(lines, found.chances, strict=True)]
 
 
 def front_json(found: Front) -> str:
@@ -140,8 +147,9 @@ def front_data(found: Front) -> dict[str, Any]:
             {
                 "criteria": {name: value if math.isfinite(value) else None for name, value in point.criteria.items()},
                 "drives": {joint: {"motor": motor, "gear": gear} for joint, (motor, gear) in point.drives.items()},
+                **({} if not found.chances else chance_data(found.chances[index])),
             }
-            for point in found.points
+            for index, point in enumerate(found.points)
         ],
         "counters": found.counters,
         "notes": list(found.notes),
@@ -167,6 +175,32 @@ def criterion_text(name: str, value: float) -> str:
     return DASH if math.isnan(value) else f"{number(value, 4)}\u00a0{unit_of(name)}".rstrip("\u00a0")
 
 
+def chance_text(chance: Chance) -> str:
+    """A counted probability with its standard error.
+
+    Args:
+        chance: As counted.
+
+    Returns:
+        Such as ``82.3 ± 0.6 %``.
+    """
+    return f"{100.0 * chance.probability:.1f} ± {100.0 * chance.standard_error:.1f}\u00a0%"
+
+
+def chance_data(chance: Chance) -> dict[str, float | int]:
+    """A counted probability as plain data.
+
+    Args:
+        chance: As counted.
+
+    Returns:
+        Probability, its standard error, and how many arms were drawn.
+    """
+    return {
+        "probability": chance.probability, "standard_error": chance.standard_error, "samples": chance.samples,
+    }  # fmt: skip
+
+
 def _value(point: DriveSet, name: str) -> str:
     """A criterion without its unit, which stands in the heading."""
     value = point.criteria.get(name, math.nan)
@@ -182,12 +216,15 @@ def _table(found: Front, chosen: DriveSet | None) -> SheetTable:
     rows: list[tuple[str | Chip, ...]] = []
     for index, point in enumerate(found.points, 1):
         cells = (str(index), *(_value(point, name) for name in shown))
+        if found.chances:
+            cells = (*cells, chance_text(found.chances[index - 1]))
         mark: tuple[str | Chip, ...] = () if chosen is None else ("",)
         if chosen is not None and point.drives == chosen.drives:
             mark = (Chip("chosen", "pass"),)
         rows.append((*cells, *mark))
-    headings = ("set", *(HEADINGS[name] for name in shown), *(("",) if chosen is not None else ()))
-    return SheetTable(headings, tuple(rows), "Sets of the front", tuple(range(len(shown) + 1)))
+    scatter = ("holds with",) if found.chances else ()
+    headings = ("set", *(HEADINGS[name] for name in shown), *scatter, *(("",) if chosen is not None else ()))
+    return SheetTable(headings, tuple(rows), "Sets of the front", tuple(range(len(shown) + 1 + len(scatter))))
 
 
 def _drives(found: Front) -> SheetTable:
