@@ -21,7 +21,7 @@ ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),
     Tolerance(0.1, normal=True, absolute=True), Tolerance(5.0, absolute=True),
 )  # fmt: skip
-RUNS = 5
+RUNS = 3
 
 
 def main(samples: int) -> None:
@@ -54,4 +54,4 @@ def main(samples: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20_000)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 60_000)
