@@ -17,6 +17,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -83,16 +84,22 @@ def error_of(found: np.ndarray, true: np.ndarray) -> float:
     return max(currents, 10.0 * abs(float(found[-1] / true[-1]) - 1.0))
 
 
+@cache
+def prepared(scene: JointScene, softness: float, events: bool):
+    """The equations of a scene and where it starts; making them is no method's work."""
+    return problem(scene, softness=softness, events=events), start(scene, softness=softness)
+
+
 def run_ours(scene: JointScene, softness: float, solver: object) -> tuple[np.ndarray, int]:
     """What a drive is chosen by, and the number of right-hand sides of a compiled run."""
-    task, first = problem(scene, softness=softness), start(scene, softness=softness)
+    task, first = prepared(scene, softness, True)
     found = integrate_compiled(task, solver, first, instants(scene), breakpoints=breakpoints(scene))
     return (decisive(found.states) if not found.stopped else np.full(22, np.nan)), found.work.rates
 
 
 def run_scipy(scene: JointScene, softness: float, method: str, rtol: float) -> tuple[np.ndarray, int]:
     """The same with one of scipy's methods, split at the breakpoints, told the segment, with its own dense output."""
-    task, state = problem(scene, softness=softness, events=False), start(scene, softness=softness)
+    task, state = prepared(scene, softness, False)
     address, numbers, words = address_of(task.rates, "rates"), task.numbers.copy(), task.words.copy()
     times, ends, count = instants(scene), [0.0, *breakpoints(scene), scene.duration], 0
     rows = [state]
@@ -130,8 +137,8 @@ def settings(scene: JointScene, softness: float) -> list[tuple[str, Callable[[],
     """Every method at several settings, from cheap to dear."""
     listed: list[tuple[str, Callable[[], tuple[np.ndarray, int]]]] = []
     for rtol in 10.0 ** -np.append(np.arange(1.5, 4.0, 0.25), np.arange(4.0, 7.1, 0.5)):
-        for name, kind in (("RODAS5P", Rodas5P), ("RODAS4", Rodas4)):
-            listed.append((name, lambda s=kind(rtol, tolerances(rtol)): run_ours(scene, softness, s)))
+        for name, solver in (("RODAS5P", Rodas5P(rtol, tolerances(rtol))), ("RODAS4", Rodas4(rtol, tolerances(rtol)))):
+            listed.append((name, lambda s=solver: run_ours(scene, softness, s)))
     for rtol in 10.0 ** -np.arange(2.0, 8.1):
         listed.append(
             ("Dormand-Prince 5(4), compiled", lambda r=rtol: run_ours(scene, softness, DormandPrince54(r, r)))
