@@ -11,7 +11,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.accuracy.auto import choose_effects
 from drivetrain.accuracy.conditions import task_of
-from drivetrain.accuracy.decision import basis_of
+from drivetrain.accuracy.decision import basis_of, change, decision
 from drivetrain.accuracy.estimates import estimates
 from drivetrain.accuracy.full_scene import full_scene, wanted_scene
 from drivetrain.accuracy.runs import ran
@@ -161,3 +161,18 @@ def test_faults_name_place_and_mend(tmp_path: Path, more: str, said: str) -> Non
         dt.load_study(path)
     assert len(error.value.faults) == 1
     assert "study.yaml" in str(error.value)
+
+
+def test_a_valid_estimate_of_steps_and_teeth_is_no_smaller_than_the_change(full: Scene, evaluation: Evaluation) -> None:
+    basis, solver, scene = basis_of(full, evaluation), FixedStep(5e-4), without(full, ())
+    whole = decision(ran(plan(scene), solver), scene, basis)
+    told = [one for one in estimates(full, task_of(full, basis)) if one.choice.kind in ("Encoder", "Cogging")]
+    kept = [one for one in told if one.valid and one.choice.joint in ("joint_1", "joint_2", "joint_3")]
+    assert len(kept) == 5
+    for one in kept:
+        less = without(full, [one.choice])
+        found = change(decision(ran(plan(less), solver), less, basis), whole)[one.choice.joint]
+        bound = one.changes[one.choice.joint]
+        assert abs(found.peak_current) < 1.25 * bound.peak_current
+        assert abs(found.rms_current) < 1.25 * bound.rms_current
+        assert abs(found.tip) < 1.25 * bound.tip
