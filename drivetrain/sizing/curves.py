@@ -99,6 +99,7 @@ class _Row:
     payload: str
     made: list[CurvePoint] = field(default_factory=list)
     benches: dict[tuple[tuple[str, Pair], ...], Bench] = field(default_factory=dict)
+    missing: list[str] = field(default_factory=list)
 
     @property
     def often(self) -> float | None:
@@ -135,6 +136,8 @@ class _Row:
             self.made.append(_robust(study, value))
             return self.made[-1]
         found = select(replace(study, wanted=replace(study.wanted, sets=1)))
+        if found.drives and not found.feasible:  # a given drive lacks data, the same at every value
+            self.missing[:] = found.advice
         point = CurvePoint(
             value, dict(found.drives) if found.feasible else {}, found.objective, found.evaluation.criteria, found.proof
         )
@@ -299,7 +302,7 @@ def _drawn(row: _Row, drives: dict[str, Pair], low: float, high: float) -> tuple
 
 def _notes(row: _Row, grid: Sequence[float]) -> list[str]:
     unproven = [point for point in row.made if not is_proven(point.proof)]
-    notes = _told_of_scatter(row, 0.5 * (grid[1] - grid[0]))
+    notes = [*row.missing, *_told_of_scatter(row, 0.5 * (grid[1] - grid[0]))]
     notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in unproven]
     step = grid[1] - grid[0]
     notes.append(f"a set that is best only within one step of the grid, {step:.3g}, can have been passed over")

@@ -128,3 +128,13 @@ def test_wrong_input_is_told(make):
     with pytest.raises(InputError) as told:
         optimum_curve(study, "payload", (0.0, -1.0), points=1, payload="prt")
     assert [fault.place for fault in told.value.faults] == ["payload", "span", "points"]
+
+
+def test_a_given_drive_without_data_is_told(make):
+    study = small_study(make, 2)
+    bare = replace(study.catalog.gears["g1"], key="bare", efficiency=None)
+    catalog = replace(study.catalog, gears={**study.catalog.gears, "bare": bare})
+    first = replace(study.joints[0], drive=("m2", "bare"))
+    study = replace(study, catalog=catalog, joints=(first, study.joints[1]))
+    curve = optimum_curve(study, "payload", (0.5, 2.0), points=2)
+    assert not curve.feasible and any("bare" in note and "efficiency" in note for note in curve.notes)
