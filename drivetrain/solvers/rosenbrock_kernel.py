@@ -81,7 +81,7 @@ SOURCES = {
     "compiled_steps.py": 3543936999,
     "layout.py": 3586849888,
     "rodas4_table.py": 1645622007,
-    "step_control.py": 1587956760,
+    "step_control.py": 337195100,
 }
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
