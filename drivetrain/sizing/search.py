@@ -79,8 +79,8 @@ def select(
         The drives, their evaluation, the next best sets, the bound below which no set can be, every candidate that
         fell beside the drives; when nothing fits the nearest set and what would mend it. Sets whose objectives differ
         by less than 1e-9 of it are equals: they come in the order of the sum of their joints' largest utilisations,
-        least first, and where that is the same to 1e-3 a joint, in the order of the study's candidates. Nothing else orders
-        them: neither how often a search was stopped, nor the machine.
+        least first, and where that is the same to 1e-3 a joint, in the order of the study's candidates. Nothing else
+        orders them: neither how often a search was stopped, nor the machine.
 
     Raises:
         InputError: Wishes that make no sense of the study; ``resume`` is of another study, or asks for something else.
