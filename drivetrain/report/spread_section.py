@@ -184,8 +184,9 @@ def spread_data(found: Spread) -> dict[str, Any]:
         data["choice"] = {
             "wanted": choice.wanted, "confidence": choice.confidence, "proof": choice.proof, "proven": choice.proven,
             "tried": [
-                {"objective": one.drives.objective, "decision": str(one.decision), "joint": one.joint, **_chance(one.chance)}
-                for one in choice.trials
+                {"objective": trial.drives.objective, "decision": str(trial.decision), "joint": trial.joint}
+                | _chance(trial.chance)
+                for trial in choice.trials
             ],
         }  # fmt: skip
     return data

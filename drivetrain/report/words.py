@@ -7,9 +7,9 @@ import math
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
 from drivetrain.sizing.missing import gap_lines, uncounted
 from drivetrain.sizing.missing import gaps as missing_gaps
-from drivetrain.sizing.results import Evaluation, JointResult, Selection, lacking
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.study import DriveMass, Study
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import Check, Verdict, lacking
 
 DRIVE_MASS = {
     DriveMass.ADDED: "The arm's links are bare: stator, rotor and gear of every drive load every joint before it.",

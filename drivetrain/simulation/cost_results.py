@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from drivetrain.arrays import Array
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.study.verdicts import Check, Verdict, worst
+from drivetrain.study.verdicts import Check, Verdict, verdict_of
 
 QUANTITIES = ("peak current", "RMS current", "RMS torque", "winding temperature", "tip deviation")
 """What a decision rests on; the last is of the whole scene, the others of each joint."""
@@ -56,8 +56,8 @@ class Decision:
 
     @property
     def verdict(self) -> Verdict:
-        """The worst of all checks."""
-        return worst(check.verdict for checks in self.checks.values() for check in checks)
+        """Of all checks, see ``verdict_of``."""
+        return verdict_of(check for checks in self.checks.values() for check in checks)
 
 
 @dataclass(frozen=True)

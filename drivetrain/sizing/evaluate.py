@@ -14,9 +14,9 @@ from drivetrain.sizing.judge import joint_result, placed
 from drivetrain.sizing.missing import massless
 from drivetrain.sizing.objectives import criteria, weighted
 from drivetrain.sizing.operation import operation
-from drivetrain.sizing.results import UNWEIGHED, Evaluation, JointResult
+from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.study import Study
-from drivetrain.study.verdicts import Check
+from drivetrain.study.verdicts import UNWEIGHED, Check
 
 Pair = tuple[str, str]
 Given = tuple[str, str | None]

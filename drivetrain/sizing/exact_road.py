@@ -11,8 +11,7 @@ from drivetrain.sizing.fill import Shelf
 from drivetrain.sizing.judge import judge
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.packed_task import Packed
-from drivetrain.sizing.results import lacking
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import Check, Verdict, lacking
 
 
 @dataclass(frozen=True, eq=False)

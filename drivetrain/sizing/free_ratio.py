@@ -27,9 +27,9 @@ from drivetrain.sizing.free_design import FreeDesign, finite
 from drivetrain.sizing.free_ratio_results import CatalogueGear, FreeJoint, FreeRatios, Goal
 from drivetrain.sizing.judge import judge
 from drivetrain.sizing.operation import Operation
-from drivetrain.sizing.results import verdict_of
 from drivetrain.sizing.search import select
 from drivetrain.study.study import FreeRatio, Study
+from drivetrain.study.verdicts import verdict_of
 
 ROUNDS = 12
 MOVED = 1e-6  # relative change of a ratio below which it has settled

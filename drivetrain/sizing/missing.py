@@ -13,9 +13,10 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.motor_limits import continuous_current
 from drivetrain.sizing.checks_motor import short_time_limit
-from drivetrain.sizing.results import ESSENTIAL, Evaluation, JointResult, lacking
+from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.mounting import drive_mass, mass_counts
 from drivetrain.study.study import JointTask, Study
+from drivetrain.study.verdicts import ESSENTIAL, lacking
 
 REPEATED, PEAK, _, RMS, _ = ESSENTIAL
 SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")

@@ -37,9 +37,9 @@ from drivetrain.sizing.ratio_results import (
     RatioStudy,
     RatioWindow,
 )
-from drivetrain.sizing.results import lacking, verdict_of
 from drivetrain.sizing.search import select
 from drivetrain.study.study import JointTask, Study
+from drivetrain.study.verdicts import lacking, verdict_of
 
 GRID = 81  # ratios of the sweep
 SPAN = 8.0  # times below and above the ratios of interest

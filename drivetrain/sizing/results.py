@@ -3,43 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.study.study import Study
-from drivetrain.study.verdicts import Check, Verdict, worst
-
-UNWEIGHED = "mass of the drives"  # a check of all together, made only where the mass of one is not known
-ESSENTIAL = ("gear repeated peak torque", "motor peak torque", "motor voltage", "motor RMS current", UNWEIGHED)
-"""Without these nothing is proven: an evaluation says NOT CHECKED, and a search does not choose the drive."""
-
-
-def lacking(checks: Iterable[Check]) -> tuple[Check, ...]:
-    """The essential checks that could not be made.
-
-    Args:
-        checks: Of one drive, or of all together; a direct drive has none of a gear, so it lacks none.
-
-    Returns:
-        Those of ``ESSENTIAL`` that are NOT CHECKED.
-    """
-    return tuple(check for check in checks if check.name in ESSENTIAL and check.verdict is Verdict.NOT_CHECKED)
-
-
-def verdict_of(checks: Iterable[Check]) -> Verdict:
-    """What checks say together: the one law of what missing data mean.
-
-    Args:
-        checks: Of one drive, or of a whole set.
-
-    Returns:
-        FAIL where one failed; NOT CHECKED where an essential one could not be made; else the worst of those made.
-    """
-    made = tuple(checks)
-    found = worst(check.verdict for check in made)
-    return Verdict.NOT_CHECKED if found is not Verdict.FAIL and lacking(made) else found
+from drivetrain.study.verdicts import Check, Verdict, lacking, verdict_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,9 +38,9 @@ from drivetrain.sizing.judge_kernels import (
 from drivetrain.sizing.load_basis import drive_numbers
 from drivetrain.sizing.operation import operation
 from drivetrain.sizing.packed_task import chosen_numbers, pack
-from drivetrain.sizing.results import ESSENTIAL, Fallen
+from drivetrain.sizing.results import Fallen
 from drivetrain.study.load import load_study
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.verdicts import ESSENTIAL, Verdict
 
 PACKAGE = Path(heat_state.__file__).parents[1]
 EXAMPLES = PACKAGE.parent / "examples"

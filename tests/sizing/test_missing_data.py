@@ -19,11 +19,10 @@ from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.sizing.front import pareto_front
 from drivetrain.sizing.missing import gaps
 from drivetrain.sizing.ratio import ratio_study
-from drivetrain.sizing.results import ESSENTIAL, lacking, verdict_of
 from drivetrain.sizing.search import select
 from drivetrain.sizing.why_not import why_not
 from drivetrain.study.study import DriveMass, Mount, Study, Wanted
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import ESSENTIAL, Check, Verdict, lacking, verdict_of
 
 MASS, PRICE, ENERGY = (("mass", 1.0),), (("price", 1.0),), (("energy", 1.0),)
 
