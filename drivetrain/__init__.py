@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from drivetrain.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from drivetrain.accuracy.study_run import simulate as simulate
     from drivetrain.arm.arm import Arm as Arm
     from drivetrain.arm.bodies import with_body as with_body
     from drivetrain.arm.bodies import with_payload as with_payload
@@ -126,7 +127,6 @@ if TYPE_CHECKING:
     from drivetrain.simulation.plan import plan as plan
     from drivetrain.simulation.recording import Recording as Recording
     from drivetrain.simulation.recording import load_recording as load_recording
-    from drivetrain.simulation.run import simulate as simulate
     from drivetrain.simulation.scene import Inertia as Inertia
     from drivetrain.simulation.scene import Scene as Scene
     from drivetrain.simulation.scene import joint_scene as joint_scene
@@ -295,7 +295,7 @@ _HOME = {
     "plan": "simulation.plan",
     "load_recording": "simulation.recording",
     "Recording": "simulation.recording",
-    "simulate": "simulation.run",
+    "simulate": "accuracy.study_run",
     "Inertia": "simulation.scene",
     "joint_scene": "simulation.scene",
     "Scene": "simulation.scene",

@@ -99,24 +99,18 @@ def judged(study: Study) -> Evaluation:
     Raises:
         InputError: No arm to simulate, or a joint that nothing may drive.
     """
-    from drivetrain.errors import Fault, InputError
-    from drivetrain.simulation.axis_scene import axis_faults
+    from drivetrain.accuracy.study_run import complete, gives_all
     from drivetrain.sizing.evaluate import evaluate
     from drivetrain.sizing.search import select
 
-    faults = axis_faults(study) if study.arm is None else []
-    if faults:
-        raise InputError(faults)
-    if all(task.drive is not None for task in study.joints):
+    if gives_all(study):
         with working("judging the given drives"):
             return evaluate(study)
     with working("searching the catalogues for drives") as step:
         chosen = select(study, progress=step)
-    if len(chosen.evaluation.joints) < len(study.joints):
-        lacking = [task.name for task in study.joints if task.name not in chosen.evaluation.joints]
-        raise InputError(Fault("joints", f"no drive was found for {', '.join(lacking)}", file=study.path))
+    evaluation = complete(chosen)
     if not chosen.drives:
         say("note: no set of drives fits; the nearest candidates are simulated", errors=True)
     elif not chosen.feasible:
         say("note: the drives are not proven to fit: data are missing", errors=True)
-    return chosen.evaluation
+    return evaluation

@@ -14,7 +14,6 @@ from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, report_fold
 if TYPE_CHECKING:
     from drivetrain.errors import Fault
     from drivetrain.report.simulation_page import SimulationFound
-    from drivetrain.simulation.engine import Engine
     from drivetrain.simulation.recording import Recording
     from drivetrain.simulation.scene import Scene
     from drivetrain.sizing.results import Evaluation
@@ -55,6 +54,7 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
         InputError: A faulty study, command line, or recording to go on from.
     """
     from drivetrain.accuracy.decision import basis_of, decision
+    from drivetrain.accuracy.study_run import study_scene
     from drivetrain.report.outputs import write_files
     from drivetrain.report.simulation_page import SimulationFound, simulation_lines, simulation_report
     from drivetrain.simulation.plan import plan
@@ -77,15 +77,16 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
         wishes = _wishes(said, asked)
     together.tell()
     result = judged(loaded)
-    full, scene, words = _scene(result, wishes)
-    ready = plan(scene if seconds is None else replace(scene, duration=seconds))
+    with working("choosing effects") as step:
+        built = study_scene(result, wishes, progress=step)
+    ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
     say(str(ready))
     recording = _run(ready.scene, wishes, earlier)
     inverse = wishes.solver == "inverse"
     whole = not inverse and recording.stopped_by is None
+    decided = decision(recording, built.scene, basis_of(built.full, result)) if whole else None
     found = SimulationFound(
-        result, recording, decision(recording, scene, basis_of(full, result)) if whole else None, str(ready), words,
-        _limits(result), wishes.current_bandwidth,
+        result, recording, decided, str(ready), built.words, _limits(result), wishes.current_bandwidth
     )  # fmt: skip
     folder = asked.out or report_folder(loaded.name)
     with working("drawing"):
@@ -147,50 +148,16 @@ def _earlier(asked: Asked) -> Recording | None:
     return None if asked.resume is None else load_recording(asked.resume)
 
 
-def _scene(result: Evaluation, wishes: Simulation) -> tuple[Scene, Scene, str]:
-    """The full scene, that with the wanted effects, and which those are."""
-    from drivetrain.accuracy.auto import choose_effects
-    from drivetrain.accuracy.decision import basis_of
-    from drivetrain.accuracy.full_scene import full_scene, wanted_scene
-    from drivetrain.accuracy.variants import without
-    from drivetrain.study.simulation import KNOWN_EFFECTS
-
-    full = full_scene(result, wishes)
-    if wishes.effects == ("auto",):
-        with working("choosing effects") as step:
-            found = choose_effects(
-                full, basis_of(full, result), tolerance=wishes.tolerance, tip_tolerance=wishes.tip_tolerance,
-                step=wishes.step, progress=step,
-            )  # fmt: skip
-        gone = ", ".join(f"{one.label} of {one.choice.joint}" for one in found.dropped) or "nothing"
-        proof = "" if found.proof is None else f" ({'proven' if found.proof.proven else 'not proven'})"
-        return full, found.scene, f"effects: auto within {100.0 * wishes.tolerance:g} % left out {gone}{proof}"
-    if wishes.effects == ("all",):
-        return full, without(full, ()), "all effects that the sheets have numbers for"
-    left = [name for name in KNOWN_EFFECTS if name not in wishes.effects]
-    return full, wanted_scene(full, wishes.effects), f"without {', '.join(left)}"
-
-
 def _run(scene: Scene, wishes: Simulation, earlier: Recording | None) -> Recording:
     from drivetrain.accuracy.runs import interval_of
+    from drivetrain.accuracy.study_run import engine_of
     from drivetrain.simulation.run import simulate
 
     with working("simulating") as step:
         return simulate(
-            scene, solver=_engine(wishes), interval=interval_of(scene.duration), resume=earlier,
+            scene, solver=engine_of(wishes), interval=interval_of(scene.duration), resume=earlier,
             progress=lambda share: step(round(100.0 * share), 100, "simulating"),
         )  # fmt: skip
-
-
-def _engine(wishes: Simulation) -> Engine:
-    from drivetrain.simulation.adaptive_engine import AdaptiveStep
-    from drivetrain.simulation.fixed_step import FixedStep
-    from drivetrain.simulation.inverse import Inverse
-    from drivetrain.solvers.rosenbrock import Rodas5P
-
-    if wishes.solver == "adaptive":
-        return AdaptiveStep(Rodas5P(rtol=wishes.precision))
-    return Inverse() if wishes.solver == "inverse" else FixedStep(wishes.step)
 
 
 def _limits(result: Evaluation) -> dict[str, dict[str, float]]:

@@ -11,7 +11,6 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.compile_ahead import compiled_ahead
-from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.adaptive_engine import AdaptiveStep
 from drivetrain.simulation.ahead import STEPS
@@ -24,9 +23,7 @@ from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event, Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.series import TableSeries
-from drivetrain.simulation.study_scene import scene_of
 from drivetrain.solvers.solver import Solver, check_positive
-from drivetrain.study.study import Study
 
 DEFAULT_INTERVAL = 0.01  # s
 MOST_ROWS = 1e8
@@ -35,9 +32,8 @@ BEYOND = 1e30  # no number of an arm; its square is still one
 
 @compiled_ahead(STEPS)
 def simulate(
-    scene: Scene | Plan | Study,
+    scene: Scene | Plan,
     *,
-    drives: Mapping[str, Drive] | None = None,
     solver: Engine | Solver | None = None,
     duration: float | None = None,
     interval: float = DEFAULT_INTERVAL,
@@ -47,8 +43,7 @@ def simulate(
     """What happens when a scene runs.
 
     Args:
-        scene: The scene, or its plan; or a study, of which ``scene_of`` makes one.
-        drives: Of a study, by joint name; an evaluation's ``joints[name].drive`` have their unknowns filled.
+        scene: The scene, or its plan.
         solver: The engine; None: fixed implicit steps of a millisecond. A solver that runs compiled, such as
             Rodas4(rtol=1e-6), stands for the adaptive engine with it.
         duration: Replaces that of the scene [s].
@@ -63,8 +58,6 @@ def simulate(
     Raises:
         InputError: A scene that contradicts itself, or an earlier recording of another.
     """
-    if isinstance(scene, Study):
-        scene = scene_of(scene, drives or {})
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
     engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver

@@ -61,6 +61,33 @@ def evaluated(work: Workload, keys: Mapping[str, Pair], more: tuple[Check, ...] 
     return evaluation_of(study, results, more + (shared_checks(study, results) if results else ()))
 
 
+def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
+    """Drives that need be in no catalogue, held against the task.
+
+    Args:
+        study: The task.
+        drives: By joint name, every joint, their unknowns filled.
+
+    Returns:
+        Every check of every joint and of the supply.
+
+    Raises:
+        InputError: Unknown joints, or a joint without a drive.
+    """
+    names = [task.name for task in study.joints]
+    unknown = [name for name in drives if name not in names]
+    faults = [Fault(f"drives.{name}", "is no joint", name, nearest(name, names)) for name in unknown]
+    faults += [Fault(f"joints.{name}", "has no drive") for name in names if name not in drives]
+    if faults:
+        raise InputError(faults)
+    work, mounted = workload(study), {i: drives[name] for i, name in enumerate(names)}
+    results = {
+        name: evaluate_joint(work, mounted, i, (drives[name].motor.key, drives[name].gear.key))
+        for i, name in enumerate(names)
+    }
+    return evaluation_of(study, results, shared_checks(study, results))
+
+
 def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
     """The results of all joints as one evaluation, with what the set is worth.
 

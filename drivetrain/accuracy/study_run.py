@@ -1,0 +1,201 @@
+"""From a study to its run: which drives, which effects, which engine; the same from Python and from the command."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from drivetrain.accuracy.auto import choose_effects
+from drivetrain.accuracy.decision import basis_of
+from drivetrain.accuracy.full_scene import full_scene, wanted_scene
+from drivetrain.accuracy.runs import interval_of
+from drivetrain.accuracy.variants import without
+from drivetrain.drive.drive import Drive
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation import run
+from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.axis_scene import axis_faults
+from drivetrain.simulation.engine import Engine, Progress
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.inverse import Inverse
+from drivetrain.simulation.plan import Plan
+from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.scene import Scene
+from drivetrain.sizing.evaluate import Given, evaluate, evaluate_drives
+from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.sizing.search import select
+from drivetrain.solvers.rosenbrock import Rodas5P
+from drivetrain.solvers.solver import Solver
+from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
+from drivetrain.study.study import Study
+
+Told = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class StudyScene:
+    """The scene of a study with the effects that it wants.
+
+    Attributes:
+        full: Every effect that the sheets and the study have numbers for; nothing fed forward.
+        scene: With the wanted effects, ready to run.
+        words: Which those are.
+    """
+
+    full: Scene
+    scene: Scene
+    words: str
+
+
+def simulate(
+    scene: Scene | Plan | Study | Evaluation | Selection,
+    *,
+    drives: Mapping[str, Drive] | Mapping[str, Given] | None = None,
+    solver: Engine | Solver | None = None,
+    duration: float | None = None,
+    interval: float | None = None,
+    resume: Recording | None = None,
+    progress: Progress | None = None,
+) -> Recording:
+    """What happens when a scene, or the drives of a study, run.
+
+    Args:
+        scene: A scene or its plan. Or a study: with the drives that it gives, or else those that ``select`` chooses,
+            the effects and the engine of its ``simulation`` section. Or what ``evaluate`` or ``select`` found.
+        drives: Of a study, by joint name: drives, or keys of (motor, gear).
+        solver: The engine; None: what the study says, or fixed implicit steps of a millisecond. A solver that runs
+            compiled, such as Rodas5P(rtol=1e-6), stands for the adaptive engine with it.
+        duration: Replaces that of the scene [s].
+        interval: Between two recorded instants [s]; None: 10 ms of a scene; 1 ms of a study, longer for a long cycle.
+        resume: A recording of the same scene that ended earlier or was stopped: go on from its end.
+        progress: Told the share done after every few thousand steps; False from it stops the run.
+
+    Returns:
+        ``<joint>.position`` and all other states and signals, energies of all powers, ``stored_energy`` and
+        ``energy_error`` where they can be told; counters, events, and what it takes to go on.
+
+    Raises:
+        InputError: A scene that contradicts itself, a study that no drives fit or that cannot be simulated, or an
+            earlier recording of another scene.
+    """
+    if isinstance(scene, Scene | Plan) or not isinstance(scene, Study | Evaluation | Selection):
+        if drives is not None:
+            raise InputError(Fault("drives", "go with a study", hint="a scene holds its drives as effects"))
+        usual = run.DEFAULT_INTERVAL if interval is None else interval
+        return run.simulate(
+            scene, solver=solver, duration=duration, interval=usual, resume=resume, progress=progress
+        )  # fmt: skip
+    evaluation = _evaluation(scene, drives)
+    wishes = evaluation.study.simulation
+    ready = study_scene(evaluation, wishes).scene
+    usual = interval_of(ready.duration if duration is None else duration) if interval is None else interval
+    engine = engine_of(wishes) if solver is None else solver
+    return run.simulate(ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress)
+
+
+def study_scene(evaluation: Evaluation, wishes: Simulation, *, progress: Told | None = None) -> StudyScene:
+    """The scene in which a study's drives run its cycle.
+
+    Args:
+        evaluation: Study and drives.
+        wishes: Effects, loops, tolerance.
+        progress: Told (done, of how many, what) while effects are chosen.
+
+    Returns:
+        The full scene and the wanted one.
+
+    Raises:
+        InputError: What cannot be simulated.
+    """
+    full = full_scene(evaluation, wishes)
+    if wishes.effects == ("auto",):
+        found = choose_effects(
+            full, basis_of(full, evaluation), tolerance=wishes.tolerance, tip_tolerance=wishes.tip_tolerance,
+            step=wishes.step, progress=progress,
+        )  # fmt: skip
+        gone = ", ".join(f"{one.label} of {one.choice.joint}" for one in found.dropped) or "nothing"
+        proof = "" if found.proof is None else f" ({'proven' if found.proof.proven else 'not proven'})"
+        return StudyScene(
+            full, found.scene, f"effects: auto within {100.0 * wishes.tolerance:g} % left out {gone}{proof}"
+        )
+    if wishes.effects == ("all",):
+        return StudyScene(full, without(full, ()), "all effects that the sheets have numbers for")
+    left = [name for name in KNOWN_EFFECTS if name not in wishes.effects]
+    return StudyScene(full, wanted_scene(full, wishes.effects), f"without {', '.join(left)}")
+
+
+def engine_of(wishes: Simulation) -> Engine:
+    """The engine that a study names.
+
+    Args:
+        wishes: Its simulation section.
+
+    Returns:
+        The engine with the study's step or precision.
+    """
+    if wishes.solver == "adaptive":
+        return AdaptiveStep(Rodas5P(rtol=wishes.precision))
+    return Inverse() if wishes.solver == "inverse" else FixedStep(wishes.step)
+
+
+def gives_all(study: Study) -> bool:
+    """Whether a study names a drive for every joint.
+
+    Args:
+        study: Any that can be simulated.
+
+    Returns:
+        False where drives must be chosen first.
+
+    Raises:
+        InputError: Neither an arm nor one axis whose load's inertia is told.
+    """
+    faults = axis_faults(study) if study.arm is None else []
+    if faults:
+        raise InputError(faults)
+    return all(task.drive is not None for task in study.joints)
+
+
+def complete(found: Selection) -> Evaluation:
+    """What a search chose, or found nearest, with a drive in every joint.
+
+    Args:
+        found: Of ``select``.
+
+    Returns:
+        Its evaluation.
+
+    Raises:
+        InputError: A joint that nothing may drive.
+    """
+    study, judged = found.evaluation.study, found.evaluation.joints
+    missing = [task.name for task in study.joints if task.name not in judged]
+    if missing:
+        raise InputError(Fault("joints", f"no drive was found for {', '.join(missing)}", file=study.path))
+    return found.evaluation
+
+
+def _evaluation(
+    what: Study | Evaluation | Selection, drives: Mapping[str, Drive] | Mapping[str, Given] | None
+) -> Evaluation:
+    """Study and drives, judged."""
+    if not isinstance(what, Study):
+        if drives is not None:
+            hint = "an evaluation and a selection have their drives"
+            raise InputError(Fault("drives", "go with a study", hint=hint))
+        return complete(what) if isinstance(what, Selection) else what
+    given = gives_all(what)
+    if drives is not None:
+        own = {name: drive for name, drive in drives.items() if isinstance(drive, Drive)}
+        if own and len(own) == len(drives):
+            return evaluate_drives(what, own)
+        if own:
+            raise InputError(Fault("drives", "must be drives, or keys of (motor, gear), not both", sorted(own)))
+        return evaluate(what, {name: keys for name, keys in drives.items() if not isinstance(keys, Drive)})
+    if given:
+        return evaluate(what)
+    chosen = select(what)
+    if not chosen.drives:
+        hint = "select tells why; evaluate(study, drives) takes drives that do not fit"
+        raise InputError(Fault("joints", "no set of drives fits", hint=hint, file=what.path))
+    return complete(chosen)

@@ -1,0 +1,103 @@
+"""Studies, evaluations and selections run as they are, from Python as from the command."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import drivetrain as dt
+from drivetrain.errors import InputError
+from drivetrain.shipped import shipped
+from drivetrain.simulation.recording import load_recording
+
+DOOR = shipped("examples") / "one_axis" / "study.yaml"
+PUMA = shipped("examples") / "puma560" / "study.yaml"
+DRIVE = {"hinge": ("maxon_625858", "maxon_223094")}
+
+
+@pytest.fixture(scope="module")
+def door() -> dt.Study:
+    return dt.load_study(DOOR)
+
+
+def _same(one: dt.Recording, other: dt.Recording) -> None:
+    assert set(one.series) == set(other.series)
+    for name in one.series:
+        np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_a_study_runs_with_the_drives_that_it_gives() -> None:
+    study = dt.load_study(PUMA)
+    run = dt.simulate(study)
+    assert run.stopped_by is None
+    assert run.time[-1] == pytest.approx(study.cycle.duration)
+    evaluation = dt.evaluate(study)
+    _same(run, dt.simulate(evaluation))
+    sized = evaluation.joints["joint_2"].series
+    rms = float(np.sqrt(np.trapezoid(run["joint_2.current"] ** 2, run.time) / study.cycle.duration))
+    wanted = float(np.sqrt(np.trapezoid(sized.current**2, sized.time) / study.cycle.duration))
+    assert rms == pytest.approx(wanted, rel=0.01)  # loops lag, the motion is smooth
+
+
+def test_a_study_that_gives_no_drives_runs_with_those_that_select_chooses(door: dt.Study) -> None:
+    chosen = dt.select(door)
+    assert chosen.drives == DRIVE
+    run = dt.simulate(door)
+    _same(run, dt.simulate(chosen))
+    _same(run, dt.simulate(chosen.evaluation))
+    _same(run, dt.simulate(door, drives=DRIVE))
+    _same(run, dt.simulate(door, drives={"hinge": chosen.evaluation.joints["hinge"].drive}))
+
+
+def test_drives_of_no_catalogue_run_too(door: dt.Study) -> None:
+    known = dt.evaluate(door, DRIVE).joints["hinge"].drive
+    weaker = replace(known, motor=replace(known.motor, key="mine", torque_constant=0.5 * known.motor.torque_constant))
+    cold = {"interval": 0.05}
+    one, other = dt.simulate(door, drives={"hinge": known}, **cold), dt.simulate(door, drives={"hinge": weaker}, **cold)
+    ratio = np.abs(other["hinge.current"]).max() / np.abs(one["hinge.current"]).max()
+    assert 1.8 < ratio < 2.4  # twice the current, and what more heat costs
+
+
+def test_the_section_of_the_study_is_honoured(door: dt.Study) -> None:
+    bare = replace(door, simulation=replace(door.simulation, effects=("viscous_friction",), step=2e-3))
+    run = dt.simulate(bare, drives=DRIVE)
+    assert run.counters["steps"] == pytest.approx(13.0 / 2e-3, rel=0.05)  # and a step at each jump
+    assert "hinge.winding_temperature" not in run.series
+    adaptive = replace(door, simulation=replace(door.simulation, solver="adaptive", precision=1e-4))
+    assert "rates" in dt.simulate(adaptive, drives=DRIVE, duration=1.0).counters
+
+
+def test_the_command_writes_what_python_runs(tmp_path: Path, door: dt.Study) -> None:
+    from typer.testing import CliRunner
+
+    from drivetrain.cli import app
+
+    ran = CliRunner().invoke(app, ["simulate", str(DOOR), "--out", str(tmp_path)])
+    assert ran.exit_code == 0, ran.output
+    _same(load_recording(tmp_path / "recording.npz"), dt.simulate(door))
+
+
+@pytest.mark.parametrize(
+    ("drives", "told"),
+    [
+        ({"hing": DRIVE["hinge"]}, "hinge"),
+        ({"hinge": ("maxon_625859x", "maxon_223094")}, "is not in the catalogue"),
+        ({}, "has no drive"),
+    ],
+)
+def test_wrong_drives_are_told(door: dt.Study, drives: dict[str, tuple[str, str]], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        dt.simulate(door, drives=drives)
+
+
+def test_what_takes_no_drives_says_so(door: dt.Study) -> None:
+    with pytest.raises(InputError, match="go with a study"):
+        dt.simulate(dt.evaluate(door, DRIVE), drives=DRIVE)
+    with pytest.raises(InputError, match="must be a scene"):
+        dt.simulate(3.0)  # type: ignore[arg-type]
+    heavy = replace(door, supply=replace(door.supply, voltage=1.0))
+    with pytest.raises(InputError, match="no set of drives fits"):
+        dt.simulate(heavy)
