@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from drivetrain.arm.with_rotors import at_level as at_level
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
     from drivetrain.catalog.read import read_catalog as read_catalog
-    from drivetrain.drive.friction import Friction as Friction
     from drivetrain.drive.friction import book_curves as book_curves
+    from drivetrain.drive.friction import Friction as Friction
     from drivetrain.drive.gear import Gear as Gear
+    from drivetrain.drive.loop_design import design_loops as design_loops
     from drivetrain.drive.loop_design import ServoAxis as ServoAxis
     from drivetrain.drive.loop_design import ServoTiming as ServoTiming
-    from drivetrain.drive.loop_design import design_loops as design_loops
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.drive.motor import Motor as Motor
     from drivetrain.drive.thermal_network import thermal_network as thermal_network
@@ -70,8 +70,8 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.lagrange import potential_energy as potential_energy
     from drivetrain.dynamics.lagrange import power_balance as power_balance
     from drivetrain.dynamics.mass_matrix import mass_matrix as mass_matrix
-    from drivetrain.dynamics.newton_euler import DriveTorques as DriveTorques
     from drivetrain.dynamics.newton_euler import drive_torques as drive_torques
+    from drivetrain.dynamics.newton_euler import DriveTorques as DriveTorques
     from drivetrain.dynamics.newton_euler import gravity_torque as gravity_torque
     from drivetrain.dynamics.newton_euler import inverse_dynamics as inverse_dynamics
     from drivetrain.dynamics.newton_euler import joint_loads as joint_loads
@@ -125,11 +125,11 @@ if TYPE_CHECKING:
     from drivetrain.simulation.passive import simulate_passive as simulate_passive
     from drivetrain.simulation.plan import Plan as Plan
     from drivetrain.simulation.plan import plan as plan
-    from drivetrain.simulation.recording import Recording as Recording
     from drivetrain.simulation.recording import load_recording as load_recording
+    from drivetrain.simulation.recording import Recording as Recording
     from drivetrain.simulation.scene import Inertia as Inertia
-    from drivetrain.simulation.scene import Scene as Scene
     from drivetrain.simulation.scene import joint_scene as joint_scene
+    from drivetrain.simulation.scene import Scene as Scene
     from drivetrain.simulation.scene import without as without
     from drivetrain.simulation.stabilisation import Baumgarte as Baumgarte
     from drivetrain.simulation.stabilisation import Projection as Projection
@@ -141,10 +141,12 @@ if TYPE_CHECKING:
     from drivetrain.sizing.deflection import tip_deflection as tip_deflection
     from drivetrain.sizing.deflection import vibration as vibration
     from drivetrain.sizing.evaluate import evaluate as evaluate
+    from drivetrain.sizing.evaluate import evaluate_drives as evaluate_drives
     from drivetrain.sizing.free_ratio import free_ratios as free_ratios
     from drivetrain.sizing.free_ratio_results import FreeRatios as FreeRatios
     from drivetrain.sizing.front import Front as Front
     from drivetrain.sizing.front import pareto_front as pareto_front
+    from drivetrain.sizing.missing import gaps as gaps
     from drivetrain.sizing.ratio import ratio_studies as ratio_studies
     from drivetrain.sizing.ratio import ratio_study as ratio_study
     from drivetrain.sizing.results import DriveSet as DriveSet
@@ -157,16 +159,18 @@ if TYPE_CHECKING:
     from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
     from drivetrain.solvers.explicit import Euler as Euler
     from drivetrain.solvers.explicit import RungeKutta4 as RungeKutta4
+    from drivetrain.solvers.rosenbrock import Rodas4 as Rodas4
+    from drivetrain.solvers.rosenbrock import Rodas5P as Rodas5P
     from drivetrain.spatial.beams import Beam as Beam
     from drivetrain.spatial.free_motion import free_motion as free_motion
     from drivetrain.spatial.inertia import RigidBody as RigidBody
     from drivetrain.spatial.mesh_file import read_mesh as read_mesh
-    from drivetrain.spatial.mesh_inertia import TriangleMesh as TriangleMesh
     from drivetrain.spatial.mesh_inertia import mesh_body as mesh_body
+    from drivetrain.spatial.mesh_inertia import TriangleMesh as TriangleMesh
     from drivetrain.spatial.rigid_body import body_acceleration as body_acceleration
     from drivetrain.spatial.rigid_body import body_wrench as body_wrench
-    from drivetrain.study.change import TaskChange as TaskChange
     from drivetrain.study.change import changed as changed
+    from drivetrain.study.change import TaskChange as TaskChange
     from drivetrain.study.load import load_study as load_study
     from drivetrain.study.schema import json_schema as json_schema
     from drivetrain.study.study import Wanted as Wanted
@@ -177,6 +181,7 @@ if TYPE_CHECKING:
     from drivetrain.sweep.shards import read_results as read_results
 
 _HOME = {
+    "simulate": "accuracy.study_run",
     "Arm": "arm.arm",
     "with_body": "arm.bodies",
     "with_payload": "arm.bodies",
@@ -295,7 +300,6 @@ _HOME = {
     "plan": "simulation.plan",
     "load_recording": "simulation.recording",
     "Recording": "simulation.recording",
-    "simulate": "accuracy.study_run",
     "Inertia": "simulation.scene",
     "joint_scene": "simulation.scene",
     "Scene": "simulation.scene",
@@ -305,28 +309,31 @@ _HOME = {
     "scene_of": "simulation.study_scene",
     "with_feed_forward": "simulation.study_scene",
     "current_commands": "sizing.currents",
-    "optimum_curve": "sizing.curves",
     "OptimumCurve": "sizing.curve_results",
+    "optimum_curve": "sizing.curves",
     "tip_deflection": "sizing.deflection",
     "vibration": "sizing.deflection",
     "evaluate": "sizing.evaluate",
+    "evaluate_drives": "sizing.evaluate",
     "free_ratios": "sizing.free_ratio",
     "FreeRatios": "sizing.free_ratio_results",
     "Front": "sizing.front",
     "pareto_front": "sizing.front",
-    "trade_offs": "sizing.trade_offs",
+    "gaps": "sizing.missing",
     "ratio_studies": "sizing.ratio",
     "ratio_study": "sizing.ratio",
     "DriveSet": "sizing.results",
-    "Verdict": "study.verdicts",
     "robust_select": "sizing.robust_selection",
     "select": "sizing.search",
+    "trade_offs": "sizing.trade_offs",
     "robustness": "sizing.uncertainty",
     "why_not": "sizing.why_not",
     "WhyNot": "sizing.why_not_results",
     "DormandPrince853": "solvers.adaptive",
     "Euler": "solvers.explicit",
     "RungeKutta4": "solvers.explicit",
+    "Rodas4": "solvers.rosenbrock",
+    "Rodas5P": "solvers.rosenbrock",
     "Beam": "spatial.beams",
     "free_motion": "spatial.free_motion",
     "RigidBody": "spatial.inertia",
@@ -341,6 +348,7 @@ _HOME = {
     "json_schema": "study.schema",
     "Wanted": "study.study",
     "Tolerances": "study.tolerances",
+    "Verdict": "study.verdicts",
     "read_sweep": "sweep.points",
     "run_sweep": "sweep.run",
     "read_results": "sweep.shards",
