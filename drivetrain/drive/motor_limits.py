@@ -108,7 +108,7 @@ def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: floa
     printed = _nominal_current(motor, ambient, housing_to_ambient)
     thermal = SourcedValue(
         thermal_current(motor, ambient, housing_to_ambient),
-        f"thermal limit: winding at {motor.max_winding_temperature} C in air of {ambient:g} C",
+        f"thermal limit: winding at {motor.max_winding_temperature} °C in air of {ambient:g} °C",
     )
     known = [limit for limit in (printed, thermal) if limit.value is not None]
     if not known:
@@ -128,10 +128,10 @@ def _nominal_current(motor: Motor, ambient: float, housing_to_ambient: float | N
     limit = motor.max_winding_temperature
     if ambient != SHEET_AMBIENT:
         if limit is None or limit <= SHEET_AMBIENT:
-            source += f", not scaled to {ambient:g} C (no winding limit)"
+            source += f", not scaled to {ambient:g} °C (no winding limit)"
         else:
             value *= math.sqrt(max(limit - ambient, 0.0) / (limit - SHEET_AMBIENT))
-            source += f", scaled from {SHEET_AMBIENT:g} C to {ambient:g} C"
+            source += f", scaled from {SHEET_AMBIENT:g} °C to {ambient:g} °C"
     sheet, mounted = thermal_resistances(motor), thermal_resistances(motor, housing_to_ambient)
     if housing_to_ambient is not None:
         if sheet is None or mounted is None:

@@ -133,6 +133,7 @@ def _heat(evaluation: Evaluation) -> Group:
         for task in evaluation.study.joints
         if task.housing_to_ambient is not None
     ]
+    lines = [line for line in lines if line[1]]
     frameless = [joint.name for joint in evaluation.joints.values() if joint.drive.motor.frameless]
     notes = (
         (

@@ -31,7 +31,8 @@ class End:
         Returns:
             With its unit; 0 where nobody could measure it.
         """
-        return "0" if deviation < NEGLIGIBLE else with_unit(deviation, self.unit)
+        shown = "mrad" if self.unit == "rad" else ""  # as pictures and tables say it
+        return "0" if deviation < NEGLIGIBLE else with_unit(deviation, self.unit, shown=shown)
 
 
 def end_of(study: Study) -> End:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array
 from drivetrain.report.colours import BLUE, FAINT, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
-from drivetrain.report.quantities import printed_unit, scaled
+from drivetrain.report.quantities import printed_unit, scaled, with_unit
 from drivetrain.report.svg import house_style
 from drivetrain.simulation.recording import Recording
 
@@ -75,7 +75,7 @@ def figure_electrics(
                 values, shown_unit = scaled(recording[key], unit)
                 axes.plot(recording.time, values, color=colour, linewidth=1.0)
                 axes.set_ylabel(f"{what} [{printed_unit(shown_unit)}]")
-                _limit(axes, recording[key], values, limit)
+                _limit(axes, recording[key], values, limit, unit)
             row[0].set_title(joint.replace("_", " "))
         for axes in rows[-1]:
             axes.set_xlabel("time [s]")
@@ -83,8 +83,8 @@ def figure_electrics(
     return figure
 
 
-def _limit(axes: Axes, own: Array, shown: Array, limit: float | None) -> None:
-    """A limit where the curve comes near it; in words where it does not."""
+def _limit(axes: Axes, own: Array, shown: Array, limit: float | None, unit: str) -> None:
+    """A limit with its value where the curve comes near it; how far off it is where it does not."""
     if limit is None:
         return
     at = int(np.argmax(np.abs(own)))
@@ -92,15 +92,16 @@ def _limit(axes: Axes, own: Array, shown: Array, limit: float | None) -> None:
     if largest == 0.0:
         return
     drawn = limit * abs(float(shown[at])) / largest
+    said, colour = f"at most {100.0 * largest / limit:.0f} % of the limit", MUTED
     if limit < 1.6 * largest:
         for side in (drawn, -drawn):
             if (side > 0.0 and float(own.max()) > 0.5 * limit) or (side < 0.0 and float(own.min()) < -0.5 * limit):
                 axes.axhline(side, color=VERMILLION, linewidth=1.0)
-    else:
-        axes.annotate(
-            f"at most {100.0 * largest / limit:.0f} % of the limit", (1.0, 1.0), (-2, 2), ha="right", va="bottom",
-            xycoords="axes fraction", textcoords="offset points", fontsize=7, color=MUTED,
-        )  # fmt: skip
+        said, colour = f"limit {with_unit(limit, unit)}", VERMILLION
+    axes.annotate(
+        said, (1.0, 1.0), (-2, 2), ha="right", va="bottom", xycoords="axes fraction", textcoords="offset points",
+        fontsize=7, color=colour,
+    )  # fmt: skip
 
 
 def figure_heat_and_friction(recording: Recording, joints: Sequence[str], *, name: str = "heat") -> Figure:

@@ -14,6 +14,7 @@ from drivetrain.report.colours import JOINT_COLOURS, MUTED
 from drivetrain.report.svg import house_style, svg_text
 
 MOST_LINES = 10  # a picture with more is a thicket: the rest is told
+SCALE = "scale."  # before what is varied by a factor
 _NUMBER = re.compile(r"\s*([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(.*)$")
 
 
@@ -38,14 +39,13 @@ def figure_sweep(results: pd.DataFrame, names: Sequence[str], label: str, *, nam
         axes = figure.subplots()
         for count, (key, rows) in enumerate(lines):
             if count < MOST_LINES:
-                _line(axes, rows, numbers.loc[rows.index], _title(others, key), JOINT_COLOURS[count % 8])
-        axes.set_xlabel(f"{along} [{unit or '-'}]")
+                _line(axes, rows, numbers.loc[rows.index], _title(others, key), JOINT_COLOURS[count % 8], count)
+        scaled = along.startswith(SCALE)
+        axes.set_xlabel(f"{_short(along)} over the study's [-]" if scaled else f"{_short(along)} [{unit or '-'}]")
         axes.set_ylabel(label)
-        axes.set_ylim(bottom=0.0)
-        bare = axes.get_xaxis_transform()
-        failed = numbers[~results["feasible"]].unique()
-        if len(failed):
-            axes.plot(failed, np.full(len(failed), 0.03), "x", color=MUTED, transform=bare, label="nothing fits (some)")
+        axes.set_ylim(0.0, 1.06 * float(results.loc[results["feasible"], "objective"].max()))
+        if not results["feasible"].all():
+            axes.plot([], [], "x", color=MUTED, label="none fits, in its line's colour")
         if axes.get_legend_handles_labels()[0]:
             axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8)
         figure.set_layout_engine("constrained")
@@ -84,16 +84,26 @@ def along_axis(results: pd.DataFrame, names: Sequence[str]) -> str:
     return max(fitting, key=lambda one: fitting[one], default="")
 
 
-def _line(axes: Axes, rows: pd.DataFrame, along: pd.Series[float], title: str, colour: str) -> None:
-    """One choice of the rest: a line through what fits."""
+def _line(
+    axes: Axes, rows: pd.DataFrame, along: pd.Series[float], title: str, colour: str, place: int
+) -> None:  # fmt: skip
+    """One choice of the rest: a line through what fits, crosses at the foot where nothing does."""
     order = along.sort_values().index
     fits = rows.loc[order, "feasible"].to_numpy()
     axes.plot(along[order], np.where(fits, rows.loc[order, "objective"], np.nan), "o-", color=colour, label=title)
+    failed = along[order][~fits]
+    height = np.full(len(failed), 0.03 + 0.03 * place)  # crosses of several lines stand above one another
+    axes.plot(failed, height, "x", color=colour, transform=axes.get_xaxis_transform())
 
 
 def _title(names: Sequence[str], key: object) -> str:
     values = key if isinstance(key, tuple) else (key,)
-    return ", ".join(f"{one.split('.')[-1]} {value}" for one, value in zip(names, values, strict=True))
+    told = zip(names, values, strict=True)
+    return ", ".join(f"{_short(one)} {'× ' if one.startswith(SCALE) else ''}{value}" for one, value in told)
+
+
+def _short(name: str) -> str:
+    return name.removeprefix(SCALE).split(".")[-1].replace("_", " ")
 
 
 def _numbers(texts: pd.Series[str]) -> tuple[pd.Series[float], str]:

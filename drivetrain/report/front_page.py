@@ -17,6 +17,7 @@ from drivetrain.sizing.uncertainty import Chance
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1
+MOST_LISTED = 40  # lines on the terminal
 HEADINGS = {
     "mass": "mass [kg]", "price": "price", "energy": "energy a cycle [J]", "utilisation": "highest utilisation",
 }  # fmt: skip
@@ -77,10 +78,9 @@ def front_sentence(found: Front) -> str:
     spans = []
     for name in found.names:
         values = [point.criteria[name] for point in found.points]
-        if name == "utilisation":
-            spans.append(f"{name} from {percent(min(values))} to {percent(max(values))}")
-        else:
-            spans.append(f"{name} from {number(min(values))} to {number(max(values))}\u00a0{unit_of(name)}".rstrip())
+        text, unit = (percent, "") if name == "utilisation" else (number, f"\u00a0{unit_of(name)}".rstrip())
+        low, high = text(min(values)), text(max(values))
+        spans.append(f"{name} {low}{unit}" if low == high else f"{name} from {low} to {high}{unit}")
     count = len(found.points)
     sets = f"{count} set{'s' if count > 1 else ''} of drives"
     return f"{sets} that no other beats: {', '.join(spans)}. {found.proof[0].upper()}{found.proof[1:]}."
@@ -93,7 +93,7 @@ def front_lines(found: Front) -> list[str]:
         found: From ``pareto_front``.
 
     Returns:
-        One line a set.
+        One line a set, of a long front the first ones.
     """
     lines = [
         ", ".join(
@@ -103,9 +103,10 @@ def front_lines(found: Front) -> list[str]:
         )
         for point in found.points
     ]
-    if not found.chances:
-        return lines
-    return [f"{line}, holds with {chance_text(one)}" for line, one in zip(lines, found.chances, strict=True)]
+    if found.chances:
+        lines = [f"{line}, holds with {chance_text(one)}" for line, one in zip(lines, found.chances, strict=True)]
+    more = len(lines) - MOST_LISTED
+    return [*lines[:MOST_LISTED], f"and {more} more, which front.html and front.json list"] if more > 0 else lines
 
 
 def front_json(found: Front) -> str:

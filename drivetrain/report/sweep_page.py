@@ -42,7 +42,7 @@ def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> s
     numeric = (len(names) + 1, len(names) + 2)
     table = SheetTable(headings, _rows(shown, names), numeric=numeric)
     notes = ("The shards hold every point; " + f"the first {MOST_ROWS} are shown here.",) * (len(results) > MOST_ROWS)
-    figures = ((picture, "Each mark is one point; crosses: nothing fits there."),) if picture else ()
+    figures = ((picture, "Each mark is one point; crosses at the foot: no set fits there."),) if picture else ()
     return sheet(
         study, "Sweep", [Section("Every point", "points", lead=(lead,), figures=figures, tables=(table,), notes=notes)]
     )

@@ -39,7 +39,7 @@ def verdict_table(evaluation: Evaluation) -> Table:
     for joint in evaluation.joints.values():
         table.add_row(*_cells(joint))
     for check in evaluation.shared:
-        if check.utilisation is None:
+        if check.utilisation is None and check.verdict is not Verdict.FAIL:
             continue
         verdict = Text(str(check.verdict), STYLES[check.verdict])
         blank = [DASH] * 3

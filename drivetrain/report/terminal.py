@@ -15,7 +15,6 @@ from drivetrain.catalog.lint import LintFault
 from drivetrain.errors import DrivetrainError, Fault, InputError
 
 WIDTH_WITHOUT_TERMINAL = 160  # columns when the output is piped: no line is cut to a screen that is not there
-MOST_LISTED = 25  # lines of a long list on the terminal
 
 
 def console(*, errors: bool = False) -> Console:

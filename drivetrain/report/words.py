@@ -7,7 +7,9 @@ import math
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
 from drivetrain.sizing.missing import gap_lines, uncounted
 from drivetrain.sizing.missing import gaps as missing_gaps
+from drivetrain.sizing.objectives import drive_price
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import DriveMass, Study
 from drivetrain.study.verdicts import Check, Verdict, lacking
 
@@ -161,6 +163,9 @@ def overall_sentence(evaluation: Evaluation) -> str:
         One sentence that names the joint.
     """
     found = binding_place(evaluation)
+    if found is None and evaluation.verdict is Verdict.FAIL:
+        told = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
+        return f"{told[0].upper()}{told[1:]}."
     if found is None:
         return "Nothing could be checked: the sheets lack data."
     place, check = found
@@ -236,7 +241,7 @@ def objective_text(evaluation: Evaluation, selection: Selection | None = None) -
     part = selection is not None and bool(selection.notes)
     value = number(selection.objective if selection is not None and part else evaluation.objective)
     value += " as far as known," if part else ""
-    if value in (DASH, "∞"):
+    if value.startswith((DASH, "∞")) or (part and _nothing_known(evaluation)):
         return "; ".join(uncounted(evaluation)) or f"{kind} not known"
     if kind == "weighted":
         parts = [f"{name} × {weight:g}" for name, weight in evaluation.study.wanted.weights]
@@ -247,6 +252,12 @@ def objective_text(evaluation: Evaluation, selection: Selection | None = None) -
         "price": f"price {value}, in the catalogue's currency",
     }
     return words[kind]
+
+
+def _nothing_known(evaluation: Evaluation) -> bool:
+    """Whether no drive at all has a known share of the objective; what a search adds to put equals in order is none."""
+    share = {"mass": drive_mass, "price": drive_price}.get(evaluation.study.objective)
+    return share is not None and all(share(joint.drive) is None for joint in evaluation.joints.values())
 
 
 def safety_lines(study: Study) -> list[tuple[str, str]]:

@@ -68,7 +68,7 @@ class Plan:
         return "\n".join([
             f"Plan of {self.scene.name}: {self.body.n} joints, {len(self.memory.states)} states, "
             f"{len(self.instances)} effects in {len(self.groups)} calls, {self.scene.duration:g} s",
-            *_table("States", ((name, self.units[name]) for name in self.memory.states)),
+            *_table("States", _state_rows(self.memory.states, self.units)),
             *_table("Order", ((f"{k}. {one.kind.__name__}", _where(one)) for k, one in enumerate(self.groups, 1))),
             *_table("Signals", _signal_rows(self.signals)),
             *_table("Time scales", _scale_rows(self.time_scales)),
@@ -254,6 +254,18 @@ def _where(group: Group) -> str:
     return ", ".join(dict.fromkeys(one.place.name for one in group.instances))
 
 
+def _state_rows(names: Iterable[str], units: dict[str, str]) -> list[tuple[str, str]]:
+    """The states with their units; a row for all joints that have the same."""
+    rows: dict[tuple[str, str], list[str]] = {}
+    for name in names:
+        rows.setdefault((name.rpartition(".")[2], units[name]), []).append(name.rpartition(".")[0])
+    return [(f"{_joined(places)}.{what}", _printed(unit)) for (what, unit), places in rows.items()]
+
+
+def _printed(unit: str) -> str:
+    return "°C" if unit == "C" else unit
+
+
 def _signal_rows(known: Directory) -> list[tuple[str, str]]:
     """What sets each signal; a row for all joints of which the same can be said."""
     rows: dict[tuple[str, str], list[str]] = {}
@@ -261,7 +273,7 @@ def _signal_rows(known: Directory) -> list[tuple[str, str]]:
         who, place = _who(name, known), name.rpartition(".")[0]
         if who:
             said = who.replace(f" of {place}", "")
-            rows.setdefault((f"{name.rpartition('.')[2]} [{unit}]", said), []).append(place)
+            rows.setdefault((f"{name.rpartition('.')[2]} [{_printed(unit)}]", said), []).append(place)
     listed = [(f"{_joined(places)}.{what}", said) for (what, said), places in rows.items()]
     return sorted(listed, key=lambda row: row[1].endswith("as nothing gives it"))
 

@@ -147,7 +147,7 @@ def winding_temperature(op: Operation) -> Check:
     if op.heat is None:
         return reported(name, "C", None, "the sheet has no thermal resistances for this mounting")
     allowed = limit - op.safety.temperature_margin
-    source = f"winding limit {limit:g} C of {_name(op.drive.motor)}"
+    source = f"winding limit {limit:g} °C of {_name(op.drive.motor)}"
     if op.safety.temperature_margin:
         source += f" less {op.safety.temperature_margin:g} K"
     if op.heat.runaway:

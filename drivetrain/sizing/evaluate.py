@@ -20,6 +20,7 @@ from drivetrain.study.verdicts import UNWEIGHED, Check
 
 Pair = tuple[str, str]
 Given = tuple[str, str | None]
+GIVE = "give the joint in the study a `drive: {motor: KEY, gear: KEY}`, or let `select` choose one"
 NO_GEAR = ("", "none", None)  # what may stand for the gear of a direct drive
 
 
@@ -128,7 +129,7 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
     for task in study.joints:
         given = drives.get(task.name, task.drive)
         if given is None:
-            faults.append(Fault(f"drives.{task.name}", "has no drive: give one, or let one be selected"))
+            faults.append(Fault(f"drives.{task.name}", "has no drive", None, GIVE))
         elif isinstance(given, str) or len(given) != 2:
             faults.append(Fault(f"drives.{task.name}", "must be a motor key and a gear key", given))
         else:

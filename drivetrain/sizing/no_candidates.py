@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from drivetrain.sizing.missing import cells_to_fill
@@ -13,7 +11,7 @@ from drivetrain.study.verdicts import Check, Verdict
 
 
 def nothing_to_choose(problem: Problem) -> tuple[Check, ...]:
-    """What keeps joints from having any candidate, as checks that fail.
+    """What keeps joints from having any candidate, as checks that fail; none has a utilisation, as no limit is met.
 
     Args:
         problem: What is chosen from.
@@ -23,7 +21,7 @@ def nothing_to_choose(problem: Problem) -> tuple[Check, ...]:
     """
     return tuple(
         Check(
-            f"candidates of {task.name}", 1.0, 0.0, "1", math.inf, Verdict.FAIL,
+            f"candidates of {task.name}", 1.0, 0.0, "1", None, Verdict.FAIL,
             remark=_told(_reason(problem, joint)[0], [task.name]),
         )
         for joint, task in enumerate(problem.packed.study.joints) if not len(problem.known[joint])

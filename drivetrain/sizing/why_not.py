@@ -102,7 +102,8 @@ def _named(
     if joint is not None and joint not in names:
         faults.append(Fault("joint", "is no joint of the study", joint, nearest(joint, names)))
     if motor is None and gear is None:
-        faults.append(Fault("part", "name a motor, a gear or both"))
+        hint = "keys of the catalogue: --motor KEY, --gear KEY"
+        faults.append(Fault("part", "name a motor, a gear or both", hint=hint))
     key = None if motor is None else _key("motor", motor, study.catalog.motors, faults)
     wheel = "" if gear in NO_GEAR and gear is not None else gear
     if wheel:

@@ -92,7 +92,7 @@ def test_the_smaller_of_printed_and_thermal_counts() -> None:
 
 def test_printed_current_is_carried_to_another_air_and_mounting() -> None:
     hot = continuous_current(_motor(nominal_current=2.0), 75.0)
-    assert hot.value == pytest.approx(2.0 * math.sqrt(50.0 / 100.0)) and "scaled from 25 C to 75 C" in hot.source
+    assert hot.value == pytest.approx(2.0 * math.sqrt(50.0 / 100.0)) and "scaled from 25 °C to 75 °C" in hot.source
     cooled = continuous_current(_motor(nominal_current=2.0), 25.0, housing_to_ambient=2.0)
     assert cooled.value == pytest.approx(2.0 * math.sqrt(8.0 / 4.0)) and "mounting" in cooled.source
     unknown = continuous_current(Motor("bare", 1.0, 0.1, nominal_current=2.0), 75.0)

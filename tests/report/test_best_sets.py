@@ -16,7 +16,7 @@ from drivetrain.report.fallen_columns import COLUMNS, counted, fallen_columns, f
 from drivetrain.report.outputs import currents_csv
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
-from drivetrain.report.table import verdict_lines
+from drivetrain.report.table import verdict_lines, verdict_table
 from drivetrain.report.words import objective_text
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.study.study import Wanted
@@ -71,7 +71,7 @@ def test_every_objective_has_its_words(three_sets: Selection, weights: tuple, wo
 
 
 def test_a_selection_in_which_no_joint_has_a_drive_still_has_a_page(selection: Selection) -> None:
-    lacking = Check("candidates of elbow", 1.0, 0.0, "1", math.inf, Verdict.FAIL, remark="elbow has no candidate")
+    lacking = Check("candidates of elbow", 1.0, 0.0, "1", None, Verdict.FAIL, remark="elbow has no candidate")
     nothing = Evaluation(selection.study, {}, (lacking,), math.nan)
     found = replace(selection, drives={}, evaluation=nothing, objective=math.nan, alternatives={}, fallen=())
     found = replace(found, advice=("elbow: no motor of the catalogue may drive it",))
@@ -79,9 +79,11 @@ def test_a_selection_in_which_no_joint_has_a_drive_still_has_a_page(selection: S
     assert "FAIL" in page and "no motor of the catalogue may drive it" in page
     assert json.loads(result_json(found))["verdict"] == "FAIL"
     assert any("no motor" in line.plain for line in verdict_lines(found))
-    assert "catalogue: candidates of elbow: elbow has no candidate" in " ".join(
-        line.plain for line in verdict_lines(found)
-    )
+    assert "Elbow has no candidate." in [line.plain for line in verdict_lines(found)]
+    cells = [list(column.cells) for column in verdict_table(nothing).columns]
+    assert cells[0] == ["catalogue"] and cells[-1] == ["candidates of elbow"]
+    assert "\u221e" not in page + "".join(str(cell) for column in cells for cell in column)
+    assert "All joints together" not in page and "sheets hold at" not in page
     header, *rows = currents_csv(nothing).splitlines()
     assert header.startswith("time [s],joint,current [A]") and rows == []
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 
 import pytest
 from matplotlib.collections import PathCollection
@@ -44,6 +45,15 @@ def test_words_tell_span_and_proof(study):
     assert "up to 5 %" in left and "Not complete" in left
     assert "before anything was known" in front_sentence(front(study, complete=False, gap=math.inf))
     assert len(front_lines(front(study))) == 3 and "price" not in front_lines(front(study))[0]
+
+
+def test_a_long_front_is_cut_on_the_terminal_and_one_set_has_no_span(study):
+    long = front(study)
+    long = replace(long, points=long.points * 20)
+    *shown, last = front_lines(long)
+    assert len(shown) == 40 and last.startswith("and 20 more")
+    one = front_sentence(replace(long, points=long.points[:1]))
+    assert "mass 1.00\u00a0kg, energy 90.0\u00a0J" in one and "from" not in one
 
 
 def test_page_holds_every_set_and_what_is_left_out(study):

@@ -203,15 +203,16 @@ def test_printed_it_shows_states_signals_order_and_what_is_left_out() -> None:
     arm = dt.load_arm("ur5")
     text = str(plan(Scene(arm, {name: tuple(drive()) for name in arm.joint_names}, 2.0)))
     for word in (
-        "elbow_joint.speed",
+        "(6 joints).speed ",
+        "(6 joints).winding_temperature    °C",
         "rad/s",
-        "winding_temperature",
         "DryFriction",
         "sum of",
         "springs",
         "winding warms",
     ):
         assert word in text
+    assert text.count(".speed ") == 1 and " C\n" not in text  # one row for all joints, no coulombs
 
 
 def test_stopped_and_resumed_it_is_the_same_to_the_bit() -> None:
