@@ -365,28 +365,3 @@ def engineering(value: float, unit: str, *, show: str = "") -> tuple[float, str]
     """
     chosen = show or readable_unit(value, unit)
     return float(from_si(value, unit, chosen)), chosen
-
-
-def format_quantity(value: float, unit: str, *, show: str = "", digits: int = 3) -> str:
-    """A value as text with a readable unit.
-
-    Args:
-        value: In ``unit``.
-        unit: Its SI unit, empty for a pure number.
-        show: The unit to use instead of the one chosen, such as ``rpm``.
-        digits: Significant digits; whole digits before the point are never cut.
-
-    Returns:
-        Such as ``12.5 mN m``.
-    """
-    scaled, chosen = engineering(value, unit, show=show)
-    return f"{_rounded(scaled, digits)} {chosen.replace('degC', '°C').replace('^2', '²')}".strip()
-
-
-def _rounded(value: float, digits: int) -> str:
-    """The value with so many significant digits, never in powers of ten between 1e-4 and 1e7."""
-    size = abs(value)
-    if not math.isfinite(value) or size == 0.0 or not 1e-4 <= size < 1e7:
-        return f"{value:.{digits}g}"
-    decimals = max(0, digits - 1 - math.floor(math.log10(size)))
-    return f"{value:.{decimals}f}"

@@ -17,7 +17,6 @@ from drivetrain.units import (
     READABLE,
     engineering,
     factor,
-    format_quantity,
     from_si,
     quantities,
     quantity,
@@ -216,26 +215,6 @@ def test_readable_units():
     assert engineering(314.159265, "rad/s", show="rpm")[0] == pytest.approx(3000.0)
     assert readable_unit(0.0, "A") == "A"
     assert readable_unit(3.0, "cd/m") == "cd/m"
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "show", "text"),
-    [
-        (0.02, "A", "", "20.0 mA"),
-        (12345.678, "W", "", "12.3 kW"),
-        (7e7, "s", "", "19444 h"),
-        (1.2, "s", "", "1.20 s"),
-        (0.31, "", "%", "31.0 %"),
-        (85.25, "degC", "", "85.2 °C"),
-        (-0.5, "N m", "", "-500 mN m"),
-        (0.97, "", "", "0.970"),
-        (1.5e-4, "kg m^2", "", "1.50 kg cm²"),
-        (0.0, "A", "", "0 A"),
-        (math.inf, "A", "", "inf A"),
-    ],
-)
-def test_text_for_reports(value, unit, show, text):
-    assert format_quantity(value, unit, show=show) == text
 
 
 def test_pint_waits_until_a_unit_is_read():

@@ -58,18 +58,6 @@ def currents_csv(evaluation: Evaluation) -> str:
     return str(current_commands(evaluation).to_csv(index=False, lineterminator="\n", float_format="%.6g"))
 
 
-def fallen_csv(selection: Selection) -> str:
-    """Every candidate that fell, with the check that felled it, as CSV text.
-
-    Args:
-        selection: Of ``select``.
-
-    Returns:
-        One header row, one row a candidate; required and available in the unit of their column ``unit``.
-    """
-    return fallen_text(fallen_columns(selection))
-
-
 def write_files(out_dir: str | Path, texts: dict[str, str]) -> dict[str, Path]:
     """Write several files so that a failure leaves the old ones as they were.
 

@@ -11,7 +11,6 @@ from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.study.verdicts import Check, Verdict, verdict_of
 
-QUANTITIES = ("peak current", "RMS current", "RMS torque", "winding temperature", "tip deviation")
 """What a decision rests on; the last is of the whole scene, the others of each joint."""
 
 

@@ -25,7 +25,6 @@ from drivetrain.simulation.passive import recorded_times
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Series
-from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.wiring import Instance, unit_at
 from drivetrain.solvers.compiled_function import evaluate
 
@@ -262,15 +261,3 @@ def _series(plan: Plan, demand: Demand) -> dict[str, Series]:
         if twist is not None:
             series[f"{name}.deflection"] = Series("rad", np.array([twist(load) for load in demand.mesh_torque[:, i]]))
     return series
-
-
-def passive_scene(scene: Scene) -> Scene:
-    """A scene without its motors and controllers, as the inverse engine takes it.
-
-    Args:
-        scene: The scene.
-
-    Returns:
-        The scene with effects that only resist.
-    """
-    return replace(scene, effects=_passive(planned(scene)))

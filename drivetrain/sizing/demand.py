@@ -142,7 +142,6 @@ class JointDemand:
         return float(values @ self.weights) / total if total > 0.0 else float(np.mean(values))
 
 
-INSTANTS = 64  # that a quick look at many drives takes
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,27 +238,6 @@ class JointWork:
         numbers[at : at + NUMBERS] = drive_numbers(self.work.study, self.joint, drive)
         others = (self.others.force, self.others.wrench, self.others.inertia)
         return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others)))
-
-    def least_peaks(self, numbers: Array) -> Array:
-        """What the largest load torque with each of many drives cannot be below, to rounding.
-
-        Where the joint's own drive loads it, that is the largest torque among the instants that ask most without it.
-
-        Args:
-            numbers: Of the drives that the joint's own may be, in the units of ``drive_numbers``, (drives, NUMBERS).
-
-        Returns:
-            At the gear's output, joint friction included [N m], (drives,).
-        """
-        if not self.own_load:
-            return np.full(len(numbers), np.abs(self._fixed.load_torque).max())
-        basis = self.work.basis[self.joint]
-        at = NUMBERS * basis.drives.index(self.joint)
-        travel = self.work.study.joints[self.joint].travel_per_turn or 1.0
-        fixed = self._fixed.load_torque
-        some = np.argsort(np.abs(fixed))[-INSTANTS:]
-        added = numbers @ (travel * basis.force[at : at + NUMBERS, some])
-        return np.asarray(np.abs(added + fixed[some]).max(axis=1))
 
     def _demand(self, sums: _Sums | None) -> JointDemand:
         """At the gear's output, from sums in the joint's own coordinate."""

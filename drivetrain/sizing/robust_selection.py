@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -35,7 +35,6 @@ from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.scatter import drawn
 from drivetrain.sizing.scatter_ground import Ground, ground
 from drivetrain.sizing.scatter_task import Bench, bench
-from drivetrain.sizing.search import select
 from drivetrain.sizing.search_tree import Node, Tree
 from drivetrain.sizing.uncertainty import Chance
 from drivetrain.study.study import Study
@@ -130,26 +129,6 @@ class RobustSelection:
         if self.bound < self.chosen.drives.objective * (1.0 - EQUAL):
             words = f"{words}; the search was stopped: sets from an objective of {self.bound:.4g} on are left"
         return words
-
-
-def sets_in_order(study: Study, *, first: int = 8) -> Iterator[DriveSet]:
-    """The sets that hold with nominal numbers, best first.
-
-    Args:
-        study: The task and what is wanted.
-        first: How many the first search asks for; the next ones ask for four times as many.
-
-    Yields:
-        Sets in rising order of the objective, until there are no more or a search ends unproven.
-    """
-    told, count = 0, first
-    while True:
-        selection = select(study, wanted=replace(study.wanted, sets=count))
-        yield from selection.sets[told:]
-        told = len(selection.sets)
-        if told < count or selection.state is not None:
-            return
-        count *= 4
 
 
 def robust_select(

@@ -64,20 +64,6 @@ def _lightest_first(catalog: Catalog, pairs: list[Pair]) -> tuple[Pair, ...]:
     return tuple(ordered[i] for i in np.argsort(masses, kind="stable").tolist())
 
 
-def pair_mass(catalog: Catalog, pair: Pair) -> float:
-    """Mass of motor and gear together.
-
-    Args:
-        catalog: The rows.
-        pair: Keys; gear "" is a direct drive.
-
-    Returns:
-        [kg]; infinite when one is unknown.
-    """
-    masses = [catalog.motors[pair[0]].mass] + ([catalog.gears[pair[1]].mass] if pair[1] else [])
-    return sum(math.inf if mass is None else mass for mass in masses)
-
-
 def frameless_rule(form: CandidatesForm) -> FramelessRule:
     """The geometric rule with the study's changes.
 

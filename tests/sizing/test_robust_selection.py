@@ -11,7 +11,8 @@ import pytest
 from drivetrain.errors import InputError
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.robust_selection import Decision, decided, robust_select, sets_in_order
+from drivetrain.sizing.robust_selection import Decision, decided, robust_select
+from drivetrain.sizing.search import select
 from drivetrain.sizing.uncertainty import Chance, robustness
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
@@ -108,7 +109,7 @@ def test_sets_from_the_search_come_in_order(shop):
     }
     task = replace(study.joints[0], drive=None, pairs=tuple((name, result.gear) for name in reversed(names)))
     study = replace(study, joints=(task,), catalog=replace(study.catalog, motors=weighed))
-    sets = list(sets_in_order(study, first=1))
+    sets = select(replace(study, wanted=replace(study.wanted, sets=9))).sets
     assert [one.drives[result.name][0] for one in sets] == list(names)
     found = robust_select(study, holds=0.6)
     assert found.chosen is not None and found.chosen.drives.drives[result.name][0] == "close"

@@ -10,7 +10,7 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.study.candidates import candidate_pairs, pair_mass
+from drivetrain.study.candidates import candidate_pairs
 from drivetrain.study.document import Document
 from drivetrain.study.ledger import Ledger
 from drivetrain.study.schema_parts import CandidatesForm
@@ -59,7 +59,11 @@ def test_the_order_does_not_depend_on_the_order_of_the_catalogue() -> None:
     ledger = Ledger(Document(Path("study.yaml"), b"", {}, {}))
     form = CandidatesForm.model_validate({"pairs": "all"})
     assert candidate_pairs(form, CATALOG, ledger, PLACE)[0] == candidate_pairs(form, turned, ledger, PLACE)[0]
-    masses = [pair_mass(CATALOG, pair) for pair in candidate_pairs(form, CATALOG, ledger, PLACE)[0]]
+    parts = [
+        [CATALOG.motors[motor].mass, *([CATALOG.gears[gear].mass] if gear else [])]
+        for motor, gear in candidate_pairs(form, CATALOG, ledger, PLACE)[0]
+    ]
+    masses = [sum(float("inf") if mass is None else mass for mass in pair) for pair in parts]
     assert masses == sorted(masses)
     assert masses[-1] == float("inf")
 
