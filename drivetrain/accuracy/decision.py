@@ -6,19 +6,21 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
-from drivetrain.drive.heat import PeriodicTemperature, temperature_of_current
+from drivetrain.drive.heat import PeriodicTemperature
+from drivetrain.drive.mixed_heat import Use, mixed_rise, mixed_temperature_of_current
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
-from drivetrain.drive.periodic_rise import CycleLosses, mean_rise, periodic_rise
+from drivetrain.drive.periodic_rise import CycleLosses
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.effects.winding_heat import WindingHeat
-from drivetrain.motion.duty_cycle import sample_weights
+from drivetrain.motion.duty_cycle import Cycle, sample_weights
 from drivetrain.simulation.cost_results import Change, Decision, JointDecision
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
@@ -41,12 +43,28 @@ class Basis:
         networks: Thermal networks by joint name; a joint that is not named has no temperature.
         evaluation: Of the study; None: no checks.
         period: Of the repeated cycle [s], the last of which is looked at; None: the whole recording.
+        ends: Of the parts of a mix within the period [s].
+        shares: Of the time of use, one a part.
     """
 
     motors: Mapping[str, Motor]
     networks: Mapping[str, ThermalNetwork]
     evaluation: Evaluation | None = None
     period: float | None = None
+    ends: tuple[float, ...] = (math.inf,)
+    shares: tuple[float, ...] = (1.0,)
+
+    def use(self, time: Array) -> Use:
+        """How recorded instants belong to the parts of the mix.
+
+        Args:
+            time: Of the last period [s], (N,).
+
+        Returns:
+            Parts and shares; one part where there is no mix.
+        """
+        stops = [*np.searchsorted(time, time[0] + np.array(self.ends[:-1])).tolist(), len(time)]
+        return Use([slice(first, stop) for first, stop in pairwise([0, *stops])], self.shares)
 
 
 def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
@@ -67,7 +85,11 @@ def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
                 motors[name] = sheet
             if isinstance(effect, WindingHeat):
                 networks[name] = effect.network
-    return Basis(motors, networks, evaluation, None if evaluation is None else evaluation.study.cycle.duration)
+    if evaluation is None:
+        return Basis(motors, networks)
+    cycle = evaluation.study.cycle
+    ends = tuple(float(cycle.time[part.stop - 1]) for part in cycle.parts)
+    return Basis(motors, networks, evaluation, cycle.duration, ends, cycle.shares)
 
 
 def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
@@ -86,12 +108,13 @@ def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
     last = np.flatnonzero(recording.time >= first - 1e-9)
     series = {name: one.values[last] for name, one in recording.series.items()}
     time, joints, checks = recording.time[last], {}, {}
+    use = basis.use(time)
     warm = {name for name, own in scene.effects.items() if any(isinstance(effect, WindingHeat) for effect in own)}
     for name in scene.joints:
         heat = _heat(name, time, series, basis, name in warm)
-        joints[name] = _joint(name, time, series, basis, heat)
+        joints[name] = _joint(name, mean_weights(time, use), series, basis, heat)
         if basis.evaluation is not None and f"{name}.current" in series:
-            checks[name] = _checks(basis.evaluation, basis.evaluation.joints[name], time, series, heat)
+            checks[name] = _checks(basis.evaluation, basis.evaluation.joints[name], (time, use), series, heat)
     return Decision(joints, _tip(scene, series), checks)
 
 
@@ -125,23 +148,39 @@ def _share(value: float, whole: float) -> float:
 
 
 def _joint(
-    name: str, time: Array, series: Mapping[str, Array], basis: Basis, heat: PeriodicTemperature | None
+    name: str, weights: Array, series: Mapping[str, Array], basis: Basis, heat: PeriodicTemperature | None
 ) -> JointDecision:
-    current = series.get(f"{name}.current", np.full(len(time), np.nan))
-    torque = series.get(f"{name}.mesh_torque", np.full(len(time), np.nan))
+    current = series.get(f"{name}.current", np.full(len(weights), np.nan))
+    torque = series.get(f"{name}.mesh_torque", np.full(len(weights), np.nan))
     network = basis.networks.get(name)
     return JointDecision(
         float(np.abs(current).max()),
-        _rms(current, time),
-        _rms(torque, time),
+        _rms(current, weights),
+        _rms(torque, weights),
         math.nan if heat is None else heat.peak_winding,
         math.nan if network is None else network.ambient,
         float(np.abs(_away(name, series)).max()),
     )
 
 
-def _rms(values: Array, time: Array) -> float:
-    weights = sample_weights(time)
+def mean_weights(time: Array, use: Use) -> Array:
+    """The time that each recorded instant stands for in the mean use.
+
+    Args:
+        time: [s], (N,).
+        use: Parts of a mix and their shares.
+
+    Returns:
+        [s], (N,).
+    """
+    weights = np.zeros(len(time))
+    for part, share in zip(use.parts, use.shares, strict=True):
+        own = sample_weights(time[part])
+        weights[part] = own * (share * float(time[-1] - time[0]) / float(own.sum()))
+    return weights
+
+
+def _rms(values: Array, weights: Array) -> float:
     return float(math.sqrt(weights @ values**2 / weights.sum()))
 
 
@@ -189,21 +228,25 @@ def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, war
     loss = np.zeros(len(time))
     for what in ("motor_friction_power", "motor_viscous_power"):
         loss = loss + series.get(f"{name}.{what}", 0.0)
-    found = temperature_of_current(network, motor, time, current, housing_loss=loss)
+    use = basis.use(time)
+    found = mixed_temperature_of_current(network, motor, time, current, use, housing_loss=loss)
     if warm:
         return found
+    losses = [_cold_losses(motor, time[part], current[part], loss[part]) for part in use.parts]
+    rise = mixed_rise(network, losses, use.shares)
+    winding, housing = network.ambient + float(rise.means[:, 0].max()), network.ambient + rise.housing
+    # The ripple of the constant resistance is left out: it is small beside what the resistance does.
+    return replace(
+        found, winding=np.full(len(time), winding), housing=np.full(len(time), housing), mean_winding=winding,
+        mean_housing=housing, peak_winding=winding, magnet_temperature=motor.reference_temperature, runaway=False,
+    )  # fmt: skip
+
+
+def _cold_losses(motor: Motor, time: Array, current: Array, loss: Array) -> CycleLosses:
+    """Of a winding whose resistance stays that of its reference temperature."""
     square = (current[:-1] ** 2 + current[:-1] * current[1:] + current[1:] ** 2) / 3.0
     copper = float(winding_resistance(motor, motor.reference_temperature)) * square
-    losses = CycleLosses(np.diff(time), copper, np.zeros_like(copper), 0.5 * (loss[:-1] + loss[1:]))
-    rise = (mean_rise if network.winding_capacity is None else periodic_rise)(network, losses)
-    mean = network.ambient + rise.mean
-    # The ripple of the constant resistance is left out: it is small beside what the resistance does.
-    constant = np.full(len(time), mean[0])
-    return replace(
-        found, winding=constant, housing=np.full(len(time), mean[1]), mean_winding=float(mean[0]),
-        mean_housing=float(mean[1]), peak_winding=float(mean[0]), magnet_temperature=motor.reference_temperature,
-        runaway=False,
-    )  # fmt: skip
+    return CycleLosses(np.diff(time), copper, np.zeros_like(copper), 0.5 * (loss[:-1] + loss[1:]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,22 +283,31 @@ class _Simulated(Operation):
 
 
 def _checks(
-    evaluation: Evaluation, joint: JointResult, time: Array, series: Mapping[str, Array],
+    evaluation: Evaluation, joint: JointResult, when: tuple[Array, Use], series: Mapping[str, Array],
     heat: PeriodicTemperature | None,
 ) -> tuple[Check, ...]:  # fmt: skip
     """The checks of a study on what was simulated."""
-    study, name = evaluation.study, joint.name
+    study, name, (time, use) = evaluation.study, joint.name, when
     task = next(one for one in study.joints if one.name == name)
     zero = np.zeros(len(time))
     speed = series[f"{name}.motor_speed"] / joint.drive.gear.ratio
-    cycle = replace(study.cycle) if len(study.cycle.parts) == 1 else study.cycle
+    cycle = _sampled(study.cycle, time, use)
     demand = JointDemand(
-        time, sample_weights(time), series[f"{name}.position"], speed, zero, zero, series[f"{name}.mesh_torque"],
+        time, mean_weights(time, use), series[f"{name}.position"], speed, zero, zero, series[f"{name}.mesh_torque"],
         task.friction, np.zeros(len(time), dtype=np.int64), None, None, cycle,
     )  # fmt: skip
     own = {what: series.get(f"{name}.{what}", zero) for what in ("current", "voltage")}
     op = _Simulated(demand, joint.drive, task, study.supply, study.ambient, study.safety, own, heat)
     return tuple(check(op) for check in CHECKS)
+
+
+def _sampled(cycle: Cycle, time: Array, use: Use) -> Cycle:
+    """The cycle at the recorded instants: what the checks ask it for are its parts and their names."""
+    nothing, where = np.zeros((len(time), len(cycle.joint_names))), np.zeros(len(time), dtype=np.int64)
+    return replace(
+        cycle, time=time, position=nothing, velocity=nothing, acceleration=nothing,
+        torque=None if cycle.torque is None else nothing, payload=where, segment=where, parts=tuple(use.parts),
+    )  # fmt: skip
 
 
 def moving(recording: Recording, joint: str) -> Array:

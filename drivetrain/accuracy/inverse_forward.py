@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from drivetrain.accuracy.decision import moving
+from drivetrain.accuracy.decision import basis_of, mean_weights, moving
 from drivetrain.accuracy.full_scene import full_scene
 from drivetrain.accuracy.variants import choices, without
 from drivetrain.arrays import Array
-from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.simulation.cost_results import Choice, JointCurrents, RoadsCompared
 from drivetrain.simulation.engine import Engine
 from drivetrain.simulation.fixed_step import FixedStep
@@ -54,18 +53,21 @@ def inverse_against_forward(
     engine = FixedStep(5e-4) if engine is None else engine
     same = without(full, same_effects(full))
     recording = simulate(same, solver=engine, interval=1e-3)
+    when = recording.time, mean_weights(recording.time, basis_of(full, evaluation).use(recording.time))
     joints = {
-        name: _compared(evaluation, name, recording.time, recording[f"{name}.current"], moving(recording, name))
+        name: _compared(evaluation, name, when, recording[f"{name}.current"], moving(recording, name))
         for name in full.joints
     }
     return RoadsCompared(joints, recording)
 
 
-def _compared(evaluation: Evaluation, name: str, time: Array, forward: Array, moves: Array) -> JointCurrents:
-    series = evaluation.joints[name].series
+def _compared(
+    evaluation: Evaluation, name: str, when: tuple[Array, Array], forward: Array, moves: Array
+) -> JointCurrents:
+    series, (time, weights) = evaluation.joints[name].series, when
     # At a jump the inverse road has both sides; between samples its current is a straight line.
     own = np.interp(time, series.time + 1e-12 * np.arange(len(series.time)), series.current)
-    weights, difference = sample_weights(time), forward - own
+    difference = forward - own
     whole = _rms(own, weights)
     apart = [_rms(difference[mask], weights[mask]) / whole if mask.any() and whole else math.nan
              for mask in (moves, np.logical_not(moves))]  # fmt: skip

@@ -109,6 +109,38 @@ def mixed_temperature(
     return _result(network, (time, current, use), warm, state(magnets), (shown, converged))
 
 
+def mixed_temperature_of_current(
+    network: ThermalNetwork,
+    motor: Motor,
+    time: Array,
+    current: Array,
+    use: Use,
+    *,
+    housing_loss: Array | None = None,
+) -> PeriodicTemperature:
+    """The temperatures of a mix of current cycles, windings as warm as they make them.
+
+    Args:
+        network: From ``thermal_network``.
+        motor: Resistance and its change with temperature.
+        time: Never decreasing [s], (N,), through one period of each part after another.
+        current: [A], DC equivalent, (N,), linear between samples of a part.
+        use: Parts and their shares; one part gives what ``temperature_of_current`` does.
+        housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
+
+    Returns:
+        Temperatures; the magnets decide nothing here and are at the mean housing temperature.
+
+    Raises:
+        InputError: Lengths that differ, time that decreases, a part that takes no time.
+    """
+    current = checked_array(current, (None,), "current")
+    loss = np.zeros_like(current) if housing_loss is None else housing_loss
+    losses = [cycle_losses(network, motor, time[part], current[part], loss[part]) for part in use.parts]
+    state = mixed_rise(network, losses, use.shares)
+    return _result(network, (time, current, use), losses, state, (network.ambient + state.housing, True))
+
+
 def mixed_rise(network: ThermalNetwork, losses: Sequence[CycleLosses], shares: Sequence[float]) -> MixedRise:
     """The rises of a mix.
 

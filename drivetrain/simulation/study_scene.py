@@ -29,6 +29,7 @@ from drivetrain.effects.position_loop import PositionLoop
 from drivetrain.effects.viscous_friction import ViscousFriction
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError
+from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.simulation.axis_scene import axis_body, axis_faults, axis_inertia, axis_motion, axis_rotor
 from drivetrain.simulation.inverse import demanded
 from drivetrain.simulation.plan import plan
@@ -78,6 +79,7 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
     """
     faults = [Fault(f"joints.{task.name}", "has no drive") for task in study.joints if task.name not in drives]
     faults += axis_faults(study) if study.arm is None else []
+    faults += _apart(study.cycle)
     if faults:
         raise InputError(faults)
     start = study.cycle.position[0]
@@ -115,6 +117,20 @@ def _left_out(study: Study, drives: Mapping[str, Drive], wishes: Wishes) -> tupl
     if not bound or not wishes.springs:
         return ()
     return (f"springs in the gears of {', '.join(bound)}: their motors are coupled",)
+
+
+def _apart(cycle: Cycle) -> list[Fault]:
+    """Parts of a mix that could not follow one another in one run."""
+    faults = []
+    for k, part in enumerate(cycle.parts):
+        ahead = cycle.parts[(k + 1) % len(cycle.parts)]
+        gap = float(np.abs(cycle.position[ahead.start] - cycle.position[part.stop - 1]).max())
+        if len(cycle.parts) > 1 and cycle.torque is None and gap > GAP_ALLOWED:
+            ends, begins = cycle.part_names[k], cycle.part_names[(k + 1) % len(cycle.parts)]
+            problem = f"{begins} begins elsewhere than {ends} ends: one run cannot go through both"
+            hint = "simulate each part as a study of its own, or let them begin and end at one place"
+            faults.append(Fault("mix", problem, gap, hint))
+    return faults
 
 
 def _carried(study: Study, repetitions: int) -> tuple[Effect, ...]:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
+from drivetrain.accuracy.decision import basis_of, decision
+from drivetrain.accuracy.full_scene import full_scene
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
 from drivetrain.simulation.recording import load_recording
@@ -101,3 +103,22 @@ def test_what_takes_no_drives_says_so(door: dt.Study) -> None:
     heavy = replace(door, supply=replace(door.supply, voltage=1.0))
     with pytest.raises(InputError, match="no set of drives fits"):
         dt.simulate(heavy)
+
+
+def test_a_mix_is_judged_by_its_shares_when_it_has_run() -> None:
+    """RMS currents, heat and verdict of the simulated mix are those of sizing, not of one canister for each carton."""
+    study = dt.load_study(shipped("examples") / "mix" / "study.yaml")
+    chosen = dt.select(study)
+    full = full_scene(chosen.evaluation)
+    found = decision(dt.simulate(chosen), full, basis_of(full, chosen.evaluation))
+    for name, joint in chosen.evaluation.joints.items():
+        checks = {check.name: check for check in joint.checks}
+        rms = checks["motor RMS current"].required / study.safety.rms
+        assert found.joints[name].rms_current == pytest.approx(rms, rel=0.08)  # springs and loops are in one alone
+        winding = checks["winding temperature"].required
+        assert found.joints[name].winding_temperature - 30.0 == pytest.approx(winding - 30.0, rel=0.16, abs=0.2)
+    assert found.verdict == chosen.evaluation.verdict
+    second = np.arange(len(study.cycle.time)) >= study.cycle.parts[1].start
+    away = replace(study.cycle, position=study.cycle.position + 0.1 * second[:, np.newaxis])
+    with pytest.raises(InputError, match="begins elsewhere"):
+        dt.simulate(replace(study, cycle=away), drives=chosen.drives)
