@@ -80,6 +80,7 @@ def _legend(figure: Figure, axes: Axes) -> None:
         axes.plot([], [], "D", color=INK, markersize=5, label="best for the arm")[0],
         axes.plot([], [], color=MUTED, linestyle=(0, (2, 2)), label="by formula, its motor alone")[0],
         axes.plot([], [], "o", color=GREEN, markersize=4, label="gear of the catalogue, passes")[0],
+        axes.plot([], [], "o", color=ORANGE, markersize=4, label="marginal")[0],
         axes.plot([], [], "o", color=VERMILLION, markersize=4, label="fails")[0],
     ]
-    figure.legend(handles=marks, loc="outside upper center", ncols=5, handletextpad=0.3, columnspacing=1.0)
+    figure.legend(handles=marks, loc="outside upper center", ncols=3, handletextpad=0.3, columnspacing=1.0)

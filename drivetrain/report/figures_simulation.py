@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array
 from drivetrain.report.colours import BLUE, FAINT, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
-from drivetrain.report.quantities import printed_unit, scaled, with_unit
+from drivetrain.report.quantities import convert, printed_unit, scaled, with_unit
 from drivetrain.report.svg import house_style
 from drivetrain.simulation.recording import Recording
 
 STORED = ("spring_energy", "magnetic_energy", "kinetic_energy", "potential_energy", "cogging_energy", "bus_energy")
+ROUNDING = 1e-6  # of the largest energy: an audit below it is drawn on this scale
 FRICTION = ("stick", "breakaway", "reversal")
 
 
@@ -165,8 +166,13 @@ def figure_energy(recording: Recording, *, name: str = "energy") -> Figure:
         above.set_ylabel("energy [J]")
         above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.2)
         if "energy_error" in recording.series:
-            values, unit = scaled(recording["energy_error"], "J")
+            error, passed = recording["energy_error"], max((np.abs(one).max() for one in drawn.values()), default=0.0)
+            reach = ROUNDING * passed if np.abs(error).max() < ROUNDING * passed else 0.0
+            values, unit = scaled(error, "J", reach)
             below.plot(recording.time, values, color=VERMILLION)
+            if reach:
+                side = float(convert(reach, "J", unit))  # rounding magnified tells nothing
+                below.set_ylim(-side, side)
             below.set_ylabel(f"not accounted\nfor [{printed_unit(unit)}]")
         _finish(figure, (above, below), recording)
     return figure

@@ -15,6 +15,7 @@ MOST_BARS = 12
 WIDTH, ROW = 662.0, 19.0  # [points]
 SHARES = 58.0  # [points] for the column of shares
 FARTHEST = 10.0  # times the limit: bars of utilisations beyond it, endless ones too, end there
+CLOSE_ENDS = 10.0  # [%] between all ends: whole per cents would not tell them apart
 HALF = 0.34  # of a row: half a bar
 UNITS = {"payload": "kg", "ambient": "K"}
 KEYS = (Key("number at its lower end", "box", Pen("none"), BLUE), Key("at its upper end", "box", Pen("none"), ORANGE))
@@ -49,7 +50,7 @@ def figure_tornado(tornado: Tornado, *, name: str = "tornado") -> str:
     for tick in rows.x.ticks(60.0):
         rows.upright(tick, Pen(FAINT, 0.6))
     for row, (bar, label) in enumerate(zip(bars, labels, strict=True)):
-        _bar(rows, row, bar, tornado.nominal)
+        _bar(rows, row, bar, tornado.nominal, 1 if high - low < CLOSE_ENDS else 0)
         rows.words(rows.x.low, row, label, Font(TICK.size, INK, "end", "middle"), (-6.0, 0.0))
         rows.words(rows.x.high, row, _share_text(bar.share), Font(TICK.size, INK, "end", "middle"), (SHARES, 0.0))
     picture.words(WIDTH - 4.0, top - 6.0, "of the variance", Font(SMALL, MUTED, "end"))
@@ -75,14 +76,15 @@ def deviation_text(bar: Bar) -> str:
     return f"{100.0 * bar.high:g}\u00a0%"
 
 
-def _bar(rows: Panel, row: int, bar: Bar, nominal: float) -> None:
+def _bar(rows: Panel, row: int, bar: Bar, nominal: float, decimals: int) -> None:
     """From the nominal utilisation to that at either end, each with its number."""
     middle = _shown(nominal)
     for value, colour in ((bar.at_low, BLUE), (bar.at_high, ORANGE)):
         rows.block((middle, _shown(value)), (row - HALF, row + HALF), colour, 0.85)
     for value, side in ((min(bar.at_low, bar.at_high), "end"), (max(bar.at_low, bar.at_high), "start")):
         by = -3.0 if side == "end" else 3.0
-        rows.words(_shown(value), row, percent(value), Font(SMALL, MUTED, side, "middle"), (by, 0.0))
+        told = f"{100.0 * value:.{decimals}f}\u00a0%" if decimals and math.isfinite(value) else percent(value)
+        rows.words(_shown(value), row, told, Font(SMALL, MUTED, side, "middle"), (by, 0.0))
 
 
 def _shown(utilisation: float) -> float:

@@ -11,6 +11,7 @@ from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS, anchor
 from drivetrain.sizing.free_ratio_results import FreeJoint, FreeRatios
+from drivetrain.study.verdicts import Verdict
 
 WORDS = {
     "heat": "mean copper loss", "current": "RMS of the relative motor currents", "energy": "energy a cycle",
@@ -58,7 +59,9 @@ def free_ratio_sentence(found: FreeRatios) -> str:
     if math.isfinite(more):
         small = f"{number(100.0 * more, 2)} %" if abs(more) >= 1e-6 else "less than a ten-thousandth of a percent"
         text += f"; with every joint at the best for its own motor it is {small} more"
-    return text + "."
+    short = [one.joint for one in found.joints if one.verdict not in (Verdict.PASS, Verdict.MARGINAL)]
+    told = f" Not every check holds or could be made at {', '.join(short)}." if short else ""
+    return f"{text}.{told}"
 
 
 def free_ratio_lines(found: FreeRatios) -> list[str]:
@@ -77,7 +80,8 @@ def free_ratio_lines(found: FreeRatios) -> list[str]:
         if holding:
             least = min(holding, key=lambda gear: gear.loss)
             beside = f"of the catalogue's, {least.key} loses least, {_loss(least.loss)} of the arm's {found.goal}"
-        lines.append(f"{one.joint}: {number(one.best)} of {number(one.low)} to {number(one.high)}; {beside}")
+        span = f"{number(one.low)} to {number(one.high)}"
+        lines.append(f"{one.joint}: ratio {number(one.best)}, allowed {span}, {one.verdict}; {beside}")
     return lines
 
 

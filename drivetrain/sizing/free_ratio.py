@@ -338,10 +338,11 @@ def _notes(design: FreeDesign, drives: Mapping[int, Drive]) -> tuple[str, ...]:
         notes.append(f"{family.name}: {family.source}")
         notes += [
             f"{family.name}: {column.replace('_', ' ')} = {law.scale:.4g} T^{law.torque:.3g} G^{law.ratio:.3g} [SI], "
-            f"{100.0 * law.error:.2g} % from {law.rows} rows"
+            f"to {100.0 * law.error:.2g} % (standard deviation of {law.rows} rows)"
             for column, law in family.laws.items()
         ]
     if any(family.laws for family in design.families.values()):
+        notes.append("in these laws T is the repeated peak torque in N m, G the ratio; the rest in SI units")
         notes.append(
             "a continuous gear is as small as its peak and average torque allow, so its torque is used up, and never "
             "smaller than the smallest row"

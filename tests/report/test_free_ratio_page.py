@@ -15,6 +15,7 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.free_ratio import free_ratios
 from drivetrain.study.load import load_study
 from drivetrain.study.study import FreeRatio
+from drivetrain.study.verdicts import Verdict
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"
 
@@ -30,7 +31,11 @@ def found():
 def test_words_tell_the_goal_and_the_ratio(found):
     assert "mean copper loss" in free_ratio_sentence(found)
     (line,) = free_ratio_lines(found)
-    assert line.startswith(found.joints[0].joint)
+    one = found.joints[0]
+    assert line.startswith(f"{one.joint}: ratio ") and f", {one.verdict}; " in line
+    assert "Not every check" not in free_ratio_sentence(replace(found, joints=(replace(one, verdict=Verdict.PASS),)))
+    failing = replace(found, joints=(replace(one, verdict=Verdict.FAIL),))
+    assert f"Not every check holds or could be made at {one.joint}." in free_ratio_sentence(failing)
 
 
 def test_page_and_picture(found):
