@@ -67,7 +67,8 @@ class Plan:
     def __str__(self) -> str:
         return "\n".join([
             f"Plan of {self.scene.name}: {self.body.n} joint{'s' * (self.body.n > 1)}, "
-            f"{len(self.memory.states)} states, {len(self.instances)} effects in {len(self.groups)} calls, {self.scene.duration:g} s",
+            f"{len(self.memory.states)} states, {len(self.instances)} effects in {len(self.groups)} calls, "
+            f"{self.scene.duration:g} s",
             *_table("States", _state_rows(self.memory.states, self.units)),
             *_table("Order", ((f"{k}. {one.kind.__name__}", _where(one)) for k, one in enumerate(self.groups, 1))),
             *_table("Signals", _signal_rows(self.signals)),

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.sizing.check_numbers import NAMES
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Draws, built
 from drivetrain.sizing.scatter_kernels import judge_arms
-from drivetrain.sizing.scatter_numbers import CHECKS, NAMES, ScatterTask
+from drivetrain.sizing.scatter_numbers import CHECKS, ScatterTask
 from drivetrain.sizing.scatter_task import Bench, aimed
 
 SUPPLY_NAMES = ("supply peak power", "supply mean power", "supply regenerated power")

@@ -26,10 +26,10 @@ SOURCES = {
     "sizing/lanes.py": 4068531105,
     "sizing/scatter_blocks.py": 3689356286,
     "sizing/scatter_exponentials.py": 3760941473,
-    "sizing/scatter_heat.py": 532300178,
-    "sizing/scatter_numbers.py": 3762086000,
-    "sizing/scatter_torque.py": 3833277547,
-    "sizing/scatter_watch.py": 2361345810,
+    "sizing/scatter_heat.py": 290005498,
+    "sizing/scatter_numbers.py": 3316545555,
+    "sizing/scatter_torque.py": 1880703128,
+    "sizing/scatter_watch.py": 2674797108,
 }
 
 SHEET_AMBIENT = 25.0  # C, at which makers print continuous values

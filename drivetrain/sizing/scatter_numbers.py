@@ -25,13 +25,6 @@ from drivetrain.sizing.scatter_blocks import Blocks, Indices
     MOTOR_SPEED, INERTIA, MOTOR_TORQUE, MOTOR_CURRENT, AMPLIFIER_CURRENT, VOLTAGE, RMS_CURRENT, TEMPERATURE,
     AMPLIFIER_RMS, CHECKS,
 ) = range(19)  # fmt: skip
-NAMES = (
-    "gear repeated peak torque", "gear momentary peak torque", "gear average torque", "gear maximum input speed",
-    "gear mean input speed", "gear life L10", "output bearing tilting moment", "output bearing axial load",
-    "output bearing radial load", "motor speed", "inertia ratio", "motor peak torque", "motor peak current",
-    "amplifier peak current", "motor voltage", "motor RMS current", "winding temperature",
-    "amplifier continuous current",
-)  # fmt: skip
 SUPPLY_PEAK, SUPPLY_MEAN, SUPPLY_BACK, SUPPLY = range(4)
 
 # Rows of what one joint of some arms is, then of what is found of it.

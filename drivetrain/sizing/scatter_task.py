@@ -18,6 +18,7 @@ from drivetrain.drive.motor import copper_coefficient
 from drivetrain.drive.motor_limits import thermal_resistances
 from drivetrain.drive.thermal_network import thermal_network
 from drivetrain.sizing import scatter_numbers as k
+from drivetrain.sizing.check_numbers import NAMES
 from drivetrain.sizing.demand import JointDemand
 from drivetrain.sizing.evaluate import evaluated, given_drives
 from drivetrain.sizing.fill import Shelf
@@ -193,7 +194,7 @@ def _fixed(nominal: Evaluation, payload: bool) -> Array:
     found = np.full((len(nominal.joints), k.CHECKS), math.nan)
     for joint, result in enumerate(nominal.joints.values()):
         for check in result.checks:
-            at = k.NAMES.index(check.name)
+            at = NAMES.index(check.name)
             if at not in scattering and check.utilisation is not None:
                 found[joint, at] = check.utilisation
     return found
@@ -205,7 +206,7 @@ def _made(nominal: Evaluation) -> Array:
     for row, result in zip(found, nominal.joints.values(), strict=True):
         if not result.torque_known:
             made = {check.name for check in result.checks if check.utilisation is not None}
-            row[[name not in made for name in k.NAMES]] = math.nan
+            row[[name not in made for name in NAMES]] = math.nan
     return found
 
 

@@ -25,7 +25,7 @@ from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 SOURCES = {
     "sizing/lanes.py": 4068531105,
     "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_numbers.py": 3762086000,
+    "sizing/scatter_numbers.py": 3316545555,
 }
 
 TINY = 1e-250  # the cube root of less is none: its cube would be lost

@@ -27,8 +27,8 @@ SOURCES = {
     "sizing/lanes.py": 4068531105,
     "sizing/scatter_blocks.py": 3689356286,
     "sizing/scatter_exponentials.py": 3760941473,
-    "sizing/scatter_heat.py": 532300178,
-    "sizing/scatter_numbers.py": 3762086000,
+    "sizing/scatter_heat.py": 290005498,
+    "sizing/scatter_numbers.py": 3316545555,
 }
 
 

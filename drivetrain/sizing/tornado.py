@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.sizing.check_numbers import NAMES
 from drivetrain.sizing.many_arms import SUPPLY_NAMES, figures_of, judged
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Draws, Source, deviated, from_uniform, sources
-from drivetrain.sizing.scatter_numbers import NAMES
 from drivetrain.sizing.scatter_task import Bench, Indices, bench
 from drivetrain.sizing.uncertainty import SUPPLY, drives_of
 

@@ -16,10 +16,10 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
+from drivetrain.sizing.check_numbers import NAMES
 from drivetrain.sizing.many_arms import SUPPLY_NAMES, Figures, judged
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.scatter import Pair, sources, streamed
-from drivetrain.sizing.scatter_numbers import NAMES
 from drivetrain.sizing.scatter_task import bench
 
 SUPPLY = "supply"

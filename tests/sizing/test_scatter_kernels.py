@@ -14,13 +14,14 @@ from numba import njit
 from scipy.linalg import expm
 
 from drivetrain.sizing import scatter_exponentials, scatter_heat, scatter_kernels, scatter_torque, scatter_watch
+from drivetrain.sizing.check_numbers import NAMES
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.lanes import WIDTH, put, row
 from drivetrain.sizing.many_arms import figures_of, judged
 from drivetrain.sizing.scatter import Draws, built, deviated, drawn, streamed
 from drivetrain.sizing.scatter_blocks import NO_HEAT, ONE_NODE, STEADY_HEAT, TWO_NODES
 from drivetrain.sizing.scatter_exponentials import exponential_shares, matrix_exponential
-from drivetrain.sizing.scatter_numbers import KIND, NAMES, TEMPERATURE
+from drivetrain.sizing.scatter_numbers import KIND, TEMPERATURE
 from drivetrain.sizing.scatter_task import aimed, bench
 from drivetrain.sizing.scatter_torque import cube_root
 from drivetrain.study.tolerances import Tolerance, Tolerances

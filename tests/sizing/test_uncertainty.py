@@ -12,10 +12,10 @@ from scipy import stats
 from drivetrain.drive.motor import torque_constant
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
+from drivetrain.sizing.check_numbers import NAMES
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.many_arms import SUPPLY_NAMES, figures_of, judged
 from drivetrain.sizing.scatter import Source, built, deviated, drawn, sources
-from drivetrain.sizing.scatter_numbers import NAMES
 from drivetrain.sizing.scatter_task import bench
 from drivetrain.sizing.tornado import effects, variance_share
 from drivetrain.sizing.uncertainty import Chance, drives_of, robustness
