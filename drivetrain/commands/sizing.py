@@ -246,6 +246,8 @@ def _ratio(
         written = write_files(folder, {"ratio.html": page, "ratio.json": ratio_json(found)})
         for one in found:
             say(f"{one.joint}: {ratio_sentence(one)}")
+        for name in () if joint else (name for name in names if name not in {one.joint for one in found}):
+            say(f"{name}: never moves, so no ratio decides anything")
         say(f"page: {written['ratio.html']}")
         raise typer.Exit(FITS if all(one.feasible for one in found) else DOES_NOT_FIT)
 

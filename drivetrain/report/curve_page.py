@@ -136,7 +136,7 @@ def curve_lines(found: OptimumCurve) -> list[str]:
     unit = printed_unit(found.unit)
     lines = []
     for index, piece in enumerate(found.pieces):
-        span = f"{number(piece.low, 4)} to {number(piece.high, 4)} {unit}"
+        span = f"{' to '.join(_ends(piece))} {unit}"
         if not piece.drives:
             lines.append(f"{span}: no set fits")
             continue
@@ -144,6 +144,12 @@ def curve_lines(found: OptimumCurve) -> list[str]:
         changed = ", ".join(_changed(before, piece.drives)) or "as before"
         lines.append(f"{span}: {_worth(found, piece)}; {changed}")
     return lines
+
+
+def _ends(piece: CurvePiece) -> tuple[str, str]:
+    """Both ends with as many digits as tell them apart."""
+    found = [(number(piece.low, digits), number(piece.high, digits)) for digits in (4, 5, 6, 7, 8, 9)]
+    return next((ends for ends in found if ends[0] != ends[1]), found[0])
 
 
 def _worth(found: OptimumCurve, piece: CurvePiece) -> str:
@@ -170,7 +176,7 @@ def _table(found: OptimumCurve) -> SheetTable:
     unit = printed_unit(found.unit)
     rows = []
     for index, piece in enumerate(found.pieces):
-        ends = (number(piece.low, 4), number(piece.high, 4))
+        ends = _ends(piece)
         if not piece.drives:
             rows.append((str(index + 1), *ends, "no set fits", DASH, DASH, DASH, DASH))
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -42,6 +43,12 @@ def test_words_name_both_ends(curve):
     assert "below 1.000\u00a0kg none fits (motor voltage at door)" in text
     lines = curve_lines(curve)
     assert len(lines) == 4 and "no set fits" in lines[0] and "b + no gear" in lines[2]
+
+
+def test_a_very_short_piece_has_ends_that_differ(curve):
+    *_, heavy, last = curve.pieces
+    short = replace(curve, pieces=(replace(heavy, low=2.96412, high=2.96419), last))
+    assert curve_lines(short)[0].startswith("2.9641 to 2.9642 kg")
 
 
 def test_page_holds_every_piece(curve):
