@@ -155,8 +155,9 @@ def fill_jacobian(
         call_rows(addresses[1], clock[TIME], block, X, exact, 0, data)
         for i in range(n):
             block[FT, i] = exact[n, i]
+            state = np.uint64(states[i])  # indices without a sign are not looked at whether they count from the end
             for j in range(n):
-                jacobian[i, j] = exact[states[j], states[i]]
+                jacobian[i, j] = exact[np.uint64(states[j]), state]
         if count[DIFFERENCES]:
             count[RATES] += count[DIFFERENCES] - 1
             time_derivative(addresses[0], h, block, data, clock, count)

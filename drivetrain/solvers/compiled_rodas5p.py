@@ -11,6 +11,7 @@ import numba as nb
 
 from drivetrain.arrays import Array
 from drivetrain.solvers import rodas5p_table as r
+from drivetrain.solvers.compiled_rows import mix
 from drivetrain.solvers.compiled_steps import factor, rates, solve
 from drivetrain.solvers.layout import (
     C1,
@@ -38,7 +39,13 @@ from drivetrain.solvers.layout import (
     X,
 )
 
-_A, _C, _D, _T, _G = r.A, r.C, r.D, r.ALPHA, r.GAMMAS  # as tuples their entries are constants of the compiled code
+# As tuples their entries are constants of the compiled code. The curve's rows are what the states x(s) need.
+_A, _C, _T, _G = r.A, r.C, r.ALPHA, r.GAMMAS
+_FIRST, _SECOND, _THIRD = r.D
+_BENDS = tuple(b - a for a, b in zip(_FIRST, _SECOND, strict=True))
+_TURNS = tuple(b - a for a, b in zip(_SECOND, _THIRD, strict=True))
+_STAGES = (U1, U2, U3, U4, U5, U6, U7, U8)
+_LAST = tuple(-c for c in _THIRD)
 
 
 # long kernel: the eight stages side by side, as in the table
@@ -62,92 +69,58 @@ def rodas5p_step(
         h: Step [s].
         block, jacobian, matrix, packed, order, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
-    n, b = block.shape[1], block
-    t, limit, inverse, diagonal = clock[TIME], clock[LIMIT], 1.0 / h, 1.0 / (h * r.GAMMA)
-    for i in range(n):
-        for j in range(n):
-            matrix[i, j] = -jacobian[i, j]
-        matrix[i, i] += diagonal
-    factor(matrix, packed, order)
+    b = block
+    t, limit, over, diagonal = clock[TIME], clock[LIMIT], 1.0 / h, 1.0 / (h * r.GAMMA)
+    factor(jacobian, diagonal, matrix, packed, order)
     count[FACTORISATIONS] += 1
-    for i in range(n):
-        b[RATES_AT, i] = b[F0, i] + h * r.GAMMA * b[FT, i]
+    mix(b, RATES_AT, (F0, FT), (1.0, h * r.GAMMA))
     solve(packed, order, b, RATES_AT, U1)
     a1 = _A[0][0]
-    for i in range(n):
-        b[STAGE, i] = b[X, i] + a1 * b[U1, i]
+    mix(b, STAGE, (X, U1), (1.0, a1))
     rates(address, min(t + _T[0] * h, limit), STAGE, RATES_AT, b, data, count)
     c1 = _C[0][0]
-    for i in range(n):
-        mixed = c1 * b[U1, i]
-        b[RATES_AT, i] += inverse * mixed + h * _G[1] * b[FT, i]
+    mix(b, RATES_AT, (RATES_AT, U1, FT), (1.0, over * c1, h * _G[1]))
     solve(packed, order, b, RATES_AT, U2)
     a1, a2 = _A[1]
-    for i in range(n):
-        b[STAGE, i] = b[X, i] + a1 * b[U1, i] + a2 * b[U2, i]
+    mix(b, STAGE, (X, U1, U2), (1.0, a1, a2))
     rates(address, min(t + _T[1] * h, limit), STAGE, RATES_AT, b, data, count)
     c1, c2 = _C[1]
-    for i in range(n):
-        mixed = c1 * b[U1, i] + c2 * b[U2, i]
-        b[RATES_AT, i] += inverse * mixed + h * _G[2] * b[FT, i]
+    mix(b, RATES_AT, (RATES_AT, U1, U2, FT), (1.0, over * c1, over * c2, h * _G[2]))
     solve(packed, order, b, RATES_AT, U3)
     a1, a2, a3 = _A[2]
-    for i in range(n):
-        b[STAGE, i] = b[X, i] + a1 * b[U1, i] + a2 * b[U2, i] + a3 * b[U3, i]
+    mix(b, STAGE, (X, U1, U2, U3), (1.0, a1, a2, a3))
     rates(address, min(t + _T[2] * h, limit), STAGE, RATES_AT, b, data, count)
     c1, c2, c3 = _C[2]
-    for i in range(n):
-        mixed = c1 * b[U1, i] + c2 * b[U2, i] + c3 * b[U3, i]
-        b[RATES_AT, i] += inverse * mixed + h * _G[3] * b[FT, i]
+    mix(b, RATES_AT, (RATES_AT, U1, U2, U3, FT), (1.0, over * c1, over * c2, over * c3, h * _G[3]))
     solve(packed, order, b, RATES_AT, U4)
     a1, a2, a3, a4 = _A[3]
-    for i in range(n):
-        b[STAGE, i] = b[X, i] + a1 * b[U1, i] + a2 * b[U2, i] + a3 * b[U3, i] + a4 * b[U4, i]
+    mix(b, STAGE, (X, U1, U2, U3, U4), (1.0, a1, a2, a3, a4))
     rates(address, min(t + _T[3] * h, limit), STAGE, RATES_AT, b, data, count)
     c1, c2, c3, c4 = _C[3]
-    for i in range(n):
-        mixed = c1 * b[U1, i] + c2 * b[U2, i] + c3 * b[U3, i] + c4 * b[U4, i]
-        b[RATES_AT, i] += inverse * mixed + h * _G[4] * b[FT, i]
+    mix(b, RATES_AT, (RATES_AT, U1, U2, U3, U4, FT), (1.0, over * c1, over * c2, over * c3, over * c4, h * _G[4]))
     solve(packed, order, b, RATES_AT, U5)
     a1, a2, a3, a4, a5 = _A[4]
-    for i in range(n):
-        b[STAGE, i] = b[X, i] + a1 * b[U1, i] + a2 * b[U2, i] + a3 * b[U3, i] + a4 * b[U4, i] + a5 * b[U5, i]
+    mix(b, STAGE, (X, U1, U2, U3, U4, U5), (1.0, a1, a2, a3, a4, a5))
     later = min(t + h, limit)
     rates(address, later, STAGE, RATES_AT, b, data, count)
     c1, c2, c3, c4, c5 = _C[4]
-    for i in range(n):
-        mixed = c1 * b[U1, i] + c2 * b[U2, i] + c3 * b[U3, i] + c4 * b[U4, i] + c5 * b[U5, i]
-        b[RATES_AT, i] += inverse * mixed
+    mix(b, RATES_AT, (RATES_AT, U1, U2, U3, U4, U5), (1.0, over * c1, over * c2, over * c3, over * c4, over * c5))
     solve(packed, order, b, RATES_AT, U6)
-    for i in range(n):
-        b[STAGE, i] += b[U6, i]
+    mix(b, STAGE, (STAGE, U6), (1.0, 1.0))
     rates(address, later, STAGE, RATES_AT, b, data, count)
     c1, c2, c3, c4, c5, c6 = _C[5]
-    for i in range(n):
-        mixed = c1 * b[U1, i] + c2 * b[U2, i] + c3 * b[U3, i] + c4 * b[U4, i] + c5 * b[U5, i] + c6 * b[U6, i]
-        b[RATES_AT, i] += inverse * mixed
+    mix(b, RATES_AT, (RATES_AT, U1, U2, U3), (1.0, over * c1, over * c2, over * c3))
+    mix(b, RATES_AT, (RATES_AT, U4, U5, U6), (1.0, over * c4, over * c5, over * c6))
     solve(packed, order, b, RATES_AT, U7)
-    for i in range(n):
-        b[STAGE, i] += b[U7, i]
+    mix(b, STAGE, (STAGE, U7), (1.0, 1.0))
     rates(address, later, STAGE, RATES_AT, b, data, count)
     c1, c2, c3, c4, c5, c6, c7 = _C[6]
-    for i in range(n):
-        most = c1 * b[U1, i] + c2 * b[U2, i] + c3 * b[U3, i] + c4 * b[U4, i]
-        mixed = most + c5 * b[U5, i] + c6 * b[U6, i] + c7 * b[U7, i]
-        b[RATES_AT, i] += inverse * mixed
+    mix(b, RATES_AT, (RATES_AT, U1, U2, U3, U4), (1.0, over * c1, over * c2, over * c3, over * c4))
+    mix(b, RATES_AT, (RATES_AT, U5, U6, U7), (1.0, over * c5, over * c6, over * c7))
     solve(packed, order, b, RATES_AT, U8)
-    d, e, f = _D
-    for i in range(n):
-        u1, u2, u3, u4, u5, u6, u7, u8 = b[U1, i], b[U2, i], b[U3, i], b[U4, i], b[U5, i], b[U6, i], b[U7, i], b[U8, i]
-        b[NEXT, i] = b[STAGE, i] + u8
-        b[ERROR, i] = u8
-        first = d[0] * u1 + d[1] * u2 + d[2] * u3 + d[3] * u4
-        first += d[4] * u5 + d[5] * u6 + d[6] * u7 + d[7] * u8
-        second = e[0] * u1 + e[1] * u2 + e[2] * u3 + e[3] * u4
-        second += e[4] * u5 + e[5] * u6 + e[6] * u7 + e[7] * u8
-        third = f[0] * u1 + f[1] * u2 + f[2] * u3 + f[3] * u4
-        third += f[4] * u5 + f[5] * u6 + f[6] * u7 + f[7] * u8
-        b[C1, i] = b[NEXT, i] - b[X, i] + first
-        b[C2, i] = second - first
-        b[C3, i] = third - second
-        b[C4, i] = -third
+    mix(b, NEXT, (STAGE, U8), (1.0, 1.0))
+    mix(b, ERROR, (U8,), (1.0,))
+    mix(b, C1, (NEXT, X, *_STAGES), (1.0, -1.0, *_FIRST))
+    mix(b, C2, _STAGES, _BENDS)
+    mix(b, C3, _STAGES, _TURNS)
+    mix(b, C4, _STAGES, _LAST)

@@ -9,11 +9,14 @@ from __future__ import annotations
 from typing import Any
 
 import numba as nb
+import numpy as np
 from scipy.integrate import RK45
 
 from drivetrain.arrays import Array
+from drivetrain.compiled_parts import CompiledLoop
 from drivetrain.solvers import rodas4_table as r
 from drivetrain.solvers.compiled_function import call_rows
+from drivetrain.solvers.compiled_rows import mix
 from drivetrain.solvers.layout import (
     C1,
     C2,
@@ -42,8 +45,11 @@ from drivetrain.solvers.layout import (
 )
 
 # Dormand and Prince's tables as scipy ships them (Hairer, Norsett, Wanner I, table II.5.2; Shampine's polynomial).
-# As tuples their entries are constants of the compiled code. The second stage has no weight in result, error and curve.
-_A, _P = (tuple(tuple(float(entry) for entry in row) for row in table) for table in (RK45.A, RK45.P))
+# As tuples their entries are constants of the compiled code; of the polynomial a row a power. The second stage has no
+# weight in result, error and curve.
+_A, _P = (tuple(tuple(float(entry) for entry in row) for row in table) for table in (RK45.A, RK45.P.T))
+SHARED: Any = {**PART, "pipeline_class": CompiledLoop}
+_HALF, _LOW = 32, (1 << 32) - 1  # two numbers in one word
 _DIAGONAL = 10.0  # so many times smaller than another entry a diagonal may be and stay the pivot
 _B, _C, _E = (tuple(float(entry) for entry in table) for table in (RK45.B, RK45.C, RK45.E))
 
@@ -62,20 +68,29 @@ def rates(address: int, t: float, row: int, goal: int, block: Array, data: Any, 
     count[RATES] += 1
 
 
-@nb.njit(**PART)
-def factor(matrix: Array, packed: Array, order: Any) -> None:
-    """Lower times upper triangle in place, a row exchanged where its diagonal is small; then packed without zeros.
+@nb.njit(**SHARED)
+def factor(jacobian: Array, diagonal: float, matrix: Array, packed: Array, order: Any) -> None:
+    """Lower times upper triangle of a number on the diagonal less a matrix, a row exchanged where its pivot is small.
+
+    What ``solve`` has to do is written down without zeros as one list: a column after the other, so that what follows
+    one another does not wait for one another.
 
     Args:
-        matrix: (n, n), overwritten; its rows and columns are in the order of elimination.
-        packed: Takes the entries row by row, below and above the diagonal, behind them the inverse diagonal; (n n,).
-        order: Filled with the states whose rates stand in the rows (n), where each row's entries start, below and above
-            the diagonal (2 n + 1), and their states (n n - n); at its end the states in the order of elimination (n).
+        jacobian: (n, n), its rows and columns in the order of elimination.
+        diagonal: The number.
+        matrix: Room for the factors, (n, n).
+        packed: Takes the entries below the diagonal and above, behind them the inverse pivots; (n n,).
+        order: Filled with the states whose rates stand in the rows (n), how many entries are below the diagonal (1),
+            where those above it end in each column (n), and of each the state it changes and the one it is multiplied
+            by in one word, from 3 n + 1 on (n n - n); at its end the states in the order of elimination (n).
     """
     n = len(matrix)
     found, states = 3 * n + 1, n * n + 2 * n + 1  # the first as scratch: the columns of the pivot's row
     for i in range(n):
         order[i] = order[states + i]
+        for j in range(n):
+            matrix[i, j] = -jacobian[i, j]
+        matrix[i, i] += diagonal
     for k in range(n):
         best, pivot = _DIAGONAL * abs(matrix[k, k]), k
         for i in range(k + 1, n):
@@ -96,25 +111,28 @@ def factor(matrix: Array, packed: Array, order: Any) -> None:
             if matrix[i, k] != 0.0:
                 share = matrix[i, k] * inverse
                 matrix[i, k] = share
-                for e in range(found, last):
-                    matrix[i, order[e]] -= share * matrix[k, order[e]]
+                for e in range(np.uint64(found), np.uint64(last)):
+                    column = np.uint64(order[e])
+                    matrix[i, column] -= share * matrix[k, column]
     last = found
-    for i in range(n):
-        order[n + 2 * i] = last
-        for j in range(i):
+    for j in range(n):
+        source = order[states + j] << _HALF
+        for i in range(j + 1, n):
             if matrix[i, j] != 0.0:
-                order[last], packed[last - found] = order[states + j], matrix[i, j]
+                order[last], packed[last - found] = order[states + i] + source, matrix[i, j]
                 last += 1
-        order[n + 2 * i + 1] = last
-        for j in range(n - 1, i, -1):  # what is found last is asked for last: the sums of several rows overlap
+    order[n] = last - found
+    for j in range(n - 1, -1, -1):
+        source = order[states + j] << _HALF
+        packed[n * n - n + j] = matrix[j, j]
+        for i in range(j):
             if matrix[i, j] != 0.0:
-                order[last], packed[last - found] = order[states + j], matrix[i, j]
+                order[last], packed[last - found] = order[states + i] + source, matrix[i, j]
                 last += 1
-        packed[n * n - n + i] = matrix[i, i]
-    order[3 * n] = last
+        order[n + 1 + j] = last - found
 
 
-@nb.njit(**PART)
+@nb.njit(**SHARED)
 def solve(packed: Array, order: Any, block: Array, row: int, goal: int) -> None:
     """Solve with the factors.
 
@@ -123,18 +141,22 @@ def solve(packed: Array, order: Any, block: Array, row: int, goal: int) -> None:
         block: Rows of vectors.
         row, goal: Right-hand side and answer, different rows.
     """
-    n = block.shape[1]
-    found, states, diagonal = 3 * n + 1, n * n + 2 * n + 1, n * n - n
+    n = np.uint64(block.shape[1])  # indices without a sign are not looked at whether they count from the end
+    one, half, low = np.uint64(1), np.uint64(_HALF), np.uint64(_LOW)
+    found, states, pivots = n + n + n + one, n * n + n + n + one, n * n - n
+    last = np.uint64(order[n])
     for i in range(n):
-        total = block[row, order[i]]
-        for e in range(order[n + 2 * i], order[n + 2 * i + 1]):
-            total -= packed[e - found] * block[goal, order[e]]
-        block[goal, order[states + i]] = total
-    for i in range(n - 1, -1, -1):
-        total = block[goal, order[states + i]]
-        for e in range(order[n + 2 * i + 1], order[n + 2 * i + 2]):
-            total -= packed[e - found] * block[goal, order[e]]
-        block[goal, order[states + i]] = total * packed[diagonal + i]
+        block[goal, np.uint64(order[states + i])] = block[row, np.uint64(order[i])]
+    for e in range(last):
+        word = np.uint64(order[found + e])
+        block[goal, word & low] -= packed[e] * block[goal, word >> half]
+    for k in range(n):
+        j = n - one - k
+        state, first, last = np.uint64(order[states + j]), last, np.uint64(order[n + one + j])
+        block[goal, state] *= packed[pivots + j]
+        value = block[goal, state]
+        for e in range(first, last):
+            block[goal, np.uint64(order[found + e]) & low] -= packed[e] * value
 
 
 # long kernel: the six stages side by side, as in the table
@@ -158,15 +180,10 @@ def rodas_step(
         h: Step [s].
         block, jacobian, matrix, packed, order, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
-    n = block.shape[1]
+    n, b = block.shape[1], block
     t, limit, inverse, diagonal = clock[TIME], clock[LIMIT], 1.0 / h, 1.0 / (h * r.GAMMA)
-    for i in range(n):
-        for j in range(n):
-            matrix[i, j] = -jacobian[i, j]
-        matrix[i, i] += diagonal
-    factor(matrix, packed, order)
+    factor(jacobian, diagonal, matrix, packed, order)
     count[FACTORISATIONS] += 1
-    b = block
     for i in range(n):
         b[RATES_AT, i] = b[F0, i] + h * r.GAMMA1 * b[FT, i]
     solve(packed, order, b, RATES_AT, U1)
@@ -224,45 +241,33 @@ def dormand_prince_step(address: int, h: float, block: Array, data: Any, clock: 
         h: Step [s].
         block, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
-    n, b, c = block.shape[1], block, _C
+    b, c, a = block, _C, _A
     t, limit = clock[TIME], clock[LIMIT]
     # The first stage is F0; the others lie in U1 to U5, the last in F1.
-    a = _A[1]
-    for i in range(n):
-        b[STAGE, i] = b[X, i] + h * a[0] * b[F0, i]
+    mix(b, STAGE, (X, F0), (1.0, h * a[1][0]))
     rates(address, min(t + c[1] * h, limit), STAGE, U1, b, data, count)
-    a2 = _A[2]
-    for i in range(n):
-        b[STAGE, i] = b[X, i] + h * (a2[0] * b[F0, i] + a2[1] * b[U1, i])
+    mix(b, STAGE, (X, F0, U1), (1.0, h * a[2][0], h * a[2][1]))
     rates(address, min(t + c[2] * h, limit), STAGE, U2, b, data, count)
-    a3 = _A[3]
-    for i in range(n):
-        b[STAGE, i] = b[X, i] + h * (a3[0] * b[F0, i] + a3[1] * b[U1, i] + a3[2] * b[U2, i])
+    mix(b, STAGE, (X, F0, U1, U2), (1.0, h * a[3][0], h * a[3][1], h * a[3][2]))
     rates(address, min(t + c[3] * h, limit), STAGE, U3, b, data, count)
-    a4 = _A[4]
-    for i in range(n):
-        mixed = a4[0] * b[F0, i] + a4[1] * b[U1, i] + a4[2] * b[U2, i] + a4[3] * b[U3, i]
-        b[STAGE, i] = b[X, i] + h * mixed
+    mix(b, STAGE, (X, F0, U1, U2, U3), (1.0, h * a[4][0], h * a[4][1], h * a[4][2], h * a[4][3]))
     rates(address, min(t + c[4] * h, limit), STAGE, U4, b, data, count)
-    a5 = _A[5]
-    for i in range(n):
-        mixed = a5[0] * b[F0, i] + a5[1] * b[U1, i] + a5[2] * b[U2, i] + a5[3] * b[U3, i] + a5[4] * b[U4, i]
-        b[STAGE, i] = b[X, i] + h * mixed
+    w = a[5]
+    mix(b, STAGE, (X, F0, U1, U2, U3, U4), (1.0, h * w[0], h * w[1], h * w[2], h * w[3], h * w[4]))
     later = min(t + h, limit)
     rates(address, later, STAGE, U5, b, data, count)
-    w, e = _B, _E
-    for i in range(n):
-        mixed = w[0] * b[F0, i] + w[2] * b[U2, i] + w[3] * b[U3, i] + w[4] * b[U4, i] + w[5] * b[U5, i]
-        b[NEXT, i] = b[X, i] + h * mixed
+    w = _B
+    mix(b, NEXT, (X, F0, U2, U3, U4, U5), (1.0, h * w[0], h * w[2], h * w[3], h * w[4], h * w[5]))
     rates(address, later, NEXT, F1, b, data, count)
-    p0, p2, p3, p4, p5, p6 = _P[0], _P[2], _P[3], _P[4], _P[5], _P[6]
-    for i in range(n):
-        k0, k2, k3, k4, k5, k6 = h * b[F0, i], h * b[U2, i], h * b[U3, i], h * b[U4, i], h * b[U5, i], h * b[F1, i]
-        b[ERROR, i] = e[0] * k0 + e[2] * k2 + e[3] * k3 + e[4] * k4 + e[5] * k5 + e[6] * k6
-        b[C1, i] = k0
-        b[C2, i] = p0[1] * k0 + p2[1] * k2 + p3[1] * k3 + p4[1] * k4 + p5[1] * k5 + p6[1] * k6
-        b[C3, i] = p0[2] * k0 + p2[2] * k2 + p3[2] * k3 + p4[2] * k4 + p5[2] * k5 + p6[2] * k6
-        b[C4, i] = p0[3] * k0 + p2[3] * k2 + p3[3] * k3 + p4[3] * k4 + p5[3] * k5 + p6[3] * k6
+    e, stages = _E, (F0, U2, U3, U4, U5, F1)
+    mix(b, ERROR, stages, (h * e[0], h * e[2], h * e[3], h * e[4], h * e[5], h * e[6]))
+    mix(b, C1, (F0,), (h,))
+    w = _P[1]
+    mix(b, C2, stages, (h * w[0], h * w[2], h * w[3], h * w[4], h * w[5], h * w[6]))
+    w = _P[2]
+    mix(b, C3, stages, (h * w[0], h * w[2], h * w[3], h * w[4], h * w[5], h * w[6]))
+    w = _P[3]
+    mix(b, C4, stages, (h * w[0], h * w[2], h * w[3], h * w[4], h * w[5], h * w[6]))
 
 
 @nb.njit(**PART)

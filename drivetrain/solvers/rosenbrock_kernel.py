@@ -13,7 +13,6 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.solvers.compiled_events import BRACKET, LATER, NEW, OLD, event_values, fires, first_event
 from drivetrain.solvers.compiled_function import call_rows, call_step
 from drivetrain.solvers.compiled_jacobian import fill_jacobian
@@ -65,6 +64,7 @@ from drivetrain.solvers.layout import (
     TOLERANCE,
     TOO_MANY,
     WAS_REJECTED,
+    WHOLE,
     ZENO,
     X,
 )
@@ -76,10 +76,11 @@ SOURCES = {
     "compiled_events.py": 3731178309,
     "compiled_function.py": 4214705438,
     "compiled_guard.py": 3022819764,
-    "compiled_jacobian.py": 2817105709,
+    "compiled_jacobian.py": 756023338,
     "compiled_output.py": 1554801868,
-    "compiled_steps.py": 3543936999,
-    "layout.py": 3586849888,
+    "compiled_rows.py": 686114751,
+    "compiled_steps.py": 4158692698,
+    "layout.py": 2644863212,
     "rodas4_table.py": 1645622007,
     "step_control.py": 337195100,
 }
@@ -253,7 +254,7 @@ def _refresh(address: int, block: Array, data: Any, clock: Array, count: Any) ->
 
 
 # long kernel: the loop as it runs, its parts above
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@nb.njit(cache=True, nogil=True, **WHOLE)
 def advance(
     method: int,
     addresses: Any,

@@ -26,9 +26,10 @@ from drivetrain.solvers.layout import (
 # Numba's disk cache looks at this file alone: see the same constant in ``rosenbrock_kernel.py``.
 SOURCES = {
     "compiled_function.py": 4214705438,
-    "compiled_rodas5p.py": 3868782342,
-    "compiled_steps.py": 3543936999,
-    "layout.py": 3586849888,
+    "compiled_rodas5p.py": 2526072787,
+    "compiled_rows.py": 686114751,
+    "compiled_steps.py": 4158692698,
+    "layout.py": 2644863212,
     "rodas5p_table.py": 3079094523,
     "rodas4_table.py": 1645622007,
 }
