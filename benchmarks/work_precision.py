@@ -8,7 +8,7 @@ compiled function from Python; the package's run compiled, explicit ones too, so
 apart. Times are the processor's: those of the wall on a machine that does nothing else. RODAS has what a user of it
 would give: the exact Jacobian, and contact and mesh as events.
 
-    python benchmarks/work_precision.py [--softness 0.5] [--repeats 5] [--picture work_precision.png] [--check]
+    python benchmarks/work_precision.py [--softness 0.5] [--repeats 5] [--picture FILE] [--check]
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--softness", type=float, default=0.5, help="speed over which friction turns [rad/s], 0.5")
     parser.add_argument("--repeats", type=int, default=5, help="runs of each setting, the median counts, default 5")
-    parser.add_argument("--picture", type=Path, default=Path("work_precision.png"), help="where the diagram goes")
+    parser.add_argument("--picture", type=Path, default=Path("out/work_precision.png"), help="where the diagram goes")
     parser.add_argument("--check", action="store_true", help="exit 1 when a target is missed")
     options = parser.parse_args(arguments)
     found, met = {}, True
@@ -63,6 +63,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"  reference: RODAS4 at rtol 1e-9; Dormand-Prince at 1e-10 differs by {doubt:.1e}")
         found[scene.name] = measure(scene, options.softness, reference, options.repeats)
         met = report(found[scene.name]) and met
+    options.picture.parent.mkdir(parents=True, exist_ok=True)
     draw(found, options.picture)
     print(f"\n{options.picture}")
     return 0 if met or not options.check else 1

@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from drivetrain.arm.with_rotors import at_level as at_level
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
     from drivetrain.catalog.read import read_catalog as read_catalog
-    from drivetrain.drive.friction import book_curves as book_curves
     from drivetrain.drive.friction import Friction as Friction
+    from drivetrain.drive.friction import book_curves as book_curves
     from drivetrain.drive.gear import Gear as Gear
-    from drivetrain.drive.loop_design import design_loops as design_loops
     from drivetrain.drive.loop_design import ServoAxis as ServoAxis
     from drivetrain.drive.loop_design import ServoTiming as ServoTiming
+    from drivetrain.drive.loop_design import design_loops as design_loops
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.drive.motor import Motor as Motor
     from drivetrain.drive.thermal_network import thermal_network as thermal_network
@@ -70,8 +70,8 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.lagrange import potential_energy as potential_energy
     from drivetrain.dynamics.lagrange import power_balance as power_balance
     from drivetrain.dynamics.mass_matrix import mass_matrix as mass_matrix
-    from drivetrain.dynamics.newton_euler import drive_torques as drive_torques
     from drivetrain.dynamics.newton_euler import DriveTorques as DriveTorques
+    from drivetrain.dynamics.newton_euler import drive_torques as drive_torques
     from drivetrain.dynamics.newton_euler import gravity_torque as gravity_torque
     from drivetrain.dynamics.newton_euler import inverse_dynamics as inverse_dynamics
     from drivetrain.dynamics.newton_euler import joint_loads as joint_loads
@@ -125,11 +125,11 @@ if TYPE_CHECKING:
     from drivetrain.simulation.passive import simulate_passive as simulate_passive
     from drivetrain.simulation.plan import Plan as Plan
     from drivetrain.simulation.plan import plan as plan
-    from drivetrain.simulation.recording import load_recording as load_recording
     from drivetrain.simulation.recording import Recording as Recording
+    from drivetrain.simulation.recording import load_recording as load_recording
     from drivetrain.simulation.scene import Inertia as Inertia
-    from drivetrain.simulation.scene import joint_scene as joint_scene
     from drivetrain.simulation.scene import Scene as Scene
+    from drivetrain.simulation.scene import joint_scene as joint_scene
     from drivetrain.simulation.scene import without as without
     from drivetrain.simulation.stabilisation import Baumgarte as Baumgarte
     from drivetrain.simulation.stabilisation import Projection as Projection
@@ -165,12 +165,12 @@ if TYPE_CHECKING:
     from drivetrain.spatial.free_motion import free_motion as free_motion
     from drivetrain.spatial.inertia import RigidBody as RigidBody
     from drivetrain.spatial.mesh_file import read_mesh as read_mesh
-    from drivetrain.spatial.mesh_inertia import mesh_body as mesh_body
     from drivetrain.spatial.mesh_inertia import TriangleMesh as TriangleMesh
+    from drivetrain.spatial.mesh_inertia import mesh_body as mesh_body
     from drivetrain.spatial.rigid_body import body_acceleration as body_acceleration
     from drivetrain.spatial.rigid_body import body_wrench as body_wrench
-    from drivetrain.study.change import changed as changed
     from drivetrain.study.change import TaskChange as TaskChange
+    from drivetrain.study.change import changed as changed
     from drivetrain.study.load import load_study as load_study
     from drivetrain.study.schema import json_schema as json_schema
     from drivetrain.study.study import Wanted as Wanted

@@ -158,17 +158,3 @@ def heated(scene: Scene) -> Mapping[str, WindingHeat]:
     """
     found = {name: [e for e in effects if isinstance(e, WindingHeat)] for name, effects in scene.effects.items()}
     return {name: effects[0] for name, effects in found.items() if effects}
-
-
-def choices_of(names: Iterable[str], scene: Scene) -> tuple[Choice, ...]:
-    """Choices of a scene that names of a study file stand for.
-
-    Args:
-        names: From ``KNOWN_EFFECTS``.
-        scene: Whose choices they are.
-
-    Returns:
-        The choices.
-    """
-    kinds = {KNOWN_EFFECTS[name] for name in names}
-    return tuple(one for one in choices(scene) if one.kind in kinds)
