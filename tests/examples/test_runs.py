@@ -28,7 +28,8 @@ def test_example_gives_the_report_of_the_gallery(name: str, tmp_path: Path, monk
     command = re.search(r"drivetrain (select|size) (\S+)", readme)
     assert command
     ran = CliRunner().invoke(app, [command[1], command[2], "--out", str(tmp_path)])
-    assert ran.exit_code == 0, ran.output
+    # The PUMA's sheets lack what two essential checks need: not proven, so it is not told to fit.
+    assert ran.exit_code == (1 if name == "puma560" else 0), ran.output
     assert (tmp_path / "report.html").stat().st_size > 100_000
     fresh = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))
     kept = json.loads((ROOT / "reports" / name / "result.json").read_text(encoding="utf-8"))
