@@ -155,8 +155,8 @@ def _joint(
     network = basis.networks.get(name)
     return JointDecision(
         float(np.abs(current).max()),
-        _rms(current, weights),
-        _rms(torque, weights),
+        rms(current, weights),
+        rms(torque, weights),
         math.nan if heat is None else heat.peak_winding,
         math.nan if network is None else network.ambient,
         float(np.abs(_away(name, series)).max()),
@@ -180,8 +180,18 @@ def mean_weights(time: Array, use: Use) -> Array:
     return weights
 
 
-def _rms(values: Array, weights: Array) -> float:
-    return float(math.sqrt(weights @ values**2 / weights.sum()))
+def rms(values: Array, weights: Array) -> float:
+    """The root of the mean square.
+
+    Args:
+        values: (N,).
+        weights: Time that each stands for [s], (N,).
+
+    Returns:
+        In their unit; 0 of no time at all.
+    """
+    total = float(weights.sum())
+    return math.sqrt(float(weights @ values**2) / total) if total > 0.0 else 0.0
 
 
 def _away(name: str, series: Mapping[str, Array]) -> Array:

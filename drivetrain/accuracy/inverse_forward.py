@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from drivetrain.accuracy.decision import basis_of, mean_weights, moving
+from drivetrain.accuracy.decision import basis_of, mean_weights, moving, rms
 from drivetrain.accuracy.full_scene import full_scene
 from drivetrain.accuracy.variants import choices, without
 from drivetrain.arrays import Array
@@ -68,19 +68,14 @@ def _compared(
     # At a jump the inverse road has both sides; between samples its current is a straight line.
     own = np.interp(time, series.time + 1e-12 * np.arange(len(series.time)), series.current)
     difference = forward - own
-    whole = _rms(own, weights)
-    apart = [_rms(difference[mask], weights[mask]) / whole if mask.any() and whole else math.nan
+    whole = rms(own, weights)
+    apart = [rms(difference[mask], weights[mask]) / whole if mask.any() and whole else math.nan
              for mask in (moves, np.logical_not(moves))]  # fmt: skip
     return JointCurrents(
         time, own, forward, moves,
         (float(np.abs(series.current).max()), float(np.abs(forward).max())),
-        (whole, _rms(forward, weights)), apart[0], apart[1], _note(apart[0], apart[1], evaluation, name),
+        (whole, rms(forward, weights)), apart[0], apart[1], _note(apart[0], apart[1], evaluation, name),
     )  # fmt: skip
-
-
-def _rms(values: Array, weights: Array) -> float:
-    total = float(weights.sum())
-    return math.sqrt(float(weights @ values**2) / total) if total > 0.0 else 0.0
 
 
 def _note(moves: float, rests: float, evaluation: Evaluation, name: str) -> str:

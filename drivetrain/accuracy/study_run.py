@@ -78,7 +78,7 @@ def simulate(
         InputError: A scene that contradicts itself, a study that no drives fit or that cannot be simulated, or an
             earlier recording of another scene.
     """
-    if isinstance(scene, Scene | Plan) or not isinstance(scene, Study | Evaluation | Selection):
+    if not isinstance(scene, Study | Evaluation | Selection):  # what is no scene either is told by the runner
         if drives is not None:
             raise InputError(Fault("drives", "go with a study", hint="a scene holds its drives as effects"))
         usual = run.DEFAULT_INTERVAL if interval is None else interval

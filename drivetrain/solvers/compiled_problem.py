@@ -14,8 +14,6 @@ from drivetrain.solvers.compiled_function import address_of, evaluate
 from drivetrain.solvers.layout import EITHER, FALLING, GUARD, RISING
 from drivetrain.solvers.solver import Rates
 
-_NONE = np.zeros(0)
-
 
 @dataclass(frozen=True, eq=False)
 class Events:
