@@ -17,12 +17,7 @@ def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
     """A read-only float copy of a value whose shape and numbers have been checked.
 
     Args:
-        value: Anything numpy can turn into floats.
         shape: The wanted shape; None allows any length along that axis.
-        name: What to call it in an error.
-
-    Returns:
-        The copy, not writeable.
 
     Raises:
         InputError: Not real numbers, another shape, or one that is NaN, infinite, or too large to calculate with.
@@ -36,12 +31,7 @@ def checked_array(value: Any, shape: Sequence[int | None], name: str) -> Array:
     """A float array (not copied when it already is one) whose shape and numbers have been checked.
 
     Args:
-        value: Anything numpy can turn into floats.
         shape: The wanted shape; None allows any length along that axis.
-        name: What to call it in an error.
-
-    Returns:
-        The values as contiguous float64.
 
     Raises:
         InputError: Not real numbers, another shape, or one that is NaN, infinite, or too large to calculate with.
@@ -66,9 +56,6 @@ def checked_number(value: Any, name: str, unit: str, *, above: float = -LARGEST,
     """A number whose range has been checked.
 
     Args:
-        value: Anything that may be one.
-        name: What to call it in an error.
-        unit: Of the value, for the error.
         above: It must be larger than this [unit].
         least: It must not be smaller than this [unit].
 
@@ -92,12 +79,8 @@ def checked_numbers(
     """Several numbers of one range, every one that is wrong told at once.
 
     Args:
-        named: Value and unit, by name.
         above: They must be larger than this [each in its unit].
         least: They must not be smaller than this [each in its unit].
-
-    Returns:
-        The numbers in their order.
 
     Raises:
         InputError: As ``checked_number``.
@@ -115,14 +98,7 @@ def checked_numbers(
 
 
 def axes_of(value: Any) -> int:
-    """How many axes a value has as an array.
-
-    Args:
-        value: Anything.
-
-    Returns:
-        0 for one number; -1 for rows of different lengths, which are no array.
-    """
+    """How many axes a value has as an array."""
     try:
         return np.ndim(value)
     except ValueError:
@@ -131,12 +107,6 @@ def axes_of(value: Any) -> int:
 
 def real_array(value: Any) -> Array:
     """The value as contiguous float64, of any shape; numbers are not looked at.
-
-    Args:
-        value: Anything numpy can turn into floats.
-
-    Returns:
-        The values; not copied when they are so already.
 
     Raises:
         TypeError: Complex numbers, of which numpy would drop a part, or something else that is no number.
@@ -150,25 +120,13 @@ def real_array(value: Any) -> Array:
 
 
 def within_reach(array: Array) -> bool:
-    """Whether all numbers are finite and small enough to calculate with.
-
-    Args:
-        array: Any shape and unit.
-
-    Returns:
-        True for an empty one.
-    """
+    """Whether all numbers are finite and small enough to calculate with."""
     # No temporary array; a NaN makes both comparisons false.
     return array.size == 0 or bool(array.min() >= -LARGEST and array.max() <= LARGEST)
 
 
 def batch(value: Any, width: int, name: str) -> Array:
     """One sample (width,) or a batch (N, width), as a checked two-dimensional array.
-
-    Args:
-        value: The sample or the batch.
-        width: Entries a sample.
-        name: What to call it in an error.
 
     Returns:
         The values, (N, width), N = 1 for one sample; no copy when already contiguous floats.

@@ -128,12 +128,6 @@ def compiled_ahead(steps: Sequence[str]) -> Iterator[None]:
     """While a job runs, the kernels that it will need are compiled by helpers too, where they are not in the cache.
 
     Within another such job nothing is added: the outer one knows what it needs.
-
-    Args:
-        steps: ``module:function``, those first that a helper should begin with.
-
-    Yields:
-        Nothing.
     """
     if _JOB.get() is not None:
         yield
@@ -151,22 +145,14 @@ def compiled_ahead(steps: Sequence[str]) -> Iterator[None]:
 
 
 def take(step: str) -> None:
-    """Called before a kernel is compiled or taken from the cache: waits while a helper is at it.
-
-    Args:
-        step: ``module:function``, as in the list of the job; one that is not there is of no interest.
-    """
+    """Called before a kernel is compiled or taken from the cache: waits while a helper is at it."""
     job = _JOB.get()
     if job is not None and step in job.steps:
         job.take(job.steps.index(step))
 
 
 def help_out(arguments: Sequence[str]) -> None:
-    """What a helper does: compile the steps that nobody has taken. Its input is closed when who started it has ended.
-
-    Args:
-        arguments: The folder where steps are taken, then the steps.
-    """
+    """What a helper does: compile the steps that nobody has taken.."""
     threading.Thread(target=_end_with_input, daemon=True).start()
     board = _Board(Path(arguments[0]))
     for number, step in enumerate(arguments[1:]):

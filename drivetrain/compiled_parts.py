@@ -110,14 +110,7 @@ class CompiledPart(CompiledWhole):
         super().__init__(typingctx, targetctx, library, args, return_type, flags, locals)
 
     def compile_extra(self, func: Any) -> Any:
-        """Numba's entry.
-
-        Args:
-            func: The function.
-
-        Returns:
-            What was compiled.
-        """
+        """Numba's entry."""
         self.state.library = self.kind(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
         return super().compile_extra(func)
@@ -130,14 +123,7 @@ class CompiledLoop(CompiledPart):
 
 
 def on_its_own(part: Any) -> Any:
-    """A part as a function that Python can call, to try it.
-
-    Args:
-        part: The part; none of its arguments may be left out.
-
-    Returns:
-        A function of the same arguments.
-    """
+    """A part as a function that Python can call, to try it."""
 
     @nb.njit
     def called(*arguments):  # type: ignore[no-untyped-def]

@@ -54,15 +54,7 @@ class InputError(DrivetrainError, ValueError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """The hint that names the closest known names, or the known names themselves when few.
-
-    Args:
-        name: What the user wrote.
-        known: The names that would have been right.
-
-    Returns:
-        A phrase such as ``did you mean 'elbow'?``, empty when nothing is known.
-    """
+    """The hint that names the closest known names, or the known names themselves when few."""
     names = sorted(set(known))
     close = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if close:

@@ -8,12 +8,6 @@ from pathlib import Path
 def shipped(folder: str) -> Path:
     """The folder ``catalogs`` or ``examples`` as shipped.
 
-    Args:
-        folder: Its name at the top of the checkout.
-
-    Returns:
-        Its path.
-
     Raises:
         FileNotFoundError: The installation is broken: it is in neither place.
     """

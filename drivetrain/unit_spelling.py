@@ -80,12 +80,6 @@ def _operand(piece: str) -> str:
 def pint_expression(text: str) -> str:
     """A unit text as a product that pint reads.
 
-    Args:
-        text: As printed, such as ``V/1000 min⁻¹`` or ``oz-in-s2``.
-
-    Returns:
-        Such as ``V/krpm`` or ``(ozf*in*s**2)``.
-
     Raises:
         NotAUnitError: It cannot be read, or can be read in two ways.
     """

@@ -150,12 +150,6 @@ def _angle_hint(found: _Unit, wanted: _Unit) -> str:
 def factor(unit_text: str) -> float:
     """What a value in this unit is multiplied by to be in SI (differences, for temperatures).
 
-    Args:
-        unit_text: Such as ``mNm/A`` or ``rpm``; empty for pure numbers.
-
-    Returns:
-        The factor, such as 1e-3 or 0.10472.
-
     Raises:
         InputError: Not a unit.
     """
@@ -170,9 +164,6 @@ def split_header(header: str) -> tuple[str, str]:
 
     Args:
         header: Such as ``Kt [mNm/A]``.
-
-    Returns:
-        The two, such as ``("Kt", "mNm/A")``; an empty unit when there are no brackets.
     """
     match = re.fullmatch(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*", header, re.DOTALL)
     return (match[1], match[2].strip()) if match else (header.strip(), "")
@@ -183,10 +174,7 @@ def to_si(values: Any, unit_text: str, place: str = "", *, unit: str = "", file:
 
     Args:
         values: Numbers in the header's unit, any shape; NaN stays NaN.
-        unit_text: The header's unit.
-        place: Where it stands, for the error.
         unit: The SI unit wanted, whose dimension is then checked; empty: not checked, and kelvin stay kelvin.
-        file: The file it stands in, for the error.
 
     Returns:
         The values in SI (or in degrees Celsius), of the same shape.
@@ -216,16 +204,7 @@ def quantity(
     """The SI float a text such as "48 V" or "6000 1/min" stands for.
 
     Args:
-        value: The text; a bare number is a fault, except where a pure number is wanted.
         unit: The SI unit wanted: ``V``, ``rad/s``, ``kg m^2``, ``degC``, empty for a pure number.
-        place: Where it stands, for the error.
-        minimum: Smallest value allowed, in ``unit``.
-        maximum: Largest value allowed, in ``unit``.
-        above: Value that must be exceeded, in ``unit``.
-        file: The file it stands in, for the error.
-
-    Returns:
-        The value in ``unit``.
 
     Raises:
         InputError: No number, no unit, an unknown unit, another dimension, out of range or too large.
@@ -272,11 +251,8 @@ def quantities(value: Any, unit: str, place: str, n: int | None = None, *, file:
     """The SI vector that "[0, 0, 60] mm" or ["0 mm", "0 mm", "60 mm"] stands for.
 
     Args:
-        value: One text with the unit after the brackets, or a list of texts with a unit each.
         unit: The SI unit wanted.
-        place: Where it stands, for the error.
         n: How many there must be; None: any number.
-        file: The file it stands in, for the error.
 
     Returns:
         The values in ``unit``, (n,).
@@ -313,12 +289,7 @@ def from_si(values: Any, unit: str, unit_text: str) -> NDArray[np.float64]:
     """SI values in another unit, for tables and files.
 
     Args:
-        values: In ``unit``, any shape.
         unit: Their SI unit.
-        unit_text: The unit wanted, such as ``rpm``.
-
-    Returns:
-        The values in ``unit_text``, of the same shape.
 
     Raises:
         InputError: Not a unit, or another dimension.
@@ -334,11 +305,7 @@ def readable_unit(value: float, unit: str) -> str:
     """The unit in which an SI value reads well.
 
     Args:
-        value: In ``unit``; for a table, the largest in it.
         unit: Its SI unit.
-
-    Returns:
-        Such as ``mA`` for 0.02 A; ``unit`` itself where no other is in use.
     """
     choices = READABLE.get(unit)
     size = abs(value)
@@ -356,12 +323,7 @@ def engineering(value: float, unit: str, *, show: str = "") -> tuple[float, str]
     """A value in a unit that reads well.
 
     Args:
-        value: In ``unit``.
         unit: Its SI unit.
-        show: The unit to use instead of the one chosen, such as ``rpm``, ``%`` or ``h``.
-
-    Returns:
-        Scaled value and unit text.
     """
     chosen = show or readable_unit(value, unit)
     return float(from_si(value, unit, chosen)), chosen

@@ -10,15 +10,7 @@ from typing import IO
 
 
 def written_beside(place: Path, write: Callable[[IO[bytes]], object]) -> Path:
-    """A hidden file in the same folder that holds everything, on the disk; the caller renames it to its place.
-
-    Args:
-        place: Where it is to go; its folder must be there.
-        write: Called with the open binary file. Whatever it raises leaves nothing behind.
-
-    Returns:
-        Where it is until then.
-    """
+    """A hidden file in the same folder that holds everything, on the disk; the caller renames it to its place."""
     handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
     beside = Path(name)
     try:
@@ -34,12 +26,7 @@ def written_beside(place: Path, write: Callable[[IO[bytes]], object]) -> Path:
 
 
 def write_whole(place: Path, write: Callable[[IO[bytes]], object]) -> None:
-    """Write one file whole or not at all.
-
-    Args:
-        place: Where; its folder must be there.
-        write: Called with the open binary file. Whatever it raises leaves the old file as it was.
-    """
+    """Write one file whole or not at all."""
     beside = written_beside(place, write)
     try:
         beside.replace(place)

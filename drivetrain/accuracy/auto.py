@@ -52,18 +52,11 @@ def choose_effects(
     """The cheapest scene within a tolerance of the full one, proven by running both.
 
     Args:
-        scene: The full scene, before any current is fed forward.
-        basis: Motors, heat and study.
         tolerance: Of peak and RMS current, RMS torque and the winding's rise at every joint [-].
         tip_tolerance: Of the tip's deviation [m], of one joint's [rad or m]; None: the tolerance's share of how far
             the command moves the tip.
         step: Of the fixed engine with which it is proven [s].
-        costs: What keeping an effect costs, by class, relative to others.
         progress: Told (done, of how many, what).
-
-    Returns:
-        The scene, every effect's estimate, and the proof; effects that the proof asked for are back in. Where the
-        numbers are not good enough to tell, the proof says so.
 
     Raises:
         InputError: A tolerance that is not positive, a scene that contradicts itself or does not reach its end.
@@ -119,15 +112,6 @@ def cheapest(
 
     Effects whose estimates are not valid stay. Of the rest every set is tried that could save more than the best one
     so far, dearest effects first; after a hundred thousand sets the best one so far is taken.
-
-    Args:
-        told: All estimates.
-        limits: That their sum must keep.
-        joints: All names.
-        costs: What keeping an effect costs, by class.
-
-    Returns:
-        What is left out.
     """
     fit = [one for one in told if one.valid and _used([one], limits, joints) <= 1.0]
     fit.sort(key=lambda one: (-costs.get(one.choice.kind, 1.0), _used([one], limits, joints)))

@@ -58,15 +58,7 @@ class Task:
 
 
 def task_of(scene: Scene, basis: Basis) -> Task:
-    """A scene's command inverted, and what estimates ask of it.
-
-    Args:
-        scene: The full scene.
-        basis: Motors and heat.
-
-    Returns:
-        The task; without conditions where something touches the arm or nothing is commanded.
-    """
+    """A scene's command inverted, and what estimates ask of it."""
     ready, n = plan(scene), len(scene.joints)
     try:
         demand = demanded(ready, command_times(scene))
@@ -188,9 +180,6 @@ def _shaft_loss(effects: Sequence[Effect], speed: Array) -> Array:
 
 def shortest_move(series: TaskSeries) -> float:
     """The shortest time between two rests.
-
-    Args:
-        series: The task of a joint.
 
     Returns:
         [s]; infinite for a joint that never moves.

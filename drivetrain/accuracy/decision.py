@@ -59,24 +59,13 @@ class Basis:
 
         Args:
             time: Of the last period [s], (N,).
-
-        Returns:
-            Parts and shares; one part where there is no mix.
         """
         stops = [*np.searchsorted(time, time[0] + np.array(self.ends[:-1])).tolist(), len(time)]
         return Use([slice(first, stop) for first, stop in pairwise([0, *stops])], self.shares)
 
 
 def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
-    """What recordings of a scene are judged by.
-
-    Args:
-        scene: The full scene: its motors, its heat.
-        evaluation: Of the study behind it.
-
-    Returns:
-        The basis.
-    """
+    """What recordings of a scene are judged by."""
     motors, networks = {}, {}
     for name, effects in scene.effects.items():
         for effect in effects:
@@ -93,17 +82,7 @@ def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
 
 
 def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
-    """What a recording decides.
-
-    Args:
-        recording: Of the scene, with positions, currents and mesh torques.
-        scene: What ran; a joint without ``WindingHeat`` in it is judged with the resistance and the torque constant
-            of its reference temperature, as a reader of such a run would.
-        basis: Motors, heat and study.
-
-    Returns:
-        The decision.
-    """
+    """What a recording decides."""
     first = 0.0 if basis.period is None else max(0.0, float(recording.time[-1]) - basis.period)
     last = np.flatnonzero(recording.time >= first - 1e-9)
     series = {name: one.values[last] for name, one in recording.series.items()}
@@ -120,10 +99,6 @@ def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
 
 def change(one: Decision, full: Decision) -> dict[str, Change]:
     """How far a decision lies from that of the full scene.
-
-    Args:
-        one: Of a scene with less in it.
-        full: Of the full scene.
 
     Returns:
         Signed shares by joint; the tip's difference [m] stands at each.
@@ -168,7 +143,6 @@ def mean_weights(time: Array, use: Use) -> Array:
 
     Args:
         time: [s], (N,).
-        use: Parts of a mix and their shares.
 
     Returns:
         [s], (N,).
@@ -186,9 +160,6 @@ def rms(values: Array, weights: Array) -> float:
     Args:
         values: (N,).
         weights: Time that each stands for [s], (N,).
-
-    Returns:
-        In their unit; 0 of no time at all.
     """
     total = float(weights.sum())
     return math.sqrt(float(weights @ values**2) / total) if total > 0.0 else 0.0
@@ -211,10 +182,6 @@ def _tip(scene: Scene, series: Mapping[str, Array]) -> float:
 
 def tip_travel(scene: Scene, recording: Recording) -> float:
     """How far the tip is commanded to go: the largest distance from where it starts.
-
-    Args:
-        scene: What ran.
-        recording: With the command in it.
 
     Returns:
         [m], of one joint [rad or m]; 0 where nothing is commanded.
@@ -322,10 +289,6 @@ def _sampled(cycle: Cycle, time: Array, use: Use) -> Cycle:
 
 def moving(recording: Recording, joint: str) -> Array:
     """Where a joint is commanded to move.
-
-    Args:
-        recording: With the command in it.
-        joint: Its name.
 
     Returns:
         Truth values, (N,).

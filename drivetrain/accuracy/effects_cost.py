@@ -22,14 +22,8 @@ def effects_cost(
     """Every effect of a scene left out once, at all joints that have it.
 
     Args:
-        scene: The full scene, before any current is fed forward.
-        basis: Motors, heat and study.
         engine: What runs it; None: the default of ``simulate`` with half its step.
-        rounds: Of the timing.
         progress: Told (done, of how many, what).
-
-    Returns:
-        The table, dearest effect first.
 
     Raises:
         InputError: A scene that contradicts itself or does not reach its end.

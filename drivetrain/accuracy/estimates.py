@@ -49,15 +49,7 @@ class Told:
 
 
 def estimates(scene: Scene, task: Task) -> tuple[Told, ...]:
-    """The estimate of every effect that may be left out.
-
-    Args:
-        scene: The full scene.
-        task: Its command inverted.
-
-    Returns:
-        One a choice; none is valid where the command cannot be inverted.
-    """
+    """The estimate of every effect that may be left out."""
     found = []
     for choice in choices(scene):
         if choice.kind == "FullRotor":
@@ -151,15 +143,7 @@ def _sum(parts: list[Change]) -> Change:
 
 
 def added(parts: list[Mapping[str, Change]], joints: tuple[str, ...]) -> dict[str, Change]:
-    """Bounds of several effects together, the tip's those of all joints.
-
-    Args:
-        parts: By joint, one an effect.
-        joints: All names.
-
-    Returns:
-        Sums by joint; the whole tip's stands at each.
-    """
+    """Bounds of several effects together, the tip's those of all joints."""
     tip = sum(change.tip for part in parts for change in part.values())
     sums = {name: _sum([part[name] for part in parts if name in part]) for name in joints}
     return {name: Change(*own.shares, tip) for name, own in sums.items()}

@@ -34,14 +34,7 @@ AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at
 
 
 def drives_of(evaluation: Evaluation) -> dict[str, Drive]:
-    """The drives of an evaluation, unknowns filled in.
-
-    Args:
-        evaluation: Of given or selected drives.
-
-    Returns:
-        By joint name.
-    """
+    """The drives of an evaluation, unknowns filled in."""
     return {name: joint.drive for name, joint in evaluation.joints.items()}
 
 
@@ -49,12 +42,7 @@ def full_scene(evaluation: Evaluation, wishes: Simulation | None = None) -> Scen
     """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet.
 
     Args:
-        evaluation: Study, drives, and how warm the cycle makes them.
         wishes: Loops and repetitions; None: the study's own.
-
-    Returns:
-        Friction, mesh losses, springs, inductance behind a current loop, heat that starts in its periodic state; and
-        what the study states beside the sheets: loops at samples, encoders, cogging.
 
     Raises:
         InputError: As ``scene_of``.
@@ -86,15 +74,7 @@ def full_scene(evaluation: Evaluation, wishes: Simulation | None = None) -> Scen
 
 
 def wanted_scene(full: Scene, names: Iterable[str]) -> Scene:
-    """A full scene with only those effects that are named, ready to run.
-
-    Args:
-        full: From ``full_scene``.
-        names: From ``KNOWN_EFFECTS``.
-
-    Returns:
-        The scene, with what its controllers feed forward.
-    """
+    """A full scene with only those effects that are named, ready to run."""
     kept = {KNOWN_EFFECTS[name] for name in names}
     gone = [one for one in choices(full) if one.kind not in kept]
     if "CurrentLoop" not in kept:  # what stands in for a sampled one is left out too
@@ -148,13 +128,6 @@ def _lasting(network: ThermalNetwork, period: float) -> ThermalNetwork:
 
 
 def heated(scene: Scene) -> Mapping[str, WindingHeat]:
-    """Joints whose scene has heat.
-
-    Args:
-        scene: Any.
-
-    Returns:
-        Their heat by joint name.
-    """
+    """Joints whose scene has heat."""
     found = {name: [e for e in effects if isinstance(e, WindingHeat)] for name, effects in scene.effects.items()}
     return {name: effects[0] for name, effects in found.items() if effects}

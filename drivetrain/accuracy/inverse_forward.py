@@ -22,14 +22,7 @@ SMALL = 0.01  # share of the RMS current below which a difference needs no words
 
 
 def same_effects(scene: Scene) -> list[Choice]:
-    """What a full scene has and sizing does not know.
-
-    Args:
-        scene: The full scene.
-
-    Returns:
-        Its springs, inductances and the like.
-    """
+    """What a full scene has and sizing does not know."""
     return [one for one in choices(scene) if one.kind in UNKNOWN_TO_SIZING]
 
 
@@ -39,12 +32,8 @@ def inverse_against_forward(
     """Both roads' currents, joint by joint.
 
     Args:
-        evaluation: The sizing path.
         scene: The full scene of the same study; None: made here.
         engine: What runs it; None: fixed steps of half a millisecond.
-
-    Returns:
-        Both currents on the samples of the cycle, and what tells them apart.
 
     Raises:
         InputError: As ``full_scene``.

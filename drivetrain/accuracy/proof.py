@@ -28,16 +28,9 @@ def proved(
     """The chosen scene beside the full one.
 
     Args:
-        scene: The full scene, before any current is fed forward.
-        kept: What was chosen, ready to run.
-        basis: Motors, heat and study.
-        estimate: Sum of the estimates of what was left out, by joint.
         tolerance: Of the decision quantities [-].
         tip: Tolerance of the tip [m].
         step: To start with [s]; halved until the numbers are good enough.
-
-    Returns:
-        The proof.
 
     Raises:
         InputError: A run that does not reach its end.
@@ -77,10 +70,6 @@ def _pair(
 
 def audited(recording: Recording, scene: Scene) -> float:
     """Energy that is there and should not be, over all that was put in, taken out, or stored on the way.
-
-    Args:
-        recording: With its energies.
-        scene: What ran: a payload that comes or goes takes its energy along, which is no error.
 
     Returns:
         [-]; NaN where the scene tells no energies.

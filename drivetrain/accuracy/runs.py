@@ -32,13 +32,6 @@ def interval_of(duration: float) -> float:
 def ran(plan: Plan, engine: Engine) -> Recording:
     """A run that must reach its end.
 
-    Args:
-        plan: Of the scene.
-        engine: What runs it.
-
-    Returns:
-        The recording.
-
     Raises:
         InputError: The run ended before its time: why, and when.
     """
@@ -51,10 +44,6 @@ def ran(plan: Plan, engine: Engine) -> Recording:
 
 def seconds(plans: Sequence[tuple[Plan, Engine]], rounds: int = 3) -> list[float]:
     """Wall time of runs, measured in turns so that what else the machine does falls on all of them.
-
-    Args:
-        plans: What is run, each with its engine.
-        rounds: How often.
 
     Returns:
         The median of each [s]; two recorded rows a run, so that recording costs nothing.
@@ -69,12 +58,5 @@ def seconds(plans: Sequence[tuple[Plan, Engine]], rounds: int = 3) -> list[float
 
 
 def work(counters: Mapping[str, int]) -> int:
-    """Evaluations that a run took.
-
-    Args:
-        counters: Of its recording.
-
-    Returns:
-        Right-hand sides of the adaptive engine, solved steps of the fixed one.
-    """
+    """Evaluations that a run took."""
     return next((counters[name] for name in WORK if name in counters), 0)

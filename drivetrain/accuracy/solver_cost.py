@@ -52,18 +52,9 @@ def solver_cost(
     """Error in the decision quantities against wall time and against evaluations.
 
     Args:
-        scene: Ready to run.
-        basis: Motors, heat and study.
         steps: Of the fixed engine [s].
         precisions: Relative tolerances of the adaptive engine [-].
-        references: Two relative tolerances of the adaptive engine, the second the finer: their difference tells how
-            far the reference has settled.
-        explicit: Other engines: family, setting, engine.
-        rounds: Of the timing.
         progress: Told (done, of how many, what).
-
-    Returns:
-        All runs; an engine that cannot run is told with its reason.
 
     Raises:
         InputError: The reference does not reach the end.
@@ -145,8 +136,6 @@ def distance(one: Decision, best: Decision, travel: float) -> tuple[float, str]:
     """The largest share by which two decisions differ in any quantity of any joint, and in which.
 
     Args:
-        one: Of a run.
-        best: Of the reference.
         travel: How far the tip is commanded to go [m], beside which its deviation counts.
 
     Returns:

@@ -97,12 +97,7 @@ def study_scene(evaluation: Evaluation, wishes: Simulation, *, progress: Told | 
     """The scene in which a study's drives run its cycle.
 
     Args:
-        evaluation: Study and drives.
-        wishes: Effects, loops, tolerance.
         progress: Told (done, of how many, what) while effects are chosen.
-
-    Returns:
-        The full scene and the wanted one.
 
     Raises:
         InputError: What cannot be simulated.
@@ -125,14 +120,7 @@ def study_scene(evaluation: Evaluation, wishes: Simulation, *, progress: Told | 
 
 
 def engine_of(wishes: Simulation) -> Engine:
-    """The engine that a study names.
-
-    Args:
-        wishes: Its simulation section.
-
-    Returns:
-        The engine with the study's step or precision.
-    """
+    """The engine that a study names."""
     if wishes.solver == "adaptive":
         return AdaptiveStep(Rodas5P(rtol=wishes.precision))
     return Inverse() if wishes.solver == "inverse" else FixedStep(wishes.step)
@@ -140,12 +128,6 @@ def engine_of(wishes: Simulation) -> Engine:
 
 def gives_all(study: Study) -> bool:
     """Whether a study names a drive for every joint.
-
-    Args:
-        study: Any that can be simulated.
-
-    Returns:
-        False where drives must be chosen first.
 
     Raises:
         InputError: Neither an arm nor one axis whose load's inertia is told.
@@ -158,12 +140,6 @@ def gives_all(study: Study) -> bool:
 
 def complete(found: Selection) -> Evaluation:
     """What a search chose, or found nearest, with a drive in every joint.
-
-    Args:
-        found: Of ``select``.
-
-    Returns:
-        Its evaluation.
 
     Raises:
         InputError: A joint that nothing may drive.

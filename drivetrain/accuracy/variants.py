@@ -42,14 +42,7 @@ SPRINGS = ("FlexibleJoint", "Backlash")
 
 
 def choices(scene: Scene) -> tuple[Choice, ...]:
-    """The effects of a scene that may be left out.
-
-    Args:
-        scene: Any.
-
-    Returns:
-        One a kind and joint; rotors of an arm, which load each other, one for all.
-    """
+    """The effects of a scene that may be left out."""
     found = [
         Choice(type(effect).__name__, joint)
         for joint, effects in scene.effects.items()
@@ -63,16 +56,7 @@ def choices(scene: Scene) -> tuple[Choice, ...]:
 
 
 def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
-    """A scene without some of its effects, ready to run.
-
-    Args:
-        scene: Before any current is fed forward.
-        dropped: From its ``choices``.
-
-    Returns:
-        The scene; where an effect has a quasi-static form that stands in its place, and where the whole can be
-        inverted, its controllers feed forward the currents that the command takes without them.
-    """
+    """A scene without some of its effects, ready to run."""
     gone = set(dropped)
     body = scene.body
     if isinstance(body, Arm) and Choice("FullRotor", WHOLE) in gone:
@@ -87,14 +71,7 @@ def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
 
 
 def fed_forward(scene: Scene) -> Scene:
-    """A scene with the currents that its command takes commanded along, where that can be known.
-
-    Args:
-        scene: Any.
-
-    Returns:
-        The scene; as it was where nothing is commanded, or something touches the arm, or it feeds forward already.
-    """
+    """A scene with the currents that its command takes commanded along, where that can be known."""
     if any(isinstance(effect, GivenCurrent) for effects in scene.effects.values() for effect in effects):
         return scene
     try:
@@ -117,16 +94,7 @@ def _settled(scene: Scene) -> Scene:
 
 
 def left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
-    """What is left of a joint's effects.
-
-    Args:
-        joint: Its name.
-        effects: All of them.
-        gone: What is left out; what stands in for one may be left out too.
-
-    Returns:
-        The rest, stand-ins in their places.
-    """
+    """What is left of a joint's effects."""
     kept: list[Effect] = []
     for effect in effects:
         stays: Effect | None = effect
@@ -145,15 +113,7 @@ def _ratios(scene: Scene) -> tuple[float, ...]:
 
 
 def place_of(scene: Scene, joint: str) -> Place:
-    """Where effects of a joint stand.
-
-    Args:
-        scene: Any.
-        joint: Its name.
-
-    Returns:
-        The place.
-    """
+    """Where effects of a joint stand."""
     return Place(
         scene.joints.index(joint), joint, scene.joints, tuple(ratios_of(scene)), scene.turning, 0, coupling_of(scene)
     )

@@ -84,9 +84,6 @@ def arm_from_lists(poses: Any, inertias: Any, screws: Any, gravity: Any = STANDA
         screws: Slist: screw axes in the base frame, as columns, of any length but zero, (6, n).
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,).
 
-    Returns:
-        The arm, and how far its joints go for a unit of the book's theta.
-
     Raises:
         InputError: Wrong shapes, a NaN or infinity, no rotations, inertias that no rigid body has, or zero screws.
     """

@@ -36,13 +36,8 @@ def builtin_arm(name: str, *, tip: str | None = None, gravity: Any = None) -> Ar
     """A built-in arm.
 
     Args:
-        name: One of builtin_names.
-        tip: Name of the link that is the end effector; only the arms that come from a URDF have links to choose.
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z; of planar-2r, along
             -y, as in the book.
-
-    Returns:
-        The arm; puma560, kr300 and planar-2r have rotors, wam only the ratios of its motors and how they are coupled.
 
     Raises:
         InputError: No such arm, or no such link.

@@ -28,22 +28,11 @@ class Faults:
         self.file = file
 
     def add(self, place: str, problem: str, value: object = None, hint: str = "") -> None:
-        """Note one fault.
-
-        Args:
-            place: Where it stands.
-            problem: What is wrong and what is allowed.
-            value: What was found there.
-            hint: The mend.
-        """
+        """Note one fault."""
         self.found.append(Fault(place, problem, value, hint, self.file))
 
     def attempt(self, check: Callable[..., T], *values: Any) -> T | None:
         """What a check returns, or None with its faults noted.
-
-        Args:
-            check: Called with the values; may raise InputError.
-            values: What the check takes, each in the unit that the check wants.
 
         Returns:
             The checked value, or None.
@@ -69,7 +58,6 @@ def checked_pose(value: Any, name: str) -> Array:
 
     Args:
         value: Homogeneous matrix, (4, 4).
-        name: What to call it in an error.
 
     Returns:
         The pose, (4, 4); unchanged to the bit when it is orthogonal to rounding.
@@ -97,7 +85,6 @@ def checked_screw(value: Any, name: str) -> Array:
 
     Args:
         value: (6,), (angular [-], linear [m or -]): unit angular part, or zero angular and unit linear part.
-        name: What to call it in an error.
 
     Returns:
         The screw, (6,).
@@ -121,7 +108,6 @@ def checked_inertia(value: Any, name: str) -> Array:
 
     Args:
         value: About the centre of mass [kg m^2], (3, 3).
-        name: What to call it in an error.
 
     Returns:
         The tensor, exactly symmetric, (3, 3).
@@ -141,13 +127,7 @@ def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, f
     """Every entry of a list, checked one by one.
 
     Args:
-        values: The entries, unit as the check wants them.
-        check: Takes an entry and its name.
         name: Of the list; entries are called ``name[i]``.
-        faults: Collects what is wrong.
-
-    Returns:
-        The checked entries stacked; those that failed are left out.
     """
     checked = [faults.attempt(check, value, f"{name}[{i}]") for i, value in enumerate(values)]
     return np.array([value for value in checked if value is not None])
@@ -155,9 +135,6 @@ def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, f
 
 def called(link: str) -> str:
     """What to call a link in a sentence: "link forearm", but not "link link_1".
-
-    Args:
-        link: Its name.
 
     Returns:
         The phrase [-].
@@ -170,10 +147,6 @@ def triangle_doubt(inertia: Array, link: str) -> str:
 
     Args:
         inertia: About the centre of mass [kg m^2], (3, 3).
-        link: Whose it is.
-
-    Returns:
-        The sentence; empty when a body can have it.
     """
     if triangle_excess(inertia) <= TRIANGLE_TOLERANCE:
         return ""
@@ -188,9 +161,6 @@ def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
     Args:
         inertias: About the centres of mass [kg m^2], (n, 3, 3).
         links: Whose they are, (n,).
-
-    Returns:
-        The warnings' texts.
     """
     doubts = [triangle_doubt(tensor, link) for tensor, link in zip(inertias, links, strict=True)]
     texts = [doubt for doubt in doubts if doubt]

@@ -41,10 +41,6 @@ def with_coupling(arm: Arm, coupling: Any) -> Arm:
 def checked_coupling(coupling: Any, n: int) -> Array | None:
     """A coupling that can be inverted.
 
-    Args:
-        coupling: C, as of with_coupling.
-        n: Joints.
-
     Returns:
         C, read-only, (n, n); None when it is the identity.
 
@@ -72,9 +68,6 @@ def checked_coupling(coupling: Any, n: int) -> Array | None:
 def rotor_turns(arm: Arm) -> Array:
     """N, the rotors' speeds for a unit speed of each joint.
 
-    Args:
-        arm: The arm; a direct drive counts as a rotor of ratio 1.
-
     Returns:
         N [-; rad/m where a joint is prismatic], (n, n): row i is ``ratio_i`` times that of the coupling.
     """
@@ -86,11 +79,7 @@ def shaft_motion(arm: Arm, motion: Array) -> Array:
     """What the shafts behind the gears do in a motion of the joints.
 
     Args:
-        arm: The arm.
         motion: Positions, speeds or accelerations of the joints [rad or m, and per s, s^2], (n,) or (N, n).
-
-    Returns:
-        The same of the shafts: ``C`` times each; the array itself where nothing is coupled.
     """
     return motion if arm.coupling is None else np.asarray(motion @ arm.coupling.T)
 
@@ -99,7 +88,6 @@ def shaft_torques(arm: Arm, torque: Array) -> Array:
     """The torques of the shafts that make given torques at the joints.
 
     Args:
-        arm: The arm.
         torque: At the joints [N m or N], (n,) or (N, n).
 
     Returns:
@@ -109,14 +97,7 @@ def shaft_torques(arm: Arm, torque: Array) -> Array:
 
 
 def coupled_groups(arm: Arm) -> list[tuple[int, ...]]:
-    """The joints whose shafts depend on each other; a joint with a shaft of its own stands in none.
-
-    Args:
-        arm: The arm.
-
-    Returns:
-        Indices of joints, which are those of their shafts too, each group sorted.
-    """
+    """The joints whose shafts depend on each other; a joint with a shaft of its own stands in none."""
     if arm.coupling is None:
         return []
     linked = arm.coupling != 0.0
@@ -174,8 +155,6 @@ def placed(coupling: Array, joints: Sequence[int], n: int) -> Array:
 
     Args:
         coupling: Of the shafts and joints listed [-], (k, k).
-        joints: Their indices, k of them.
-        n: Joints of the arm.
 
     Returns:
         The identity but for those rows and columns, (n, n).

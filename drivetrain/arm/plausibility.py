@@ -24,12 +24,8 @@ def doubts(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
     innocent causes (thin links, joints drawn at one point, large covers).
 
     Args:
-        name: Of the link.
         body: In the link's frame [kg, m, kg m^2].
         points: Origins of the link's own and its children's joints in the link's frame [m], (3,) each.
-
-    Returns:
-        Sentences that name the link; none when all is well.
     """
     if body.mass <= 0.0:
         return []

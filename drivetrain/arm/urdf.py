@@ -26,14 +26,10 @@ def read_urdf(path: str | Path, *, tip: str | None = None, root: str | None = No
     notes; the latter is also a PhysicsWarning.
 
     Args:
-        path: Of a ``.urdf`` or ``.xacro`` file.
         tip: Name of the link that is the end effector; any link, also one on a fixed joint. None: the end of the
             longest chain, when all others are part of it.
         root: Name of the link that stands still; its frame is the arm's base frame. None: the file's root.
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z.
-
-    Returns:
-        The arm.
 
     Raises:
         InputError: Everything that is wrong with the file, or with the names given, at once.
@@ -46,9 +42,6 @@ def read_urdf(path: str | Path, *, tip: str | None = None, root: str | None = No
 def read_urdf_drives(path: str | Path) -> dict[str, UrdfDrive]:
     """What a URDF file says of its movable joints' friction, gears and rotors.
 
-    Args:
-        path: Of a ``.urdf`` or ``.xacro`` file.
-
     Returns:
         By joint name: friction [N m, N m s/rad], ratio and rotor inertia [kg m^2], None where the file is silent.
 
@@ -59,11 +52,7 @@ def read_urdf_drives(path: str | Path) -> dict[str, UrdfDrive]:
 
 
 def warn_each(texts: list[str]) -> None:
-    """Warn of each doubt, as if the caller's caller had.
-
-    Args:
-        texts: One sentence a doubt.
-    """
+    """Warn of each doubt, as if the caller's caller had."""
     for text in texts:
         warnings.warn(text, PhysicsWarning, stacklevel=3)
 
@@ -74,12 +63,7 @@ def arm_from_model(
     """The arm of a parsed file, and what is hard to believe of it; warns of nothing.
 
     Args:
-        model: What the file says.
-        tip, root: Names of links, as of read_urdf.
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,); None: 9.81 along -z.
-
-    Returns:
-        The arm, its notes holding the doubts too, and the doubts.
 
     Raises:
         InputError: As of read_urdf.

@@ -45,11 +45,6 @@ class UrdfCoupling:
 def read_coupling(reader: Reader, transmission: ElementTree.Element, kind: str) -> UrdfCoupling | None:
     """The coupling of a transmission.
 
-    Args:
-        reader: Notes faults.
-        transmission: The element.
-        kind: Its type.
-
     Returns:
         The coupling [-]; None where it is of another type, or roles or the motors' reductions are missing.
     """
@@ -90,11 +85,6 @@ def _reduction(reader: Reader, element: ElementTree.Element, place: str) -> floa
 
 def checked_reduction(reader: Reader, text: str, place: str) -> float:
     """A reduction as a number.
-
-    Args:
-        reader: Notes the fault.
-        text: As written.
-        place: What to call the transmission in an error.
 
     Returns:
         The number [- or rad/m]; 0, and a fault, where it is none, not finite or zero.

@@ -41,11 +41,6 @@ def read_drives(
 ) -> tuple[dict[str, UrdfDrive], list[UrdfCoupling], list[str]]:
     """The drives of a parsed file.
 
-    Args:
-        reader: Notes faults and ignored tags.
-        root: The ``robot`` element.
-        joints: Elements of the movable joints, by name.
-
     Returns:
         A drive a movable joint [SI], the couplings of two motors with two joints, and notes on what could not be used.
     """

@@ -97,9 +97,6 @@ class UrdfModel:
 def read_model(path: Path) -> UrdfModel:
     """The contents of a URDF or xacro file.
 
-    Args:
-        path: Of the file.
-
     Returns:
         What it says [SI].
 

@@ -42,7 +42,6 @@ def choose_chain(model: UrdfModel, root: str | None, tip: str | None) -> Chain:
     """The chain from a root link to a tip link.
 
     Args:
-        model: What the file says.
         root: Name of the link that stands still; None: the one that hangs on nothing.
         tip: Name of the link that is the end effector; None: the end of the longest chain, if the others are part
             of it.

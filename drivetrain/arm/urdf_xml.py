@@ -24,9 +24,6 @@ def read_document(path: Path) -> ElementTree.Element:
 
     Tags keep their prefix as written (``drake:gear_ratio``), whether or not the file declares it: many do not.
 
-    Args:
-        path: Of a ``.urdf`` file, or a ``.xacro`` file, which needs the package of that name.
-
     Returns:
         The ``robot`` element [-].
 
@@ -74,33 +71,14 @@ class Reader:
         self.ignored: Counter[str] = Counter()
 
     def text(self, element: ElementTree.Element, attribute: str, place: str) -> str:
-        """A required attribute.
-
-        Args:
-            element: Where it should stand.
-            attribute: Its name.
-            place: What to call the element in an error.
-
-        Returns:
-            Its text; empty, and a fault, when it is missing.
-        """
+        """A required attribute."""
         value = element.get(attribute, "").strip()
         if not value:
             self.faults.add(place, f'<{element.tag}> needs the attribute "{attribute}"')
         return value
 
     def numbers(self, element: ElementTree.Element, attribute: str, place: str, default: Iterable[float]) -> Array:
-        """An attribute that holds as many finite numbers as its default.
-
-        Args:
-            element: Where it may stand.
-            attribute: Its name.
-            place: What to call the element in an error.
-            default: Taken when it is missing, unit as the tag says.
-
-        Returns:
-            The numbers; the default, and a fault, when they are none.
-        """
+        """An attribute that holds as many finite numbers as its default."""
         fallback = np.array([*default])
         written = element.get(attribute)
         if written is None:
@@ -117,16 +95,7 @@ class Reader:
         return values
 
     def number(self, element: ElementTree.Element, attribute: str, place: str) -> float:
-        """A required attribute that holds one number.
-
-        Args:
-            element: Where it should stand.
-            attribute: Its name.
-            place: What to call the element in an error.
-
-        Returns:
-            The number, unit as the tag says; 0, and a fault, when there is none.
-        """
+        """A required attribute that holds one number."""
         if not self.text(element, attribute, place):
             return 0.0
         return float(self.numbers(element, attribute, place, [0.0])[0])
@@ -135,13 +104,7 @@ class Reader:
         """A limit, which may be infinite, also when written as the largest number there is.
 
         Args:
-            element: Where it may stand.
-            attribute: Its name.
-            place: What to call the element in an error.
             default: Taken when it is missing [rad, m, rad/s or m/s].
-
-        Returns:
-            The limit, in the unit of the default.
         """
         written = element.get(attribute, str(default))
         try:
@@ -154,13 +117,7 @@ class Reader:
         return math.copysign(math.inf, value) if abs(value) >= UNLIMITED else value
 
     def count_ignored(self, element: ElementTree.Element, tags: Iterable[str], attributes: Iterable[str] = ()) -> None:
-        """Count the children and attributes of an element that nobody reads.
-
-        Args:
-            element: Whose children and attributes to look at.
-            tags: Of the children that are read.
-            attributes: That are read.
-        """
+        """Count the children and attributes of an element that nobody reads."""
         known = set(tags)
         inside = f"<{element.tag}>/" if element.tag == "ros2_control" else ""
         self.ignored.update(f"{inside}<{child.tag}>" for child in element if child.tag not in known)

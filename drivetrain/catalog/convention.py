@@ -12,15 +12,7 @@ PHASE_VALUES = ("resistance", "inductance")
 
 
 def dc_equivalent(cells: Mapping[str, Cell]) -> dict[str, Cell]:
-    """The cells of a motor with currents, torque constant, resistance and inductance as of the DC equivalent.
-
-    Args:
-        cells: Of one row; ``current_basis`` and ``winding_basis`` say what is printed. Where one of them is missing,
-            the values it governs stay as they are.
-
-    Returns:
-        A copy.
-    """
+    """The cells of a motor with currents, torque constant, resistance and inductance as of the DC equivalent."""
     converted = dict(cells)
     basis = cells.get("current_basis")
     for name in CURRENTS:

@@ -50,12 +50,7 @@ def error(column: str, problem: str, predicted: float | None = None) -> Finding:
     """A finding that cannot be right.
 
     Args:
-        column: Where it shows.
-        problem: What is wrong.
         predicted: The value implied, in SI.
-
-    Returns:
-        The finding.
     """
     return Finding(column, Severity.ERROR, problem, predicted)
 
@@ -64,25 +59,13 @@ def warning(column: str, problem: str, predicted: float | None = None) -> Findin
     """A finding that is unusual.
 
     Args:
-        column: Where it shows.
-        problem: What is unusual.
         predicted: The value implied, in SI.
-
-    Returns:
-        The finding.
     """
     return Finding(column, Severity.WARNING, problem, predicted)
 
 
 def slip(ratio: float) -> str:
-    """The unit slip that a wrong value may come from.
-
-    Args:
-        ratio: Printed over predicted value.
-
-    Returns:
-        A phrase, empty when the ratio is none of the known ones.
-    """
+    """The unit slip that a wrong value may come from."""
     size = max(abs(ratio), 1.0 / abs(ratio)) if ratio else 0.0
     for factor, words in UNIT_SLIPS:
         if size and abs(size / factor - 1.0) <= SLIP_TOLERANCE:

@@ -44,17 +44,7 @@ class Format:
 
 
 def translate(form: Format, table: str, record: Mapping[str, str], file: str) -> Record:
-    """One foreign row in our columns.
-
-    Args:
-        form: Its format.
-        table: Ours that it belongs to.
-        record: Its cells by its own column names.
-        file: Its file's name, for the source when the row has none.
-
-    Returns:
-        Every column that the format has, as text; empty where unknown.
-    """
+    """One foreign row in our columns."""
     known = by_name(TABLES[table])
     cells: Record = {}
     for ours, theirs in form.columns[table].items():

@@ -32,9 +32,6 @@ def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
 
     Args:
         cells: Of the row, numbers in SI, as printed.
-
-    Returns:
-        Errors and warnings; empty for a consistent row.
     """
     values = {name: value for name, value in cells.items() if isinstance(value, float)}
     rules = (_torque_order, _torques_present, _speeds, _stiffness, _efficiencies, _no_load, _pitch)
@@ -135,9 +132,6 @@ def _ratio_fraction(cells: Mapping[str, Cell]) -> Iterator[Finding]:
 def exact_ratio(text: str) -> Fraction | None:
     """The fraction a text such as ``57/13`` stands for.
 
-    Args:
-        text: Numerator, slash, denominator; or a whole number.
-
     Returns:
         None when it is no fraction, or not positive.
     """
@@ -149,15 +143,7 @@ def exact_ratio(text: str) -> Fraction | None:
 
 
 def check_families(rows: Iterable[Row]) -> list[tuple[Row, Finding]]:
-    """Misprinted fractions: makers build their gears from few stages, so the same numerator has the same denominator.
-
-    Args:
-        rows: Of one table of gears.
-
-    Returns:
-        The rows whose denominator none of the other gears of the maker with that numerator has: an error when one
-        digit makes the difference, a warning otherwise.
-    """
+    """Misprinted fractions: gears share few stages, so the same numerator has the same denominator."""
     families: dict[tuple[str, float | None, str], list[tuple[Row, str]]] = defaultdict(list)
     for row in rows:
         numerator, slash, denominator = row.text("ratio_exact").replace(" ", "").partition("/")

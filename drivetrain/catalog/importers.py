@@ -69,17 +69,6 @@ def import_mgdb(
 ) -> Imported:
     """A catalogue folder from the files of the Motor-Gearbox Database.
 
-    Args:
-        folder: With ``*_motors.csv``, ``*_gearboxes.csv`` and ``*_compatibility.csv``, at any depth.
-        out: Folder to write; made if missing.
-        basis: What the source's amperes are, for all its brushless motors or by maker or key: ``dc``, or rms or peak
-            with the winding basis after a slash, such as ``rms/phase``. Rows without one are refused.
-        keep_faulty: Whether rows that the lint calls an error are written as well, for the lint to show them.
-        overwrite: Whether tables already there are replaced.
-
-    Returns:
-        What was written and what was refused.
-
     Raises:
         InputError: Nothing to read, unreadable files, an unknown basis, or tables already there.
     """
@@ -90,18 +79,6 @@ def import_table(
     folder: str | Path, out: str | Path, *, basis: Basis = "", keep_faulty: bool = True, overwrite: bool = False
 ) -> Imported:
     """A catalogue folder from SI tables with the unit as a suffix of each column (``R_ohm``, ``kt_Nm_A``).
-
-    Args:
-        folder: With ``motors.csv``, ``gears.csv`` and ``compat.csv``, or some of them.
-        out: Folder to write; made if missing.
-        basis: What the source's amperes are, for all its brushless motors or by maker or key: ``dc``, or rms or peak
-            with the winding basis after a slash, such as ``rms/phase``. Rows without one are refused, unless the
-            table itself says so.
-        keep_faulty: Whether rows that the lint calls an error are written as well, for the lint to show them.
-        overwrite: Whether tables already there are replaced.
-
-    Returns:
-        What was written and what was refused.
 
     Raises:
         InputError: Nothing to read, unreadable files, an unknown basis, or tables already there.
@@ -279,15 +256,7 @@ def _write_folder(out: Path, contents: _Contents) -> None:
 
 
 def table_text(records: Iterable[Mapping[str, str]], columns: Sequence[Column]) -> str:
-    """A table as CSV text, with the SI unit of each number in the header.
-
-    Args:
-        records: Cells by column name; columns missing from a record are empty.
-        columns: Of the table.
-
-    Returns:
-        Only those columns that hold something or are needed.
-    """
+    """A table as CSV text, with the SI unit of each number in the header."""
     rows = list(records)
     used = [column for column in columns if column.needed or any(row.get(column.name) for row in rows)]
     stream = io.StringIO()

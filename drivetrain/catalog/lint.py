@@ -53,13 +53,6 @@ class LintFault:
 def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintFault]:
     """Every fault of a catalogue folder.
 
-    Args:
-        folder: With ``motors.csv``, ``gears.csv`` and ``compatibility.csv``, or some of them.
-        beside: Folders read together with it: pairs may name their keys too.
-
-    Returns:
-        In the order of files and rows; empty for a clean folder. A catalogue with no ERROR can be read.
-
     Raises:
         InputError: The folder holds none of the tables, or one of them is not text.
     """

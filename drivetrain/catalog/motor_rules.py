@@ -83,9 +83,6 @@ def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
 
     Args:
         cells: Of the row, numbers in SI, as printed.
-
-    Returns:
-        Errors and warnings; empty for a consistent row.
     """
     values = {name: value for name, value in dc_equivalent(cells).items() if isinstance(value, float)}
     rules = (_redundancy, _peak_torque, _orders, _nominal_torque, _thermal, _friction, _time_constants, _rotor)

@@ -173,16 +173,7 @@ def _strangers(
 
 
 def fits(motor: Motor, gear: Gear, rule: FramelessRule) -> bool:
-    """Whether the geometric rule lets a frameless motor drive a gear.
-
-    Args:
-        motor: Its ``frameless`` and ``diameter`` are looked at.
-        gear: Its ``kind``, ``pitch_diameter`` and, failing that, ``diameter`` are looked at.
-        rule: The limits.
-
-    Returns:
-        False as well when a diameter is unknown.
-    """
+    """Whether the geometric rule lets a frameless motor drive a gear."""
     if not motor.frameless or motor.diameter is None or gear.kind not in rule.kinds:
         return False
     if gear.pitch_diameter is not None:
@@ -200,10 +191,8 @@ def compatible_pairs(
     """The motor-gear pairs that may be built: published ones, and frameless motors by the geometric rule.
 
     Args:
-        catalog: The rows.
         motors: Keys to consider; None: all.
         gears: Keys to consider; None: all.
-        rule: For frameless motors.
 
     Returns:
         (motor key, gear key), motors in the order given and for each the gears in the order given. Direct drives are

@@ -179,12 +179,5 @@ TABLES = {MOTORS: MOTOR_COLUMNS, GEARS: GEAR_COLUMNS, PAIRS: PAIR_COLUMNS}
 
 
 def by_name(columns: Iterable[Column]) -> dict[str, Column]:
-    """The columns by their names.
-
-    Args:
-        columns: Of one table.
-
-    Returns:
-        In the order of the table.
-    """
+    """The columns by their names."""
     return {column.name: column for column in columns}

@@ -35,9 +35,6 @@ class Row:
     def number(self, name: str) -> float | None:
         """The number in a column.
 
-        Args:
-            name: Of the column.
-
         Returns:
             In SI; None when the table has no such column or the cell is empty.
         """
@@ -45,14 +42,7 @@ class Row:
         return value if isinstance(value, float) else None
 
     def text(self, name: str) -> str:
-        """The text in a column.
-
-        Args:
-            name: Of the column.
-
-        Returns:
-            Empty when the table has no such column or the cell is empty.
-        """
+        """The text in a column."""
         value = self.cells.get(name)
         return value if isinstance(value, str) else ""
 
@@ -95,42 +85,19 @@ class Table:
     faults: tuple[CellFault, ...]
 
     def fault(self, found: CellFault) -> Fault:
-        """A fault of this table as an error tells it.
-
-        Args:
-            found: In this table.
-
-        Returns:
-            With file, row and column as an editor shows them.
-        """
+        """A fault of this table as an error tells it."""
         place = f"row {found.line}" + (f", column {found.header}" if found.header else "")
         return Fault(place, found.problem, found.value, found.hint, str(self.path))
 
     def at(self, row: Row, name: str, problem: str, value: object = None, hint: str = "") -> Fault:
-        """A fault at one cell of this table.
-
-        Args:
-            row: The cell's row.
-            name: The cell's column.
-            problem: What is wrong and what is allowed.
-            value: What was found.
-            hint: The mend.
-
-        Returns:
-            With file, row and column as an editor shows them.
-        """
+        """A fault at one cell of this table."""
         return self.fault(CellFault(row.line, self.headers.get(name, name), problem, value, hint))
 
     def as_printed(self, name: str, value: float, columns: Sequence[Column]) -> float:
         """An SI value in the unit of its column's header.
 
         Args:
-            name: Of the column.
             value: In SI.
-            columns: Of the table.
-
-        Returns:
-            The number as it would stand in the file.
         """
         unit = by_name(columns)[name].unit
         return float(from_si(value, unit, self.units.get(name, ""))) if unit else value
@@ -148,10 +115,6 @@ class _Header:
 
 def read_table(path: Path, columns: Sequence[Column]) -> Table:
     """A CSV file, with every fault in it instead of an exception.
-
-    Args:
-        path: The file.
-        columns: What may stand in it.
 
     Returns:
         Its rows in SI and its faults.

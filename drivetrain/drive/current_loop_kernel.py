@@ -103,7 +103,6 @@ def loop_step(current: float, integral: float, h: float, volts: float, loop: Loo
         current, integral: At its beginning [A], [V].
         h: [s].
         volts: Limit of the voltage [V]; infinite: none.
-        loop: As in ``stretch``.
 
     Returns:
         Both at its end, and the mean current [A].

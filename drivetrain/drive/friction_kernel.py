@@ -15,9 +15,6 @@ from drivetrain.drive.friction import Friction
 def friction_numbers(friction: Friction) -> tuple[float, float, float, float, float, float]:
     """The constants of a friction law's dry part.
 
-    Args:
-        friction: The law.
-
     Returns:
         Coulomb torque forward and backward, breakaway torque forward and backward [N m]; speed of the fall between
         them [rad/s], 0 where there is none; its exponent [-].

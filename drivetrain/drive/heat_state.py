@@ -267,7 +267,6 @@ def _steady_state(t: float, x: Any, result: Any, numbers: Any, words: Any) -> No
     """The temperatures of a torque cycle that repeats for ever, or of a mix of several; called by its address.
 
     Args:
-        t: Not looked at.
         x: Numbers of the motor as above: resistance with the winding at ambient temperature [ohm] and its slope
             [ohm/K], both over the square of the torque constant at reference temperature; that constant [N m/A], its
             change [1/K] and its reference temperature [C]; ambient [C]; resistances from winding to housing and from
@@ -276,7 +275,6 @@ def _steady_state(t: float, x: Any, result: Any, numbers: Any, words: Any) -> No
             [C], (STATE,).
         numbers: Rows as above: mean square of the torque [N^2 m^2] and mean loss in the housing [W] from each sample
             to the next, and how long that is [s]; takes the winding temperatures [C], (ROWS, N).
-        words: How many samples, how many parts, first sample of each part, how many samples.
     """
     samples, parts = words[0], words[1]
     edges = nb.carray(words, parts + 3)[2:]

@@ -24,9 +24,6 @@ Matrix = tuple[float, float, float, float]  # its entries, row after row
 def times(a: Matrix, b: Matrix) -> Matrix:
     """The product of two matrices.
 
-    Args:
-        a, b: Any unit.
-
     Returns:
         a b [product of the units].
     """
@@ -81,8 +78,6 @@ def put_matrix(numbers: Any, at: int, matrix: Matrix) -> None:
 
     Args:
         numbers: Real numbers [any unit].
-        at: Where its first entry goes.
-        matrix: The matrix.
     """
     for j in range(4):
         numbers[at + j] = matrix[j]

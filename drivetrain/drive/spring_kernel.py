@@ -25,9 +25,6 @@ from drivetrain.errors import Fault, InputError
 def spring_numbers(gear: Gear) -> tuple[float, float, float, float, float]:
     """The constants of a gear's spring.
 
-    Args:
-        gear: The sheet, with a stiffness.
-
     Returns:
         The three slopes [N m/rad] and the two twists between them [rad]; infinite where there is no further piece.
 
@@ -92,7 +89,6 @@ def touch(
     """What two flanks answer that push and never pull.
 
     Args:
-        pieces: As ``spring_numbers`` tells.
         flanks: Twists at which the lower and the upper one are met [rad]; two that are equal are glued, and pull too.
         damping: In touch [N m s/rad].
         twist: [rad].
@@ -124,7 +120,6 @@ def depth(pieces: Pieces, torque: float) -> float:
     """The twist at which a spring answers with a torque.
 
     Args:
-        pieces: As ``spring_numbers`` tells.
         torque: Not negative [N m].
 
     Returns:
@@ -166,7 +161,6 @@ def mean_touch(
     """What the flanks answer in the mean over a step, and how that grows.
 
     Args:
-        pieces, flanks, damping: As of ``touch``.
         twist: In the middle of the step [rad].
         rate: Of the whole step [rad/s].
         h: Step [s].

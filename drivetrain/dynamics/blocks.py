@@ -20,7 +20,10 @@ TWO_OVER_PI = 2.0 / math.pi
 
 _njit: Any = nb.njit  # whose annotations do not know all of its options
 _ALL = {
-    "error_model": "numpy", "nogil": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+    "error_model": "numpy",
+    "nogil": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
     "pipeline_class": CompiledLoop,
 }
 # What makes no arrays is compiled without counts of references: there is less to compile.
@@ -38,12 +41,9 @@ def sincos(block: Array, row: int, factor: float, offset: float, cs: Array, to: 
 
     Args:
         block: Rows of q, qd, qdd, one row a joint, (n, 3 BLOCK) [rad, rad/s, rad/s^2].
-        row: Which joint.
         factor: Turns of what is asked for, a turn of the joint [-].
         offset: Added to the angle [rad], -pi to pi.
         cs: Takes cosines, then sines, (rows, 2 BLOCK or more) [-].
-        to: Row of ``cs``.
-        far: Whether an angle may be beyond ``FAR``.
     """
     q = block[row, :BLOCK]
     c = cs[to, :BLOCK]
@@ -65,13 +65,38 @@ def sincos(block: Array, row: int, factor: float, offset: float, cs: Array, to: 
         # Minimax on [-pi/4, pi/4], from the table of fdlibm's k_sin.c and k_cos.c.
         sine = r + r * z * (
             -1.66666666666666324348e-01
-            + z * (8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06
-            + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10))))
+            + z
+            * (
+                8.33333333332248946124e-03
+                + z
+                * (
+                    -1.98412698298579493134e-04
+                    + z
+                    * (2.75573137070700676789e-06 + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10))
+                )
+            )
         )
-        cosine = 1.0 - 0.5 * z + z * z * (
-            4.16666666666666019037e-02
-            + z * (-1.38888888888741095749e-03 + z * (2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07
-            + z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11))))
+        cosine = (
+            1.0
+            - 0.5 * z
+            + z
+            * z
+            * (
+                4.16666666666666019037e-02
+                + z
+                * (
+                    -1.38888888888741095749e-03
+                    + z
+                    * (
+                        2.48015872894767294178e-05
+                        + z
+                        * (
+                            -2.75573143513906633035e-07
+                            + z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11)
+                        )
+                    )
+                )
+            )
         )
         turn = j - 4.0 * np.floor(j * 0.25)
         odd = (turn == 1.0) | (turn == 3.0)
@@ -87,10 +112,6 @@ def read(samples: Array, first: int, count: int, n: int, field: int, block: Arra
 
     Args:
         samples: (N, n), C order [any unit].
-        first: Sample to begin with.
-        count: How many.
-        n: Joints.
-        field: 0, 1 or 2: q, qd, qdd.
         block: Takes them, (n, 3 BLOCK) [any unit].
     """
     # Constants let the compiler unroll and shuffle: three times faster, worth it for the commonest arm.
@@ -106,9 +127,6 @@ def write(block: Array, first: int, count: int, n: int, out: Array) -> None:
 
     Args:
         block: (n or more, BLOCK) [any unit].
-        first: Sample to begin with.
-        count: How many.
-        n: Joints.
         out: Takes them, (N, n), C order [any unit].
     """
     if n == 6 and count == BLOCK:

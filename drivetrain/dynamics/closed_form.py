@@ -75,7 +75,6 @@ def closed_form_torque(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any =
     """The generalised joint torques of a motion, by the closed form.
 
     Args:
-        arm: With rotors or without.
         q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
         tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
             (6,) or (N, 6). None: nothing.

@@ -61,24 +61,13 @@ class LoopClosure(Constraint):
 
     @property
     def count(self) -> int:
-        """Number of rows [-]."""
         return len(self._codes)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Units of the rows' multipliers."""
         return tuple("N" if code[0] == ALONG else "N m" for code in self.joint.value)
 
     def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
-        """The rows; see Constraint.
-
-        Args:
-            arm: The arm.
-            q, qd: Positions and speeds [rad or m, and per s], (N, n), C order.
-
-        Returns:
-            The rows, N samples.
-        """
         samples, k = len(q), self.count
         rows = Rows(np.empty((samples, k)), np.empty((samples, k, arm.n)), np.empty((samples, k)))
         compiled_closure()(arm.screws, self._homes, self._ends, self._codes, q, qd, *rows)

@@ -53,10 +53,6 @@ def get(o: Array, at: int) -> Vector:
 
     Args:
         o: The row [any unit].
-        at: The first column.
-
-    Returns:
-        The vector.
     """
     return o[at], o[at + 1], o[at + 2]
 
@@ -67,8 +63,6 @@ def put(o: Array, at: int, a: Vector) -> None:
 
     Args:
         o: The row [any unit].
-        at: The first column.
-        a: The vector.
     """
     o[at], o[at + 1], o[at + 2] = a
 
@@ -79,8 +73,6 @@ def add(o: Array, at: int, a: Vector) -> None:
 
     Args:
         o: The row [any unit].
-        at: The first column.
-        a: The vector.
     """
     o[at] += a[0]
     o[at + 1] += a[1]

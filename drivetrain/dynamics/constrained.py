@@ -218,8 +218,6 @@ def closed_position(arm: Arm, constraints: Constraints, q: Any, *, tolerance: fl
     """The position near q at which the constraints hold, by Newton's method, each step least in the metric of M.
 
     Args:
-        arm: With rotors or without.
-        constraints: One or several; rows that bind speeds only are left out.
         q: Positions to start from [rad or m], (n,).
         tolerance: Largest error left [m or -].
         most: Steps [-].
@@ -253,8 +251,6 @@ def closed_speed(arm: Arm, constraints: Constraints, q: Any, qd: Any) -> Array:
     """The speeds nearest to qd, in the metric of M, that the constraints allow.
 
     Args:
-        arm: With rotors or without.
-        constraints: One or several.
         q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
 
     Returns:
@@ -278,7 +274,6 @@ def least_change(
     """The x and lambda of ``M x + A^T lambda = force``, ``A x = -drift``; for checked input.
 
     Args:
-        arm: With rotors or without.
         q: Positions [rad or m], (N, n), C order.
         jacobian: A, (N, k, n).
         force: Right-hand side [N m or N], (N, n).

@@ -58,11 +58,7 @@ class Constraint(ABC):
         """The rows at given samples.
 
         Args:
-            arm: The arm.
             q, qd: Positions and speeds [rad or m, and per s], (N, n), C order.
-
-        Returns:
-            The rows, N samples.
         """
 
 
@@ -152,32 +148,17 @@ class CallableConstraint(Constraint):
 
     @property
     def count(self) -> int:
-        """Number of rows [-]."""
         return self.size
 
     @property
     def holonomic(self) -> bool:
-        """Whether there is an error to hold at zero."""
         return self.error is not None
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Unknown: those of joint torques over those of the rows of A."""
         return ("-",) * self.size
 
     def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
-        """The rows, sample by sample.
-
-        Args:
-            arm: The arm.
-            q, qd: Positions and speeds [rad or m, and per s], (N, n).
-
-        Returns:
-            The rows, N samples.
-
-        Raises:
-            InputError: A function gives another shape, or no numbers.
-        """
         k, parts = self.size, []
         for position, speed in zip(q, qd, strict=True):
             error = np.zeros(k) if self.error is None else checked_array(self.error(position), (k,), "error(q)")
@@ -190,12 +171,7 @@ def stacked_rows(arm: Arm, constraints: Sequence[Constraint], q: Array, qd: Arra
     """The rows of several constraints, one under the other.
 
     Args:
-        arm: The arm.
-        constraints: What holds it.
         q, qd: Positions and speeds [rad or m, and per s], (N, n), C order.
-
-    Returns:
-        The rows, N samples.
     """
     if len(constraints) == 1:
         return constraints[0].rows(arm, q, qd)
@@ -205,13 +181,6 @@ def stacked_rows(arm: Arm, constraints: Sequence[Constraint], q: Array, qd: Arra
 
 def checked_constraints(arm: Arm, constraints: Any) -> tuple[Constraint, ...]:
     """Constraints as a tuple, each of which is one and fits the arm.
-
-    Args:
-        arm: The arm.
-        constraints: One, or several.
-
-    Returns:
-        At least one.
 
     Raises:
         InputError: None, something else, or one that names a link which the arm does not have.

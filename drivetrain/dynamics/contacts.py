@@ -66,14 +66,6 @@ class Plane(Surface):
         object.__setattr__(self, "point", frozen_array(self.point, (3,), "Plane.point"))
 
     def height(self, points: Array) -> tuple[Array, Array, Array]:
-        """See Surface.
-
-        Args:
-            points: In the base frame [m], (N, 3).
-
-        Returns:
-            Height [m], gradient [-], second derivative [1/m].
-        """
         gradient = np.broadcast_to(self.normal, points.shape)
         return (points - self.point) @ self.normal, gradient, np.zeros((len(points), 3, 3))
 
@@ -95,14 +87,6 @@ class Sphere(Surface):
         object.__setattr__(self, "radius", _positive(self.radius, "Sphere.radius"))
 
     def height(self, points: Array) -> tuple[Array, Array, Array]:
-        """See Surface.
-
-        Args:
-            points: In the base frame [m], (N, 3).
-
-        Returns:
-            Height [m], gradient [-], second derivative [1/m].
-        """
         return _from_centre(points - self.centre, np.eye(3), self.radius)
 
 
@@ -126,14 +110,6 @@ class Cylinder(Surface):
         object.__setattr__(self, "radius", _positive(self.radius, "Cylinder.radius"))
 
     def height(self, points: Array) -> tuple[Array, Array, Array]:
-        """See Surface.
-
-        Args:
-            points: In the base frame [m], (N, 3).
-
-        Returns:
-            Height [m], gradient [-], second derivative [1/m].
-        """
         across = np.eye(3) - np.outer(self.axis, self.axis)
         return _from_centre((points - self.point) @ across, across, self.radius)
 
@@ -155,19 +131,9 @@ class PointOnSurface(Constraint):
 
     @property
     def count(self) -> int:
-        """Number of rows [-]."""
         return 1
 
     def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
-        """The row; see Constraint.
-
-        Args:
-            arm: The arm.
-            q, qd: Positions and speeds [rad or m, and per s], (N, n), C order.
-
-        Returns:
-            The row, N samples.
-        """
         moved = _motion(arm, self.point, q, qd)
         height, gradient, curvature = self.surface.height(moved.place)
         jacobian = gradient[:, None] @ moved.jacobian[:, 3:]
@@ -195,24 +161,13 @@ class KnifeEdge(Constraint):
 
     @property
     def count(self) -> int:
-        """Number of rows [-]."""
         return 1
 
     @property
     def holonomic(self) -> bool:
-        """No position is held."""
         return False
 
     def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
-        """The row; see Constraint.
-
-        Args:
-            arm: The arm.
-            q, qd: Positions and speeds [rad or m, and per s], (N, n), C order.
-
-        Returns:
-            The row, N samples.
-        """
         moved = _motion(arm, self.blade, q, qd)
         direction = self.sideways @ moved.axes
         jacobian = direction[:, None] @ moved.jacobian[:, 3:]

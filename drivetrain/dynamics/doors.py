@@ -30,7 +30,6 @@ def samples(n: int, named: dict[str, Any]) -> list[Array]:
     """Samples as arrays of one shape; that they are finite is left to the recursion, which sees it in passing.
 
     Args:
-        n: Joints.
         named: What came in, by name [rad or m, and per s, s^2, or N m], (n,) or (N, n) each.
 
     Returns:
@@ -53,7 +52,6 @@ def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
     """As ``samples``, and every number is finite and not too large.
 
     Args:
-        n: Joints.
         named: What came in, by name [rad or m, and per s, s^2, or N m], (n,) or (N, n) each.
 
     Returns:
@@ -72,9 +70,7 @@ def tip_samples(model: Packed, tip_wrench: Any, count: int) -> Array:
     """The wrench on the environment as the recursion takes it.
 
     Args:
-        model: The arm.
         tip_wrench: In the tip frame, (moment [N m], force [N]), (6,) or (N, 6), or None.
-        count: N, the samples of the motion.
 
     Returns:
         In the last link's frame [N m, N], (0, 6), (1, 6) or (N, 6).
@@ -101,11 +97,9 @@ def run(
     """The generalised torques of a motion, by the compiled recursion.
 
     Args:
-        model: The arm.
         motion: q, qd, qdd [rad or m, and per s, s^2], (N, n) each, C order.
         gravity: In the frame of the base [m/s^2], (3,). None: the arm's.
         tip: As from ``tip_samples`` [N m, N].
-        outputs: What to fill besides.
 
     Returns:
         Torque [N m or N], (N, n).

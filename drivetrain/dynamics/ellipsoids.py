@@ -172,8 +172,6 @@ def outline(ellipsoid: Ellipsoid, *, longest: float = np.inf, points: int = 181)
     """The closed curve of a plane ellipsoid, for drawing.
 
     Args:
-        ellipsoid: Of two axes, one sample or many.
-        longest: Where longer semi-axes are cut off, in their unit.
         points: Along the curve, the last on the first [-].
 
     Returns:

@@ -23,7 +23,6 @@ def mass_factor(arm: Arm, q: Array) -> Array:
     """The factor L of the mass matrix, ``M = L L^T``.
 
     Args:
-        arm: With rotors or without.
         q: Positions [rad or m], (N, n).
 
     Returns:

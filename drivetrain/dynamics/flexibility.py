@@ -93,7 +93,6 @@ def rotor_inertias(arm: Arm, q: Any) -> tuple[Array, Array]:
     and M0 + S + S.T + B is that of rotors bound to their joints (M0 + S C + C.T S.T + C.T B C with a coupling C).
 
     Args:
-        arm: With rotors or without, counted at its level.
         q: Positions [rad or m], (n,) or (N, n).
 
     Returns:
@@ -160,7 +159,6 @@ def tip_jacobian(arm: Arm, q: Any) -> Array:
     """The matrix that takes small joint motions to those of the tip, about the tip in axes of the base.
 
     Args:
-        arm: The arm.
         q: Positions [rad or m], (n,) or (N, n).
 
     Returns:
@@ -195,7 +193,6 @@ def check_beams(arm: Arm, beams: Mapping[int, Beam]) -> None:
     """That every beam belongs to a link of the arm.
 
     Args:
-        arm: The arm.
         beams: By link index, ends in the base frame with every joint at zero [m].
 
     Raises:

@@ -115,7 +115,6 @@ def screw_displacements(screw: Array, angles: Array) -> Array:
 
     Returns:
         Homogeneous matrices, translation [m], (N, 4, 4).
-
     Reference: Modern Robotics, proposition 3.25.
     """
     axis, linear = screw[:3], screw[3:]

@@ -83,8 +83,6 @@ def working_rows(links: int, rotors: int, rotation: Array, gravity: Array) -> Ar
     """Scratch for ``mass_and_bias``, its last row the base's.
 
     Args:
-        links: Number of joints.
-        rotors: Number of rotors that need a pass of their own.
         rotation: Of the frame of the first row's constants in the base [-], (3, 3).
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,).
 
@@ -275,9 +273,7 @@ def mass_and_bias(at: Places, n: Any, words: Any) -> None:
     """Fill mass matrix and bias.
 
     Args:
-        at: Where everything is.
         n: All real numbers [SI]; the last row of work is as ``working_rows`` makes it.
-        words: All whole numbers.
     """
     total = at.total
     for i in range(total):

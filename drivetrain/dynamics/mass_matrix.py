@@ -45,7 +45,6 @@ def mass_matrices(model: Packed, q: Array) -> Array:
     """Mass matrices for samples that have been checked.
 
     Args:
-        model: The arm.
         q: Positions [rad or m], (N, n), C order.
 
     Returns:

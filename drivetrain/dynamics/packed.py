@@ -55,11 +55,6 @@ class Packed:
 def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     """The arm for the compiled recursion, remembered by the identity of the arm.
 
-    Args:
-        arm: With rotors or without.
-        free: Rotors that move on their own, by joint: each has a stand-in whose position is the rotor's angle over its
-            ratio, after those of the joints.
-
     Returns:
         Its constants, in SI units.
     """
@@ -90,14 +85,7 @@ def _spread(arm: Arm, apart: list[int]) -> Array:
 
 
 def followers(arm: Arm) -> list[int]:
-    """The rotors that spin, weigh anything, and follow other joints than their own.
-
-    Args:
-        arm: The arm.
-
-    Returns:
-        Their joints.
-    """
+    """The rotors that spin, weigh anything, and follow other joints than their own."""
     if arm.coupling is None or arm.level is RotorLevel.NONE:
         return []
     apart = (arm.coupling != np.eye(arm.n)).any(axis=1)
@@ -106,9 +94,6 @@ def followers(arm: Arm) -> list[int]:
 
 def axis_directions(arm: Arm) -> Array:
     """The directions of the joint axes, along which the z axes of the joint frames lie.
-
-    Args:
-        arm: The arm.
 
     Returns:
         Unit directions in the base frame, all joints zero [-], (n, 3).
@@ -122,9 +107,6 @@ def link_frames(arm: Arm) -> Array:
 
     The origin of link i is the point of joint axis i nearest to ``joint_points[i]``, its z axis is the joint's, its x
     axis is at right angles to the next joint's too. The base has the frame of link 0.
-
-    Args:
-        arm: The arm.
 
     Returns:
         Poses in the base frame [m], (n + 1, 4, 4).

@@ -118,7 +118,6 @@ def revolute(i: int, rows: Array, x: Array, cs: Array, before: Array, after: Arr
     """Motion of link i from that of the link before, its own wrench, and the couple of a rotor along the axis.
 
     Args:
-        i: Which link.
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
         cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
@@ -181,7 +180,6 @@ def revolute_back(i: int, rows: Array, x: Array, cs: Array, before: Array, after
     """Torque of joint i, and the wrench through it joins that of the link before.
 
     Args:
-        i: Which link.
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
         cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
@@ -217,8 +215,6 @@ def screw(rows: Array, where: tuple[int, ...], x: Array, cs: Array, before: Arra
 
     Args:
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
-        where: Row of ``rows``; the joint whose motion the body follows; row of ``cs``, and of the torque; of the
-            carrier in ``before``; of the body in ``after``.
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
         cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
         before: Records, among them that of the carrier, (k, CHANNELS) [SI].
@@ -270,8 +266,6 @@ def screw_back(
 
     Args:
         rows: Constants of the links and rotors, (n + m, WIDTH) [SI].
-        where: Row of ``rows``; the joint whose motion the body follows; row of ``cs``, and of the torque; of the
-            carrier in ``before``; of the body in ``after``.
         x: q, qd, qdd of the joints, (n, 3 BLOCK) [rad or m, and per s, s^2].
         cs: Cosines and sines of the joints' angles, torques of their rotors, (n + 1, 3 BLOCK) [-, N m].
         before: Records, among them that of the carrier, (k, CHANNELS) [SI].

@@ -60,7 +60,6 @@ def planar_2r_terms(chain: Planar2R, q: Any, qd: Any) -> MotionTerms:
     """Mass matrix, velocity-product torque and gravity torque of the 2R arm.
 
     Args:
-        chain: Masses and lengths.
         q, qd: Angles and speeds [rad, rad/s], (2,) or (N, 2).
 
     Returns:
@@ -91,7 +90,6 @@ def planar_2r_torque(chain: Planar2R, q: Any, qd: Any, qdd: Any) -> Array:
     """The joint torques of the 2R arm.
 
     Args:
-        chain: Masses and lengths.
         q, qd, qdd: Angles, speeds and accelerations [rad, rad/s, rad/s^2], (2,) or (N, 2).
 
     Returns:
@@ -111,12 +109,8 @@ def planar_2r_torque(chain: Planar2R, q: Any, qd: Any, qdd: Any) -> Array:
 def planar_2r_arm(chain: Planar2R) -> Arm:
     """The 2R arm for all other functions of this package, without motors; the tip is at the second mass.
 
-    Args:
-        chain: Masses and lengths.
-
     Returns:
         The arm: stretched along x at zero angles [rad], base frame at joint 1.
-
     Reference: Modern Robotics, figure 8.1.
     """
     l1, l2 = (float(length) for length in chain.lengths)

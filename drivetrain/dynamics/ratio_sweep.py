@@ -39,11 +39,7 @@ def with_ratio(arm: Arm, ratio: float) -> Arm:
     """The arm with one gear ratio at every joint that has a rotor; rotors stay as they are, and their sense of turning.
 
     Args:
-        arm: With rotors.
         ratio: Its magnitude [- or rad/m], positive.
-
-    Returns:
-        The arm.
 
     Raises:
         InputError: A ratio that is not positive, or an arm without rotors.

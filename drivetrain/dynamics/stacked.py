@@ -65,11 +65,7 @@ def stacked(arm: Arm, q: Any) -> Stacked:
     """The stacked matrices of an arm.
 
     Args:
-        arm: With rotors or without.
         q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        The matrices.
 
     Raises:
         InputError: Wrong shape, or a NaN or infinity.

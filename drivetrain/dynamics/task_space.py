@@ -67,14 +67,6 @@ class Damped(NearSingular):
     """
 
     def inverse_squares(self, values: Array) -> tuple[Array, Array]:
-        """See ``NearSingular``.
-
-        Args:
-            values: Singular values, largest first [SI], (N, k).
-
-        Returns:
-            (N, k) and (N,).
-        """
         limit = self.threshold * values[:, 0]
         damping = np.maximum(limit**2 - values[:, -1] ** 2, 0.0)
         return 1.0 / (values**2 + damping[:, None]), damping
@@ -85,14 +77,6 @@ class Reduced(NearSingular):
     """``1/s^2`` along regular directions and nothing along the others: the task without what the arm cannot do."""
 
     def inverse_squares(self, values: Array) -> tuple[Array, Array]:
-        """See ``NearSingular``.
-
-        Args:
-            values: Singular values, largest first [SI], (N, k).
-
-        Returns:
-            (N, k) and (N,).
-        """
         regular = values > self.threshold * values[:, :1]
         return regular / np.where(regular, values, 1.0) ** 2, np.zeros(len(values))
 
@@ -160,11 +144,8 @@ def task_wrench(arm: Arm, q: Any, tau: Any, *, task: Task = BODY, near_singular:
     """The wrench that joint torques put into a task: ``J^-T tau``, for redundant arms the consistent part of it.
 
     Args:
-        arm: With rotors or without.
         q: Positions [rad or m], (n,) or (N, n).
         tau: Generalised torques [N m; N at a prismatic joint], as q.
-        task: Which twist or coordinates of the tip.
-        near_singular: What to do where the arm loses a direction.
 
     Returns:
         (k,) or (N, k), [N m; N in linear rows].
@@ -183,10 +164,8 @@ def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
     """The joint torques that put a wrench into a task: ``J^T F``.
 
     Args:
-        arm: The arm.
         q: Positions [rad or m], (n,) or (N, n).
         wrench: On the tip, in the rows of the task [N m; N in linear rows], (k,) or (N, k).
-        task: Which twist or coordinates of the tip.
 
     Returns:
         Torques [N m; N at a prismatic joint], (n,) or (N, n).
@@ -208,9 +187,7 @@ def task_acceleration(arm: Arm, q: Any, qd: Any, qdd: Any, *, task: Task = BODY)
     """How a task accelerates: ``J qdd + dJ/dt qd``.
 
     Args:
-        arm: The arm.
         q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
-        task: Which twist or coordinates of the tip.
 
     Returns:
         (k,) or (N, k), [rad/s^2; m/s^2 in linear rows].
@@ -231,10 +208,7 @@ def null_space_projector(arm: Arm, q: Any, *, task: Task = BODY, near_singular: 
     """The matrix that leaves of joint torques what does not accelerate the task: ``1 - J^T (J^+)^T``.
 
     Args:
-        arm: With rotors or without.
         q: Positions [rad or m], (n,) or (N, n).
-        task: Which twist or coordinates of the tip.
-        near_singular: What to do where the arm loses a direction.
 
     Returns:
         Acts on torques [-], (n, n) or (N, n, n), of rank n - k; ``J^+`` is the dynamically consistent inverse.

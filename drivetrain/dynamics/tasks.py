@@ -49,7 +49,6 @@ class Task(ABC):
         """The matrix that takes joint rates to the rates of the task.
 
         Args:
-            arm: The arm.
             q: Positions [rad or m], (N, n).
 
         Returns:
@@ -61,7 +60,6 @@ class Task(ABC):
         """The time derivative of the Jacobian.
 
         Args:
-            arm: The arm.
             q, qd: Positions and speeds [rad or m, and per s], (N, n).
 
         Returns:
@@ -126,7 +124,6 @@ class PoseCoordinates(Task):
         """The coordinates themselves.
 
         Args:
-            arm: The arm.
             q: Positions [rad or m], (N, n).
 
         Returns:

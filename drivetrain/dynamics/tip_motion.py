@@ -18,7 +18,6 @@ def tip_jacobian(arm: Arm, q: Any) -> Array:
     ``space_jacobian`` gives the velocity of the point of the tip's body that passes the base's origin instead.
 
     Args:
-        arm: The arm.
         q: Positions [rad or m], (n,) or (N, n).
 
     Returns:
@@ -43,7 +42,6 @@ def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:
     acceleration of that pair. All entries together are the acceleration of the tip when no joint accelerates.
 
     Args:
-        arm: The arm.
         q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
 
     Returns:
@@ -70,7 +68,6 @@ def skeleton(arm: Arm, q: Any) -> Array:
     """Where the joints and the tip are: the corners of the arm as a stick figure.
 
     Args:
-        arm: The arm.
         q: Positions [rad or m], (n,) or (N, n).
 
     Returns:

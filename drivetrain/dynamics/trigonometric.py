@@ -26,9 +26,6 @@ VANISHED = 1e-13  # of the largest coefficient that went in: what a sum of round
 def exact(value: float) -> Fraction | None:
     """The short decimal number or fraction that a float stands for.
 
-    Args:
-        value: Such as 0.1, 6e-17 (a cosine that should have been 0) or 0.3333333333333333; in any unit.
-
     Returns:
         Such as 1/10, 0 or 1/3; None when it stands for no short number.
     """
@@ -56,40 +53,23 @@ class Trigonometry:
         self.ring, *self.generators = ring(names, QQ if rational else RR)
 
     def number(self, value: float) -> PolyElement:
-        """The constant polynomial.
-
-        Args:
-            value: In any unit.
-        """
+        """The constant polynomial."""
         short = exact(value)
         if self.rational and short is not None:
             return self.ring(QQ(short.numerator, short.denominator))
         return self.ring(float(value) if short is None else float(short))
 
     def position(self, variable: int) -> PolyElement:
-        """One of the variables [rad or m].
-
-        Args:
-            variable: Its index.
-        """
+        """One of the variables [rad or m]."""
         return self.generators[variable]
 
     def sine_cosine(self, angle: int) -> tuple[PolyElement, PolyElement]:
-        """Sine and cosine [-] of one of the angles.
-
-        Args:
-            angle: Its index.
-        """
+        """Sine and cosine [-] of one of the angles."""
         first = len(self.variables) + 2 * angle
         return self.generators[first], self.generators[first + 1]
 
     def slope(self, value: PolyElement, variable: int) -> PolyElement:
-        """The derivative by one of the variables.
-
-        Args:
-            value: What to differentiate.
-            variable: Index of the variable.
-        """
+        """The derivative by one of the variables."""
         result = value.diff(self.position(variable))
         for angle, factors in enumerate(self.factors):
             if factors[variable]:
@@ -98,11 +78,7 @@ class Trigonometry:
         return result
 
     def shortened(self, value: PolyElement) -> PolyElement:
-        """The one form without squares of sines; what rounding left of zero is dropped.
-
-        Args:
-            value: Any polynomial.
-        """
+        """The one form without squares of sines; what rounding left of zero is dropped."""
         result, largest = self.ring(0), 0.0
         for powers, coefficient in value.terms():
             kept, rest = list(powers), self.ring(coefficient)
@@ -119,12 +95,7 @@ class Trigonometry:
         return self.ring.from_dict({p: x for p, x in result.items() if abs(float(x)) > VANISHED * largest})
 
     def expression(self, value: PolyElement, *, sums: bool) -> Expr:
-        """A polynomial in the letters of sympy.
-
-        Args:
-            value: In its shortened form.
-            sums: Whether to write products of sines and cosines as sines and cosines of sums, where that is shorter.
-        """
+        """A polynomial in the letters of sympy."""
         angles = [
             Add(*(_letter(factor) * x for factor, x in zip(factors, self.variables, strict=True) if factor))
             for factors in self.factors
@@ -184,14 +155,7 @@ def _letter(factor: float) -> Expr:
 
 
 def all_exact(arrays: Sequence[Array | float]) -> bool:
-    """Whether every number is a short one.
-
-    Args:
-        arrays: The numbers, in any units.
-
-    Returns:
-        True when ``exact`` knows them all.
-    """
+    """Whether every number is a short one."""
     return all(exact(float(x)) is not None for array in arrays for x in _flat(array))
 
 

@@ -88,14 +88,6 @@ class Backlash(Effect):
         spring_numbers(self.gear)
 
     def ports(self, place: Place) -> Ports:
-        """Reads the twist, adds the torque between the flanks, tells its energy and loss.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         energy, loss = Signal("flank_energy", "J"), Signal("flank_damping_power", "W")
         return Ports(
             needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
@@ -106,35 +98,14 @@ class Backlash(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """Spring and play.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            As ``spring_numbers`` tells, the damping [N m s/rad], half of the play [rad].
-        """
         return *spring_numbers(self.gear), self.damping, 0.5 * (self.gear.backlash or 0.0)
 
     def shape(self, place: Place) -> Shape:
-        """A rotor on its own behind a spring with play.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its shape.
-        """
         return Shape(
             ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
         )
 
     def kinked(self) -> bool:
-        """Its torque bends and jumps at the flanks.
-
-        Returns:
-            True.
-        """
         return True
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
@@ -142,13 +113,6 @@ class Backlash(Effect):
 
         The flanks stay in touch where the torque of the task is never smaller than what swings beside it; then the gear
         is a spring with an offset. Where they part, how hard they meet again is not bounded.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            The estimate; not valid where the torque of the task changes its sign, or comes near zero.
         """
         play = 0.5 * (self.gear.backlash or 0.0)
         series = conditions.series

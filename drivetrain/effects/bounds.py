@@ -27,15 +27,9 @@ def bounded(
     warmth of the winding adds.
 
     Args:
-        conditions: With the task's series.
         error: Bound on what the current differs by at each instant of the series [A], (N,).
-        why: The derivation of that bound.
         deviation: Of the joint's position [rad or m].
         power: That the effect puts into the motor's housing [W], (N,).
-        valid: Whether the derivation holds here.
-
-    Returns:
-        The estimate; not valid where the command cannot be followed, or the winding's heat runs away.
     """
     series = conditions.series
     if series is None or not conditions.rms_current > 0.0:
@@ -57,9 +51,6 @@ def mean_of(values: Array, time: Array) -> float:
     Args:
         values: (N,).
         time: Never decreasing [s], (N,).
-
-    Returns:
-        In the unit of the values.
     """
     return float(np.trapezoid(values, time) / (time[-1] - time[0]))
 
@@ -70,9 +61,6 @@ def rms_of(values: Array, time: Array) -> float:
     Args:
         values: (N,).
         time: Never decreasing [s], (N,).
-
-    Returns:
-        In the unit of the values.
     """
     square = (values[:-1] ** 2 + values[:-1] * values[1:] + values[1:] ** 2) / 3.0
     return math.sqrt(float(square @ np.diff(time)) / float(time[-1] - time[0]))
@@ -82,7 +70,6 @@ def lagging(series: TaskSeries, bandwidth: float) -> Array:
     """What a first-order lag does to the current.
 
     Args:
-        series: The task.
         bandwidth: Of the lag [rad/s].
 
     Returns:
@@ -104,7 +91,6 @@ def swinging(series: TaskSeries, frequency: float, damping: float) -> Array:
     """How far a spring that carries the torque swings beside it.
 
     Args:
-        series: The task.
         frequency: Of the load on the spring, its other end held [rad/s].
         damping: As a share of the critical one [-].
 

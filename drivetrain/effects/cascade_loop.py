@@ -60,14 +60,6 @@ class CascadeLoop(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Remembers the integral; reads command and motor, adds to the current command and how it falls with motion.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(
             states=(State("integrated_current", "A", 1e-6),),
             needs=(*s.commanded(place)[:2], s.MOTOR_POSITION, s.MOTOR_SPEED),
@@ -75,37 +67,12 @@ class CascadeLoop(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The gains.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Position gain [1/s], speed gain [A s/rad], rate of the integral [1/s], limit [A], ratio [-].
-        """
         rate = 1.0 / self.integral_time
         return self.position_gain, self.speed_gain, rate, self.peak_current, place.ratio
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """Nothing integrated yet.
-
-        Args:
-            place: Where it stands.
-            signals: Not needed.
-
-        Returns:
-            [A].
-        """
         return (0.0,)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """Of the outer loop, and of the integral.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            [s].
-        """
         outer = (TimeScale("position loop", 1.0 / self.position_gain),) if self.position_gain > 0.0 else ()
         return (*outer, TimeScale("integral", self.integral_time)) if self.integral_time < math.inf else outer

@@ -78,14 +78,6 @@ class Cogging(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Reads the rotor's angle and speed, adds torque, tells the energy of the pull.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         energy = Signal("cogging_energy", "J")
         return Ports(
             needs=(s.MOTOR_POSITION, s.MOTOR_SPEED),
@@ -95,28 +87,11 @@ class Cogging(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The harmonics.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Their number, then amplitude [N m], order [-] and phase [rad] of each.
-        """
         phases = self.phases or (0.0,) * len(self.orders)
         listed = zip(self.amplitudes, self.orders, phases, strict=True)
         return [float(len(self.orders)), *(float(v) for harmonic in listed for v in harmonic)]
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """At worst all amplitudes add to the torque at once.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            Their sum at the joint over the peak torque; their squares halved beside the RMS torque's.
-        """
         if conditions.series is not None:
             return self._along(place, conditions, conditions.series)
         size = abs(place.ratio) * sum(abs(a) for a in self.amplitudes)

@@ -86,12 +86,6 @@ class CommandedMotion(Effect):
     def ports(self, place: Place) -> Ports:
         """Gives position, speed and acceleration of every joint, and of shafts where motors are coupled.
 
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-
         Raises:
             InputError: A joint of the scene that the motion does not have.
         """
@@ -105,15 +99,6 @@ class CommandedMotion(Effect):
         return Ports(gives=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name, kind in told))
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The samples.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Joints and shafts, samples, period [s], end [s], instants [s], then position, speed, acceleration a joint or
-            shaft and sample.
-        """
         order = [self.motion.joint_names.index(name) for name in place.joints]
         time = self.motion.time - self.motion.time[0]
         parts = (self.motion.position, self.motion.velocity, self.motion.acceleration)
@@ -125,24 +110,11 @@ class CommandedMotion(Effect):
         return [*sizes, *time.tolist(), *data.ravel().tolist()]
 
     def breakpoints(self) -> Sequence[float]:
-        """Where accelerations jump, and the ends.
-
-        Returns:
-            Instants [s].
-        """
         time = self.motion.time - self.motion.time[0]
         jumps = [*np.unique(time[1:][np.diff(time) == 0.0]), float(time[-1])]
         return [float(t) + k * float(time[-1]) for k in range(self.repetitions) for t in jumps]
 
     def knots(self, tolerance: float) -> Sequence[float]:
-        """Where one polynomial follows another with another jerk; samples of a smooth motion are none.
-
-        Args:
-            tolerance: Share of the largest jerk that does not matter [-].
-
-        Returns:
-            Instants [s].
-        """
         time = self.motion.time - self.motion.time[0]
         instants = [0.0, *time[self._bends(max(tolerance, SMOOTH))].tolist(), float(time[-1])]
         return [t + k * float(time[-1]) for k in range(self.repetitions) for t in instants]

@@ -54,14 +54,6 @@ class ComputedTorque(Effect):
             raise InputError(Fault("ComputedTorque.frequency", "must be positive [rad/s]", self.frequency))
 
     def ports(self, place: Place) -> Ports:
-        """Reads mass matrix, bias, command and motion of every joint; adds to all current commands.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         added = (s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS)
         at = [replace(place, joint=index) for index in range(len(place.joints))]
         read = [(*s.commanded(one), *s.motion(one), s.BIAS_TORQUE) for one in at]
@@ -74,17 +66,6 @@ class ComputedTorque(Effect):
         return Ports(needs=(Signal("scene.mass_matrix", "kg m^2"), *own), adds=out)
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """Sizes, gains, current over torque of each joint.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Joints, coordinates, kp [1/s^2], kd [1/s], then 1 / (ratio kt) [A/(N m)] and 1 / ratio a joint.
-
-        Raises:
-            InputError: A joint without a torque constant.
-        """
         known = dict(self.torque_constants)
         missing = [joint for joint in place.joints if not known.get(joint, 0.0) > 0.0]
         if missing:

@@ -190,14 +190,6 @@ class CurrentLoop(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Remembers current and integrator; reads command, speed, temperatures and limit, adds torque, tells powers.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         rest = self.motor.reference_temperature
         return Ports(
             states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6), State("integrated_voltage", "V", 1e-6)),
@@ -215,15 +207,6 @@ class CurrentLoop(Effect):
         )  # fmt: skip
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """Motor and gains.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            The lines of ``motor_lines``, inductance [H], kp [V/A], ki [V/(A s)], peak current [A], voltage fed forward
-            over speed [V s/rad]; then room for the matrices of a step.
-        """
         inductance = self.motor.inductance or math.nan
         kp, ki = inductance * self.bandwidth, self.motor.resistance * self.bandwidth
         forward = self.fed_forward * self.motor.torque_constant
@@ -231,15 +214,6 @@ class CurrentLoop(Effect):
         return *motor_lines(self.motor), inductance, kp, ki, self.peak_current, forward, *room
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """The current that is commanded, as far as amplifier and voltage hold it, and the integrator that does.
-
-        Args:
-            place: Where it stands.
-            signals: Command, speed, temperature and voltage at the start.
-
-        Returns:
-            Current [A], integrator [V].
-        """
         asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)
         current = min(max(asked, -self.peak_current), self.peak_current)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
@@ -252,34 +226,14 @@ class CurrentLoop(Effect):
         return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """The closed loop's and the winding's.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            1/w and L/R [s].
-        """
         winding = (self.motor.inductance or math.nan) / self.motor.resistance
         return TimeScale("current loop", 1.0 / self.bandwidth), TimeScale("winding", winding)
 
     def quasi_static(self) -> Effect:
-        """The same motor, its current at once what is commanded.
-
-        Returns:
-            A ``MotorCurrent``.
-        """
         return MotorCurrent(self.motor, self.peak_current)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
         """The lag of a first-order loop behind a command that moves within the time of a move.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            5.7 p^0.94 of the peak current and 7.6 p^1.11 of the RMS, p = 1 / (w T); valid below p = 0.02.
 
         Reference:
             Fits over twelve scenes of one joint; the current lags by dI/dt over w, and never differs by more.

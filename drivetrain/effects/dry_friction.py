@@ -63,14 +63,6 @@ class DryFriction(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Reads the shaft's speed, adds the bounds.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         if self.side == "motor":
             levels = (s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
             return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), adds=levels)
@@ -78,26 +70,9 @@ class DryFriction(Effect):
         return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), adds=levels)
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The curve.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            As ``friction_numbers`` tells.
-        """
         return friction_numbers(self.friction)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """The largest bound over the torque of the task.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            Shares of peak and RMS torque; valid for motions only: in holds and reversals friction decides what happens.
-        """
         if conditions.series is not None:
             return self._along(place, conditions, conditions.series)
         law = self.friction

@@ -41,25 +41,9 @@ class Encoder(Effect):
             raise InputError(Fault("Encoder.counts", "must be a whole number from 1", self.counts))
 
     def ports(self, place: Place) -> Ports:
-        """Reads the angle, gives the measured one.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(needs=(s.MOTOR_POSITION,), gives=(s.MEASURED_POSITION,))
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The step.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            [rad]; 0 for none.
-        """
         return (self.step,)
 
     @property
@@ -68,11 +52,6 @@ class Encoder(Effect):
         return 0.0 if self.counts is None else 2.0 * math.pi / self.counts
 
     def quasi_static(self) -> Effect:
-        """One without steps.
-
-        Returns:
-            An ``Encoder`` as fine as numbers are.
-        """
         return Encoder()
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
@@ -80,13 +59,6 @@ class Encoder(Effect):
 
         The angle is off by less than a count, and so is the difference of two angles over a sample: in current the
         gains times both. As long as that is a small share of the current the loop does not hunt between two counts.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task, with the gains of a sampled loop.
-
-        Returns:
-            The estimate; not valid where no sampled loop reads the encoder.
         """
         series, kt = conditions.series, conditions.torque_constant
         if series is None or not conditions.sample_period > 0.0:

@@ -16,14 +16,7 @@ from drivetrain.errors import LARGEST, Fault, InputError
 
 
 def type_faults(effect: Any) -> list[Fault]:
-    """What is wrong with the kinds of an effect's fields.
-
-    Args:
-        effect: A dataclass; annotations that say more than a number, a text, a class or a tuple of these are left out.
-
-    Returns:
-        A fault a field.
-    """
+    """What is wrong with the kinds of an effect's fields."""
     kind = type(effect)
     module = sys.modules.get(kind.__module__)
     names = vars(module) if module else {}
@@ -37,14 +30,7 @@ def type_faults(effect: Any) -> list[Fault]:
 
 
 def side_faults(effect: Any) -> list[Fault]:
-    """A side that is none.
-
-    Args:
-        effect: With a field ``side``.
-
-    Returns:
-        One fault, or none.
-    """
+    """A side that is none."""
     if effect.side in ("joint", "shaft", "motor"):
         return []
     return [Fault(f"{type(effect).__name__}.side", "must be joint, shaft or motor", effect.side)]
@@ -56,10 +42,6 @@ def checked_table(time: Any, values: Any, name: str) -> tuple[Array, Array]:
     Args:
         time: Never falling [s], (N,).
         values: In their own unit, (N,).
-        name: Of the values, for the error.
-
-    Returns:
-        Both as arrays that cannot be changed.
 
     Raises:
         InputError: No numbers, other lengths, or instants that fall.
@@ -71,14 +53,7 @@ def checked_table(time: Any, values: Any, name: str) -> tuple[Array, Array]:
 
 
 def nan_faults(effect: Any) -> list[Fault]:
-    """Numbers among the fields that are none, or too large to calculate with: what an effect's own checks let pass.
-
-    Args:
-        effect: A dataclass.
-
-    Returns:
-        A fault a field.
-    """
+    """Numbers among the fields that are none, or too large to calculate with: what an effect's own checks let pass."""
     told = [(field.name, getattr(effect, field.name)) for field in fields(effect)]
     return [
         Fault(f"{type(effect).__name__}.{name}", f"must be a number, up to {LARGEST:g} where it is finite", value)

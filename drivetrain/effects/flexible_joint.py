@@ -79,14 +79,6 @@ class FlexibleJoint(Effect):
         spring_numbers(self.gear)
 
     def ports(self, place: Place) -> Ports:
-        """Reads the twist, adds the spring's torque, tells its energy and loss.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         energy, loss = Signal("spring_energy", "J"), Signal("spring_damping_power", "W")
         return Ports(
             needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
@@ -97,58 +89,20 @@ class FlexibleJoint(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The spring.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            As ``spring_numbers`` tells, and the damping [N m s/rad].
-        """
         return *spring_numbers(self.gear), self.damping
 
     def shape(self, place: Place) -> Shape:
-        """A rotor on its own behind a spring.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its shape.
-        """
         return Shape(
             ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
         )
 
     def kinked(self) -> bool:
-        """Its torque bends where there is more than one stiffness.
-
-        Returns:
-            Whether there is.
-        """
         return spring_numbers(self.gear)[3] < math.inf
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """None that is known without the inertias on both sides.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Nothing.
-        """
         return ()
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """The twist itself, and a share of the current that grows with (1 / (w T))^2.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            The estimate; valid while w T is above 25, where the law was measured.
-        """
         if conditions.series is not None:
             return along(self.gear, self.damping, place, conditions, conditions.series)
         stiffness = self.gear.stiffness_1 or math.inf

@@ -36,12 +36,4 @@ class GivenCurrent(OverTime):
     compute = _compute
 
     def ports(self, place: Place) -> Ports:
-        """Adds to the current command.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(adds=(s.CURRENT_COMMAND,))

@@ -60,14 +60,6 @@ class GivenTorque(Effect):
         object.__setattr__(self, "torque", torque)
 
     def ports(self, place: Place) -> Ports:
-        """Reads the shaft's speed for its power, adds the torque.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         speed, torque, _ = s.of_side(self.side, place)
         power = Signal(f"given_{self.side}_power", "W")
         return Ports(
@@ -78,20 +70,7 @@ class GivenTorque(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The table.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its length, instants [s], torques [N m].
-        """
         return table_numbers(self.time, self.torque)
 
     def breakpoints(self) -> Sequence[float]:
-        """Where the table jumps or bends.
-
-        Returns:
-            Its instants [s].
-        """
         return [float(t) for t in np.unique(self.time)]

@@ -36,12 +36,4 @@ class GivenVoltage(OverTime):
     compute = _compute
 
     def ports(self, place: Place) -> Ports:
-        """Gives the voltage.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(gives=(s.VOLTAGE,))

@@ -73,35 +73,14 @@ class HoldingBrake(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Adds to the bounds at the motor's shaft.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(adds=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD))
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """Torques, and when it holds.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Holding and sliding torque [N m], number of changes, their instants [s], 1 where it is engaged from then on.
-        """
         sliding = 0.75 * self.holding if self.sliding is None else self.sliding
         changes = self._changes()
         return [self.holding, sliding, float(len(changes)), *(t for t, _ in changes), *(on for _, on in changes)]
 
     def breakpoints(self) -> Sequence[float]:
-        """Where it closes or opens.
-
-        Returns:
-            Instants [s].
-        """
         return [t for t, _ in self._changes() if t > 0.0]
 
     def _changes(self) -> list[tuple[float, float]]:

@@ -9,14 +9,7 @@ from drivetrain.errors import Fault
 
 
 def gain_faults(loop: Any) -> list[Fault]:
-    """What is wrong with the gains of a cascade, continuous or sampled.
-
-    Args:
-        loop: With ``position_gain``, ``speed_gain``, ``integral_time`` and ``peak_current``.
-
-    Returns:
-        Its faults.
-    """
+    """What is wrong with the gains of a cascade, continuous or sampled."""
     kind = type(loop).__name__
     faults = [
         Fault(f"{kind}.{name}", "must not be negative and finite", getattr(loop, name))

@@ -128,14 +128,6 @@ class LuGreFriction(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Remembers the bend; reads the speed, adds torque, tells loss and stored energy.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         speed, torque, damping = s.of_side(self.side, place)
         loss, energy = Signal(f"{self.side}_lugre_power", "W"), Signal(f"{self.side}_bristle_energy", "J")
         return Ports(
@@ -148,27 +140,10 @@ class LuGreFriction(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The law.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            s0 [N m/rad], s1, s2 [N m s/rad], Fc, Fs [N m], vs [rad/s].
-        """
         static = self.coulomb if self.static is None else self.static
         return self.stiffness, self.damping, self.viscous, self.coulomb, static, self.stribeck_speed
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """Bristles as far bent as steady sliding bends them.
-
-        Args:
-            place: Where it stands.
-            signals: The shaft's speed at the start.
-
-        Returns:
-            [rad].
-        """
         name = s.of_side(self.side, place)[0].name
         speed = signals.get(f"{place.name}.{name}", 0.0)
         if speed == 0.0:
@@ -184,13 +159,6 @@ class LuGreFriction(Effect):
         sliding it is the curve, and within the first Fs / s0 of a motion what damps the bristles comes on top. It is
         not fed forward, so the loop answers all of it, however it varies: in current by no more than
         ``LARGEST_ANSWER`` times, in position by no more than bound over stiffness.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            The estimate; valid where a loop holds the joint and the command can be followed.
         """
         series = conditions.series
         if series is None:
@@ -213,12 +181,4 @@ class LuGreFriction(Effect):
         return bounded(conditions, error, why, deviation=away, power=power, valid=held)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """How fast the bristles follow at the Stribeck speed.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Fc / (s0 vs) [s].
-        """
         return (TimeScale("bristles slip", self.coulomb / (self.stiffness * self.stribeck_speed)),)

@@ -44,48 +44,15 @@ class MeshLoss(Effect):
         return 1.0 - mesh_factors(self.gear).driven
 
     def ports(self, place: Place) -> Ports:
-        """Adds the two shares.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(adds=(s.MESH_DRIVING, s.MESH_DRIVEN))
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The shares.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Loss over carried torque when the motor drives, and when the load does [-].
-        """
         return mesh_factors(self.gear).driving - 1.0, self.driven_loss
 
     def shape(self, place: Place) -> Shape:
-        """The gear's ratio.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            A ratio and nothing else.
-        """
         return Shape(ratio=self.gear.ratio if place.turning[place.joint] else None)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """The share of the torque itself.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            mu = 1/eta - 1 on torque and current, twice that on the copper loss.
-        """
         if conditions.series is not None:
             return self._along(place, conditions, conditions.series)
         share = mesh_factors(self.gear).driving - 1.0

@@ -76,14 +76,6 @@ class MotorCurrent(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Reads the command and the temperatures, gives current and voltage, adds torque, tells powers.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         rest = self.motor.reference_temperature
         return Ports(
             needs=(
@@ -98,12 +90,4 @@ class MotorCurrent(Effect):
         )  # fmt: skip
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The two straight lines of temperature, and the limit.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Resistance at 0 C and its rise a kelvin [ohm, ohm/K], torque constant likewise [N m/A], peak current [A].
-        """
         return *motor_lines(self.motor), self.peak_current

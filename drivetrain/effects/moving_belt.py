@@ -44,24 +44,8 @@ class MovingBelt(Effect):
             raise InputError(Fault("MovingBelt.speed", "must be a number [rad/s]", self.speed))
 
     def ports(self, place: Place) -> Ports:
-        """Adds the surface's speed; tells the power of what drives the belt.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         work = Signal("belt_power", "W")
         return Ports(needs=(s.JOINT_FRICTION,), adds=(s.SURFACE_SPEED,), tells=(work,), powers={work.name: Role.SOURCE})
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The speed.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            [rad/s].
-        """
         return (self.speed,)

@@ -38,32 +38,11 @@ class OverTime(Effect):
         return np.asarray(getattr(self, self.follows))
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The table.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its length, instants [s], values [SI].
-        """
         return table_numbers(self.time, self.values)
 
     def breakpoints(self) -> Sequence[float]:
-        """Where the table jumps.
-
-        Returns:
-            Instants at which two entries stand [s], the first and the last.
-        """
         jumps = self.time[1:][np.diff(self.time) == 0.0]
         return [float(t) for t in (self.time[0], *np.unique(jumps), self.time[-1])]
 
     def knots(self, tolerance: float) -> Sequence[float]:
-        """Where the table bends.
-
-        Args:
-            tolerance: Share of the largest value that does not matter [-].
-
-        Returns:
-            Instants [s].
-        """
         return bends(self.time, self.values, tolerance)

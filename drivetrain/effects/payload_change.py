@@ -60,33 +60,12 @@ class PayloadChange(Effect):
         object.__setattr__(self, "time", time)
 
     def ports(self, place: Place) -> Ports:
-        """None: it is part of the mechanics.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Nothing.
-        """
         return NOTHING
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """None.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Nothing.
-        """
         return ()
 
     def breakpoints(self) -> Sequence[float]:
-        """When something is picked up or put down.
-
-        Returns:
-            Instants [s].
-        """
         return [float(t) for t in self.time]
 
     def carried(self) -> tuple[Array, Array]:

@@ -52,38 +52,14 @@ class PositionLoop(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Reads command and motor, adds to the current command and to how it falls with the motion.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(
             needs=(*s.commanded(place)[:2], s.MOTOR_POSITION, s.MOTOR_SPEED),
             adds=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The gains at the motor.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Current over angle [A/rad] and over speed [A s/rad], the ratio.
-        """
         scale = 1.0 / (self.torque_constant * place.ratio**2)
         return self.stiffness * scale, self.damping * scale, place.ratio
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """How fast damping pulls an error in.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Damping over stiffness [s].
-        """
         return (TimeScale("error falls", self.damping / self.stiffness),) if self.stiffness > 0.0 else ()

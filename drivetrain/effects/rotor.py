@@ -26,56 +26,18 @@ class FullRotor(Effect):
         _check(self.inertia, self.ratio)
 
     def ports(self, place: Place) -> Ports:
-        """None: it is part of the mechanics.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Nothing.
-        """
         return NOTHING
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """None.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Nothing.
-        """
         return ()
 
     def shape(self, place: Place) -> Shape:
-        """A rotor on the link before its joint.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Ratio and inertia.
-        """
         return Shape(self.ratio, self.inertia, full=True)
 
     def quasi_static(self) -> Effect:
-        """The shortcut that leaves the coupling out.
-
-        Returns:
-            The same rotor, reflected.
-        """
         return ReflectedRotor(self.inertia, self.ratio)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """Of the coupling with the joints before: 1/ratio of the reflected inertia's share.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            The share ``J ratio / (I + J ratio^2)`` on torque and current.
-        """
         coupled = self.inertia * abs(self.ratio)
         share = coupled / max(conditions.inertia + conditions.rotor_inertia, 1e-300)
         why = "J ratio over all inertia of the joint, as if the carrier accelerated as the joint does"
@@ -98,36 +60,12 @@ class ReflectedRotor(Effect):
         _check(self.inertia, self.ratio)
 
     def ports(self, place: Place) -> Ports:
-        """None: it is part of the mechanics.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Nothing.
-        """
         return NOTHING
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """None.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Nothing.
-        """
         return ()
 
     def shape(self, place: Place) -> Shape:
-        """Inertia at the joint.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Ratio and inertia, reflected only.
-        """
         return Shape(self.ratio, self.inertia, full=False)
 
 

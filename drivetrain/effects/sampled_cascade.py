@@ -83,18 +83,9 @@ class SampledCascade(Effect):
 
     @property
     def period(self) -> float:
-        """Between two samples [s]."""
         return self.every
 
     def ports(self, place: Place) -> Ports:
-        """Remembers what it gives out, the last angle, the integral and what waits; adds to the current command.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         waiting = tuple(State(f"waiting_current_{k + 1}", "A", memory=True) for k in range(MOST_DELAY))
         return Ports(
             states=(
@@ -108,47 +99,17 @@ class SampledCascade(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """Gains and samples.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            As ``CascadeLoop``, then the period [s] and the delay [samples].
-        """
         rate = 1.0 / self.integral_time
         gains = (self.position_gain, self.speed_gain, rate, self.peak_current, place.ratio)
         return *gains, self.every, float(self.delay)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """As if it had measured the start one period ago, moving as it does.
-
-        Args:
-            place: Where it stands.
-            signals: Measured angle and speed at the start.
-
-        Returns:
-            Memory.
-        """
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
         return 0.0, measured - self.every * speed, 0.0, *(0.0,) * MOST_DELAY
 
     def quasi_static(self) -> Effect:
-        """The same loops without samples.
-
-        Returns:
-            A ``CascadeLoop`` of the same gains.
-        """
         return CascadeLoop(self.position_gain, self.speed_gain, self.integral_time, self.peak_current)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """The period.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            [s].
-        """
         return (TimeScale("servo sample", self.every),)

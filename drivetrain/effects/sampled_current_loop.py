@@ -86,18 +86,9 @@ class SampledCurrentLoop(Effect):
 
     @property
     def period(self) -> float:
-        """Between two samples [s]."""
         return self.every
 
     def ports(self, place: Place) -> Ports:
-        """Remembers voltage, integrator and the command it follows; reads command, current and speed, gives voltage.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(
             states=(
                 State("sampled_voltage", "V", memory=True),
@@ -109,48 +100,18 @@ class SampledCurrentLoop(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """Gains of one sample.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            kp [V/A], ki times period [V/A], peak [A], rise in a period [A], voltage fed forward over speed [V s/rad].
-        """
         kp = (self.motor.inductance or math.nan) * self.bandwidth
         ki = self.motor.resistance * self.bandwidth * self.every
         return kp, ki, self.peak_current, self.slew * self.every, self.fed_forward * self.motor.torque_constant
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """The voltage that holds the current which flows.
-
-        Args:
-            place: Where it stands.
-            signals: Current and speed at the start.
-
-        Returns:
-            Voltage, integrator [V], command [A].
-        """
         current = signals.get(f"{place.name}.{s.CURRENT.name}", 0.0)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
         drop, emf = self.motor.resistance * current, self.motor.torque_constant * speed
         return drop + emf, drop + (1.0 - self.fed_forward) * emf, current
 
     def quasi_static(self) -> Effect:
-        """The same loop without samples, its winding with it: where it stands in, ``Winding`` goes.
-
-        Returns:
-            A ``CurrentLoop`` of the same bandwidth.
-        """
         return CurrentLoop(self.motor, self.bandwidth, self.peak_current)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """The period.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            [s].
-        """
         return (TimeScale("current sample", self.every),)

@@ -118,39 +118,17 @@ TIP_TAKEN = (
 
 
 def commanded(place: Place) -> tuple[Signal, Signal, Signal]:
-    """What a motor's loop is told to follow: the joint's command, or its shaft's where motors are coupled.
-
-    Args:
-        place: Of the loop.
-
-    Returns:
-        Position, speed and acceleration.
-    """
+    """What a motor's loop is told to follow: the joint's command, or its shaft's where motors are coupled."""
     return SHAFT_COMMANDS if place.coupled else (COMMAND_POSITION, COMMAND_SPEED, COMMAND_ACCELERATION)
 
 
 def motion(place: Place) -> tuple[Signal, Signal]:
-    """What a joint does along its coordinate: its shaft where motors are coupled.
-
-    Args:
-        place: Of the joint.
-
-    Returns:
-        Position and speed.
-    """
+    """What a joint does along its coordinate: its shaft where motors are coupled."""
     return SHAFT_GIVEN if place.coupled else (POSITION, SPEED)
 
 
 def of_side(side: str, place: Place) -> tuple[Signal, Signal, Signal]:
-    """What friction at a side of the gear reads and adds to.
-
-    Args:
-        side: ``joint``, ``motor``, or ``shaft``: behind the gear, which is the joint where no motors are coupled.
-        place: Of the friction.
-
-    Returns:
-        Speed, torque and damping there.
-    """
+    """What friction at a side of the gear reads and adds to."""
     if side == "motor":
         return MOTOR_SPEED, MOTOR_TORQUE, MOTOR_DAMPING
     if side == "shaft" and place.coupled:

@@ -41,25 +41,9 @@ class StiffSupply(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Gives every joint the limit of its voltage.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(gives=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints))
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The limit.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            [V], and the number of joints.
-        """
         return self.voltage * self.modulation, float(len(place.joints))
 
 
@@ -149,14 +133,6 @@ class SupplyBus(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Remembers its voltage; gives every joint the limit, and reads what each draws once that is known.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(
             states=(State("bus_voltage", "V", 1e-3, memory=True),),
             needs=tuple(Signal(f"{joint}:{s.ELECTRICAL_POWER.name}", "W", default=0.0) for joint in place.joints),
@@ -171,38 +147,13 @@ class SupplyBus(Effect):
         )  # fmt: skip
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The bus.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Voltage [V], capacity [F], power [W], threshold [V], resistance [ohm], modulation [-], number of joints.
-        """
         sheet = (self.voltage, self.capacity, self.power, self.threshold, self.resistance, self.modulation)
         return *sheet, float(len(place.joints))
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """Charged by the source.
-
-        Args:
-            place: Where it stands.
-            signals: Not needed.
-
-        Returns:
-            [V].
-        """
         return (self.voltage,)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """How fast the resistor empties the bus.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            R C [s]; none without a resistor.
-        """
         return (TimeScale("brake resistor", self.resistance * self.capacity),) if self.resistance < math.inf else ()
 
 

@@ -22,9 +22,6 @@ def table_numbers(time: Array, values: Array) -> Sequence[float]:
     Args:
         time: Never falling [s], (N,).
         values: In their own unit, (N,).
-
-    Returns:
-        Length, instants, values.
     """
     return [float(len(time)), *(float(t) for t in time), *(float(value) for value in values)]
 
@@ -52,13 +49,7 @@ def interval_of(numbers: Any, at: int, size: int, t: float) -> int:
     """The last instant of a table that is not later; of two at one instant the second.
 
     Args:
-        numbers: All constants.
-        at: Place of the first instant.
-        size: Number of instants.
         t: [s].
-
-    Returns:
-        Its index, 0 before the first.
     """
     low, high = 0, size
     while high - low > 1:
@@ -75,12 +66,7 @@ def table_value(numbers: Any, at: int, t: float) -> float:
     """The value of a table at an instant; before the first and after the last it stays.
 
     Args:
-        numbers: All constants.
-        at: Place of the table, as ``table_numbers`` has made it.
         t: [s].
-
-    Returns:
-        In the table's unit.
     """
     size = int(numbers[at])
     low = interval_of(numbers, at + 1, size, t)

@@ -107,22 +107,9 @@ class TipContact(Effect):
             raise InputError(faults)
 
     def kinked(self) -> bool:
-        """Its force bends and jumps at the wall.
-
-        Returns:
-            True.
-        """
         return True
 
     def ports(self, place: Place) -> Ports:
-        """Reads place and speed of the tip, adds force and how it falls with both, tells energy and loss.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         loss, energy = Signal("contact_power", "W"), Signal("contact_spring_energy", "J")
         return Ports(
             needs=_GIVEN,
@@ -133,13 +120,5 @@ class TipContact(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The wall.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Unit normal [-], stiffness [N/m], damping [N s/m], distance of the wall from the base along the normal [m].
-        """
         normal = np.asarray(self.normal, dtype=np.float64) / np.linalg.norm(self.normal)
         return *normal, self.stiffness, self.damping, float(normal @ np.asarray(self.point))

@@ -27,7 +27,6 @@ def twist(gear: Gear, torque: float) -> float:
     """How far a gear's spring is wound up.
 
     Args:
-        gear: With a stiffness.
         torque: At its output [N m].
 
     Returns:
@@ -40,10 +39,6 @@ def twist(gear: Gear, torque: float) -> float:
 def frequency(gear: Gear, conditions: Conditions) -> float:
     """Of the load on the softest spring, its other end held.
 
-    Args:
-        gear: With a stiffness.
-        conditions: Of the joint.
-
     Returns:
         [rad/s].
     """
@@ -54,9 +49,7 @@ def swing(gear: Gear, damping: float, conditions: Conditions) -> Array:
     """How far the spring's torque swings beside that of the task.
 
     Args:
-        gear: With a stiffness.
         damping: Along the spring [N m s/rad].
-        conditions: The joint's task.
 
     Returns:
         Envelope [N m], (N,); a single zero where the task is not known.
@@ -70,15 +63,7 @@ def swing(gear: Gear, damping: float, conditions: Conditions) -> Array:
 
 
 def outlasts_the_loop(gear: Gear, conditions: Conditions) -> bool:
-    """Whether the spring is twice as stiff as the position loop; where no loop is told, the motor holds.
-
-    Args:
-        gear: With a stiffness.
-        conditions: Of the joint.
-
-    Returns:
-        Whether it is.
-    """
+    """Whether the spring is twice as stiff as the position loop; where no loop is told, the motor holds."""
     loop = conditions.loop_stiffness
     return math.isinf(loop) or (gear.stiffness_1 or math.inf) >= STIFF * loop
 
@@ -87,17 +72,7 @@ def along(gear: Gear, damping: float, place: Place, conditions: Conditions, seri
     """What leaving a spring out changes.
 
     Args:
-        gear: With a stiffness.
         damping: Along the spring [N m s/rad].
-        place: Of the joint.
-        conditions: The joint's task.
-        series: Of it.
-
-    Returns:
-        Behind a stiff spring: the swing of the load as a torque at the motor, and the twist under both; the motor's
-        answer to a swing faster than its loop is smaller than the swing. Valid while the load swings 25 times faster
-        than a move lasts, where the spring is softest. Behind a soft one: what motor, loop and load do together; valid
-        while the loop is known and damps it.
     """
     if outlasts_the_loop(gear, conditions):
         envelope = BESIDE * swing(gear, damping, conditions)

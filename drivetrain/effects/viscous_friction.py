@@ -57,14 +57,6 @@ class ViscousFriction(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Reads the shaft's speed, adds torque and damping, tells its loss.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         speed, torque, damping = s.of_side(self.side, place)
         loss = Signal(f"{self.side}_viscous_power", "W")
         return Ports(
@@ -75,27 +67,10 @@ class ViscousFriction(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The two dampings.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Forward and backward [N m s/rad].
-        """
         law = self.friction
         return law.viscous, law.viscous if law.viscous_negative is None else law.viscous_negative
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """Its torque at the task's peak speed, over the torque of the task.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            Shares of peak and RMS torque: bounds, as no motion is at its peak speed all the time.
-        """
         if conditions.series is not None:
             return self._along(place, conditions, conditions.series)
         damping = max(self.friction.viscous, self.friction.viscous_negative or 0.0)

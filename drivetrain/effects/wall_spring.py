@@ -72,14 +72,6 @@ class WallSpring(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Reads the joint's motion, adds the torque with its slopes, tells energy and powers.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         energy, loss = Signal("wall_spring_energy", "J"), Signal("wall_damping_power", "W")
         work = Signal("wall_power", "W")
         return Ports(
@@ -91,12 +83,4 @@ class WallSpring(Effect):
         )
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The spring.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Stiffness [N m/rad], damping [N m s/rad], rest [rad], speed [rad/s].
-        """
         return self.stiffness, self.damping, self.rest, self.speed

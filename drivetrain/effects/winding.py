@@ -126,14 +126,6 @@ class Winding(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        """Remembers the current; reads voltage, speed and temperatures, adds torque, tells powers.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         rest = self.motor.reference_temperature
         return Ports(
             states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6),),
@@ -148,47 +140,13 @@ class Winding(Effect):
         )  # fmt: skip
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The motor.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            The lines of ``motor_lines``, the inductance [H]; then room for the exponentials of a step.
-        """
         return *motor_lines(self.motor), self.motor.inductance or math.nan, *[0.0] * (ROOM - MADE_FOR)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """The current that flows at the start.
-
-        Args:
-            place: Where it stands.
-            signals: Not needed.
-
-        Returns:
-            [A].
-        """
         return (self.current,)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """The electrical time constant.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            L/R [s].
-        """
         return (TimeScale("current follows", (self.motor.inductance or math.nan) / self.motor.resistance),)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """The delay of the current at a voltage that is held: a time constant of the slope of the current.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task.
-
-        Returns:
-            Not valid: without a current loop nothing bounds it.
-        """
         return Estimate(valid=False, why="a voltage-driven winding: the current follows no command")

@@ -86,22 +86,9 @@ class WindingHeat(Effect):
             raise InputError(Fault("WindingHeat.every", "must be positive [s]", self.every))
 
     def refined(self) -> WindingHeat:
-        """The same network, its temperatures moved on with every step.
-
-        Returns:
-            The effect.
-        """
         return replace(self, every=AT_ONCE)
 
     def ports(self, place: Place) -> Ports:
-        """Remembers temperatures and what has been lost since the last step; reads losses, tells its own states afresh.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Its ports.
-        """
         return Ports(
             states=(
                 State("winding_temperature", "C", 1e-3, memory=True),
@@ -117,14 +104,6 @@ class WindingHeat(Effect):
         )  # fmt: skip
 
     def numbers(self, place: Place) -> Sequence[float]:
-        """The network solved once for all.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            Period [s], ambient [C], resistances [K/W], modes and their inverse, rates of decay [1/s].
-        """
         net = self.network
         modes: Any
         inverse: Any
@@ -142,42 +121,15 @@ class WindingHeat(Effect):
         return [period, net.ambient, inner, outer, *modes.ravel(), *inverse.ravel(), *decay]
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        """As warm as told, or as the air.
-
-        Args:
-            place: Where it stands.
-            signals: Not needed.
-
-        Returns:
-            Temperatures [C], and nothing gathered.
-        """
         ambient = self.network.ambient
         first = ambient if self.winding is None else self.winding
         second = ambient if self.housing is None else self.housing
         return first, second, 0.0, 0.0, 0.0
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        """The winding's time constant.
-
-        Args:
-            place: Where it stands.
-
-        Returns:
-            [s].
-        """
         return (TimeScale("winding warms", self.network.winding_time_constant or math.inf),)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
-        """What warm magnets ask more, and what a warm winding adds to its own heat, in the periodic state.
-
-        Args:
-            place: Where it stands.
-            conditions: The joint's task, with its temperatures.
-
-        Returns:
-            Shares from the periodic state of the task itself; of the position what the loop gives way under the
-            torque that a cold constant promises and does not make. Not valid near running away.
-        """
         share, cold = conditions.magnet_share, conditions.cold_share
         if math.isnan(share) or math.isnan(cold):
             return Estimate(valid=False, why="the temperatures are not known: keep it")

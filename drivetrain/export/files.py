@@ -11,13 +11,6 @@ from drivetrain.whole_files import write_whole
 def write_text(path: str | Path, text: str) -> Path:
     """Write a file whole or not at all.
 
-    Args:
-        path: Where; its folder must be there.
-        text: What, in UTF-8.
-
-    Returns:
-        Where it is.
-
     Raises:
         InputError: It cannot be written there.
     """

@@ -83,14 +83,6 @@ def write_urdf(
 def urdf_text(arm: Arm, *, data: UrdfJointData = NO_DATA, base: str | None = None, tip: str | None = None) -> str:
     """The URDF of an arm.
 
-    Args:
-        arm: With rotors or without.
-        data: Limits of effort and friction, which an arm does not hold.
-        base, tip: Names of the links that stand for the base and the end effector, as of write_urdf.
-
-    Returns:
-        The file's text; a comment in it tells what the format could not hold.
-
     Raises:
         InputError: What would be another arm when read: helical joints, rotors counted in full that are unbalanced,
             on another link than the one before their joint, not parallel to its axis, or coupled otherwise than

@@ -27,8 +27,6 @@ def add_link(root: Element, name: str, body: RigidBody, pose_link_home: Array) -
     """Add a link; one without mass and inertia has nothing to say of itself.
 
     Args:
-        root: The ``robot`` element.
-        name: Of the link.
         body: Given in its home frame [kg, m, kg m^2].
         pose_link_home: That frame in the link's, (4, 4).
     """
@@ -43,17 +41,7 @@ def add_link(root: Element, name: str, body: RigidBody, pose_link_home: Array) -
 
 
 def add_joint(root: Element, name: str, kind: str, ends: tuple[str, str]) -> Element:
-    """Add a joint.
-
-    Args:
-        root: The ``robot`` element.
-        name: Of the joint.
-        kind: revolute, continuous, prismatic or fixed.
-        ends: Names of the links before and after it.
-
-    Returns:
-        The joint, for what else is to be said of it.
-    """
+    """Add a joint."""
     joint = ElementTree.SubElement(root, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=ends[0])
     ElementTree.SubElement(joint, "child", link=ends[1])
@@ -64,7 +52,6 @@ def add_origin(parent: Element, place: Array) -> None:
     """Say where a frame stands.
 
     Args:
-        parent: A ``joint`` or ``inertial`` element.
         place: The frame, (4, 4); translation [m].
     """
     rpy = cleaned(rpy_from_rotation(place[:3, :3]))
@@ -75,7 +62,6 @@ def add_axis(joint: Element, direction: Array) -> None:
     """Say along which way a joint turns or slides.
 
     Args:
-        joint: The ``joint`` element.
         direction: Unit vector in the joint's frame [-], (3,).
     """
     ElementTree.SubElement(joint, "axis", xyz=text(cleaned(direction)))
@@ -85,7 +71,6 @@ def add_limits(joint: Element, limits: Mapping[str, float]) -> None:
     """Say how far a joint goes; the largest number there is stands for no limit, where URDF wants a number.
 
     Args:
-        joint: The ``joint`` element.
         limits: ``lower`` and ``upper`` [rad or m], ``effort`` [N m or N], ``velocity`` [rad/s or m/s]; infinite where
             there is none. A continuous joint has no place for the first two.
     """
@@ -101,7 +86,6 @@ def add_dynamics(joint: Element, dynamics: Mapping[str, float]) -> None:
     """Say what friction a joint has, if that is known.
 
     Args:
-        joint: The ``joint`` element.
         dynamics: ``damping`` [N m s/rad or N s/m] and ``friction`` [N m or N], as far as known.
     """
     if dynamics:
@@ -112,8 +96,6 @@ def add_transmission(root: Element, joint: str, tags: RotorTags) -> None:
     """Add a gear as ros_control wants it, the sign of its ratio kept, and its rotor as Drake does.
 
     Args:
-        root: The ``robot`` element.
-        joint: Name of the joint that it drives.
         tags: Ratio [- or rad/m] and inertia [kg m^2] of its rotor.
     """
     transmission = _transmission(root, f"{joint}_transmission", SIMPLE)
@@ -125,8 +107,6 @@ def add_pair(root: Element, joints: tuple[str, str], pair: Pair, tags: tuple[Rot
     """Add a transmission that joins two motors to two joints.
 
     Args:
-        root: The ``robot`` element.
-        joints: Their names, in the order of the roles.
         pair: What kind it is, and the reductions [-] of the joints.
         tags: Of the motors, in that order [-, kg m^2].
     """
@@ -167,20 +147,10 @@ def cleaned(values: Array) -> Array:
 
     Args:
         values: Any shape [m, rad or -].
-
-    Returns:
-        The same, in the same unit.
     """
     return np.where(np.abs(values) < NOTHING, 0.0, values)
 
 
 def text(values: Any) -> str:
-    """Numbers with every digit that they have, and no more.
-
-    Args:
-        values: One or several, in the unit that the tag wants.
-
-    Returns:
-        The numbers with blanks between.
-    """
+    """Numbers with every digit that they have, and no more."""
     return " ".join(repr(float(value) + 0.0).removesuffix(".0") for value in np.ravel(values))

@@ -47,14 +47,7 @@ class WrittenCouplings:
 
 
 def written_couplings(arm: Arm) -> WrittenCouplings:
-    """The coupling of an arm in the words of URDF.
-
-    Args:
-        arm: The arm.
-
-    Returns:
-        What can be said and what cannot; motors turn with the joints as in the arm.
-    """
+    """The coupling of an arm in the words of URDF."""
     pairs, lost = [], []
     factors = np.ones(arm.n)
     for group in coupled_groups(arm):

@@ -58,9 +58,6 @@ class WrittenBodies:
 def written_bodies(arm: Arm) -> WrittenBodies:
     """The links and rotors of an arm as a URDF can hold them.
 
-    Args:
-        arm: With rotors or without, at any level.
-
     Returns:
         Bodies [kg, m, kg m^2] and tags that give, read back and set to the arm's level, the same dynamics.
 
@@ -99,10 +96,6 @@ def _level_note(level: RotorLevel) -> str:
 
 def axis_direction(arm: Arm, joint: int) -> Array:
     """The direction of a joint's axis.
-
-    Args:
-        arm: The arm.
-        joint: Index.
 
     Returns:
         Unit vector in the base frame, all joints zero [-], (3,).

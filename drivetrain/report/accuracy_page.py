@@ -50,14 +50,7 @@ class AccuracyFound:
 
 
 def accuracy_report(found: AccuracyFound) -> str:
-    """The page.
-
-    Args:
-        found: All of it.
-
-    Returns:
-        HTML text.
-    """
+    """The page."""
     end = end_of(found.evaluation.study)
     sections = [
         _effects(found.effects, end), _auto(found.auto, end), _solvers(found.solvers), _roads(found.roads),
@@ -208,14 +201,7 @@ def _roads(found: RoadsCompared) -> Section:
 
 
 def accuracy_lines(found: AccuracyFound) -> list[str]:
-    """What was found, for the terminal.
-
-    Args:
-        found: All of it.
-
-    Returns:
-        Lines.
-    """
+    """What was found, for the terminal."""
     effects, auto, tip = found.effects, found.auto, found.effects.full.tip_deviation
     shown = (*SHOWN[:4], end_of(found.evaluation.study).name)
     lines = [f"full scene: {effects.full.verdict}, {with_unit(effects.seconds, 's')} a run"]
@@ -247,9 +233,6 @@ def accuracy_lines(found: AccuracyFound) -> list[str]:
 
 def accuracy_json(found: AccuracyFound) -> str:
     """All of it for machines.
-
-    Args:
-        found: All of it.
 
     Returns:
         JSON with a ``schema_version``; SI units, null where a number is unknown or not finite.

@@ -29,14 +29,7 @@ class Group:
 
 
 def assumption_groups(evaluation: Evaluation) -> list[Group]:
-    """Everything the numbers rest on.
-
-    Args:
-        evaluation: What was found.
-
-    Returns:
-        Groups in the order in which a reader asks for them; empty ones left out.
-    """
+    """Everything the numbers rest on."""
     study = evaluation.study
     groups = [
         _task(study),

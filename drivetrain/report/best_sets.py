@@ -34,27 +34,13 @@ class SetRow:
 
 
 def set_rows(selection: Selection) -> list[SetRow]:
-    """The best sets, best first.
-
-    Args:
-        selection: What was found.
-
-    Returns:
-        One row a set; none when only one set was asked for or found.
-    """
+    """The best sets, best first."""
     sets = selection.sets
     return [_row(rank, one, sets[0]) for rank, one in enumerate(sets, start=1)] if len(sets) > 1 else []
 
 
 def set_lines(selection: Selection) -> list[str]:
-    """The sets after the best one, for the terminal.
-
-    Args:
-        selection: What was found.
-
-    Returns:
-        One line a set.
-    """
+    """The sets after the best one, for the terminal."""
     unit = {"mass": " kg", "energy": " J"}.get(selection.study.objective, "")
     return [f"set {row.rank}: {row.objective}{unit}; {'; '.join(row.changes)}" for row in set_rows(selection)[1:]]
 

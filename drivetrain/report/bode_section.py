@@ -20,11 +20,7 @@ def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
     """Loops as fast as current loop and spring let them be, with the load at its heaviest.
 
     Args:
-        evaluation: Drives, and the inertia that each joint moves.
         current_bandwidth: Of the current loops [rad/s].
-
-    Returns:
-        A section; joints of which an inertia is unknown are told in its notes.
     """
     figures, rows, notes = [], [], []
     timing = ServoTiming(current_bandwidth)
@@ -53,7 +49,6 @@ def servo_axis(joint: JointResult, damping: float) -> ServoAxis | None:
     """A joint as its servo sees it.
 
     Args:
-        joint: Its drive, and the inertia that it moves.
         damping: Of the spring, as a share of the critical one [-].
 
     Returns:

@@ -18,26 +18,12 @@ from drivetrain.sizing.evaluate import Pair
 
 
 def curve_report(found: OptimumCurve) -> str:
-    """The curve as a page.
-
-    Args:
-        found: From ``optimum_curve``.
-
-    Returns:
-        HTML text; the same curve gives the same bytes.
-    """
+    """The curve as a page."""
     return sheet(found.study, f"Best drives over the {NAMES[found.vary]}", [curve_section(found)])
 
 
 def curve_section(found: OptimumCurve) -> Section:
-    """The curve as a part of a page.
-
-    Args:
-        found: From ``optimum_curve``.
-
-    Returns:
-        Words, picture and tables.
-    """
+    """The curve as a part of a page."""
     with house_style(f"curve-{found.vary}"):
         picture = svg_text(
             figure_curve(found, name=f"curve-{found.vary}"), f"best set of drives over the {NAMES[found.vary]}"
@@ -57,9 +43,6 @@ def curve_section(found: OptimumCurve) -> Section:
 
 def curve_data(found: OptimumCurve) -> dict[str, Any]:
     """The curve as plain data.
-
-    Args:
-        found: From ``optimum_curve``.
 
     Returns:
         What ``result.json`` holds of it; SI units, temperatures in degrees Celsius, None where a number is unknown.
@@ -100,14 +83,7 @@ def _finite(value: float) -> float | None:
 
 
 def curve_sentence(found: OptimumCurve) -> str:
-    """The answer in words.
-
-    Args:
-        found: From ``optimum_curve``.
-
-    Returns:
-        How many sets, and where nothing fits any more.
-    """
+    """The answer in words."""
     unit = printed_unit(found.unit)
     held = [piece for piece in found.pieces if piece.drives]
     span = f"from {number(found.pieces[0].low)} to {number(found.pieces[-1].high)}\u00a0{unit}"
@@ -125,14 +101,7 @@ def curve_sentence(found: OptimumCurve) -> str:
 
 
 def curve_lines(found: OptimumCurve) -> list[str]:
-    """The pieces for the terminal.
-
-    Args:
-        found: From ``optimum_curve``.
-
-    Returns:
-        One line a piece.
-    """
+    """The pieces for the terminal."""
     unit = printed_unit(found.unit)
     lines = []
     for index, piece in enumerate(found.pieces):

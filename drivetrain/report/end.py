@@ -27,9 +27,6 @@ class End:
 
         Args:
             deviation: [m or rad].
-
-        Returns:
-            With its unit; 0 where nobody could measure it.
         """
         shown = "mrad" if self.unit == "rad" else ""  # as pictures and tables say it
         return "0" if deviation < NEGLIGIBLE else with_unit(deviation, self.unit, shown=shown)
@@ -37,9 +34,6 @@ class End:
 
 def end_of(study: Study) -> End:
     """What deviates in a study's run.
-
-    Args:
-        study: With an arm, or of one axis.
 
     Returns:
         The tip in metres, or the axis in radians.

@@ -16,14 +16,7 @@ _AT_ONCE = 4096  # rows formatted by one call
 
 
 def fallen_columns(selection: Selection) -> pd.DataFrame:
-    """Every candidate that fell.
-
-    Args:
-        selection: Of ``select``.
-
-    Returns:
-        One row a candidate in the order of ``selection.fallen``; its columns are ``COLUMNS``, names as categories.
-    """
+    """Every candidate that fell."""
     frame = getattr(selection.fallen, "frame", None)  # a table that is made of columns hands them over
     if frame is not None:
         table: pd.DataFrame = frame()
@@ -38,14 +31,7 @@ def fallen_columns(selection: Selection) -> pd.DataFrame:
 
 
 def fallen_text(fallen: pd.DataFrame) -> str:
-    """Candidates that fell as CSV text.
-
-    Args:
-        fallen: From ``fallen_columns``.
-
-    Returns:
-        One header row, one row a candidate; required and available in the unit of their column ``unit``.
-    """
+    """Candidates that fell as CSV text."""
     columns = [fallen[name].tolist() if name in _NUMBERS else _quoted(fallen[name]) for name in COLUMNS]
     parts = [",".join(COLUMNS) + "\n"]
     for first in range(0, len(fallen), _AT_ONCE):
@@ -68,9 +54,6 @@ def _cell(text: str) -> str:
 
 def counted(fallen: pd.DataFrame) -> dict[tuple[str, str], int]:
     """How many candidates each check felled at each joint.
-
-    Args:
-        fallen: From ``fallen_columns``.
 
     Returns:
         By (joint, check); pairs that never occur are left out.

@@ -24,7 +24,6 @@ def worst(row: EffectCost, tip: float) -> tuple[float, ...]:
     """The largest change of each quantity over all joints.
 
     Args:
-        row: One effect.
         tip: What counts as the whole for the tip [m].
 
     Returns:
@@ -41,15 +40,7 @@ def _shares(change: Change, tip: float) -> tuple[float, ...]:
 
 
 def figure_effects(found: EffectCosts, *, name: str = "effects") -> Figure:
-    """What each effect changes when it is left out, beside what it costs to keep.
-
-    Args:
-        found: From ``effects_cost``.
-        name: Of the figure.
-
-    Returns:
-        The figure: shares on a logarithmic axis, and the factor in time.
-    """
+    """What each effect changes when it is left out, beside what it costs to keep."""
     tip = found.full.tip_deviation
     rows = found.rows[::-1]
     with house_style(name):
@@ -93,15 +84,7 @@ def _times(axes: Axes, rows: Sequence[EffectCost]) -> None:
 
 
 def figure_solvers(found: SolverCosts, *, name: str = "solvers") -> Figure:
-    """Error in the decision quantities over wall time and over evaluations.
-
-    Args:
-        found: From ``solver_cost``.
-        name: Of the figure.
-
-    Returns:
-        The figure; errors below twice what the reference itself has settled to are not drawn.
-    """
+    """Error in the decision quantities over wall time and over evaluations."""
     with house_style(name):
         figure = Figure(figsize=(9.2, 3.7))
         axes = figure.subplots(1, 2, sharey=True)
@@ -130,15 +113,7 @@ def figure_solvers(found: SolverCosts, *, name: str = "solvers") -> Figure:
 
 
 def figure_roads(found: RoadsCompared, *, name: str = "roads") -> Figure:
-    """The current of every joint by both roads.
-
-    Args:
-        found: From ``inverse_against_forward``.
-        name: Of the figure.
-
-    Returns:
-        The figure; where a joint rests is shaded.
-    """
+    """The current of every joint by both roads."""
     with house_style(name):
         figure = Figure(figsize=(9.2, 0.9 + 1.35 * len(found.joints)))
         column = figure.subplots(len(found.joints), 1, sharex=True, squeeze=False)[:, 0]
@@ -165,10 +140,6 @@ def _span(*series: np.ndarray) -> tuple[float, float]:
 
 def figure_auto(found: AutoChoice, *, name: str = "auto") -> Figure | None:
     """Estimated against measured change, joint by joint.
-
-    Args:
-        found: From ``choose_effects``.
-        name: Of the figure.
 
     Returns:
         The figure; None where nothing was left out.
@@ -200,11 +171,7 @@ def told_setting(family: str, setting: float) -> str:
     """A solver's setting in words.
 
     Args:
-        family: Of the solver.
         setting: Step [s] or tolerance [-].
-
-    Returns:
-        Such as ``0.5 ms`` or ``1e-6``.
     """
     fixed = "step" in family or "RK4" in family
     return f"{1e3 * setting:g}\u00a0m{printed_unit('s')}" if fixed else f"{setting:.0e}".replace("e-0", "e−")

@@ -22,15 +22,7 @@ _LIMIT = Key("winding limit", "bar", Pen("none"), VERMILLION)
 
 
 def supply_power(evaluation: Evaluation, *, name: str = "supply") -> str:
-    """Power of all joints together over the cycle: drawn, and given back.
-
-    Args:
-        evaluation: What was found.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element, empty when no joint has a drive.
-    """
+    """Power of all joints together over the cycle: drawn, and given back."""
     if not evaluation.joints:
         return ""
     joints, supply = list(evaluation.joints.values()), evaluation.study.supply
@@ -72,15 +64,7 @@ def _area(strip: Panel, time: Array, power: Array, colour: str, opacity: float) 
 
 
 def temperatures(evaluation: Evaluation, *, name: str = "temperatures") -> str:
-    """Winding and housing of every joint in the periodic steady state, against the winding's limit.
-
-    Args:
-        evaluation: What was found.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element, empty when no temperature could be computed.
-    """
+    """Winding and housing of every joint in the periodic steady state, against the winding's limit."""
     joints = list(evaluation.joints.values())
     if all(joint.series.winding_temperature is None for joint in joints):
         return ""

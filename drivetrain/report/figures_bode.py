@@ -19,18 +19,7 @@ LOWEST, HIGHEST = -60.0, 60.0  # dB drawn
 
 
 def figure_bode(axis: ServoAxis, timing: ServoTiming, design: LoopDesign, title: str, *, name: str = "bode") -> Figure:
-    """Gain and phase of the open speed loop and the open position loop.
-
-    Args:
-        axis: The joint.
-        timing: Current loop and samples.
-        design: Of its loops.
-        title: Above the picture.
-        name: Of the figure.
-
-    Returns:
-        The figure.
-    """
+    """Gain and phase of the open speed loop and the open position loop."""
     at = frequencies(axis, design)
     loops = open_loops(axis, timing, design, at)
     with house_style(name):

@@ -25,11 +25,7 @@ def figure_stacked(arm: Arm, q: Any) -> Figure:
     """The matrices A, G, W and L of an arm, entry by entry, and the mass matrix that they make.
 
     Args:
-        arm: With rotors or without; rotors come after the links.
         q: One posture [rad or m], (n,).
-
-    Returns:
-        The figure; dark is large, each matrix on its own scale.
 
     Raises:
         InputError: A wrong shape, or a NaN or infinity.

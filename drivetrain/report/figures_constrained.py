@@ -33,15 +33,9 @@ def figure_held_arm(
     """An arm under constraints: its postures and the path of its tip, multipliers and joint speeds over time.
 
     Args:
-        arm: The arm.
-        recording: Of ``simulate_constrained``.
         plane: Across and up in the picture, unit vectors of the base frame [-], (2, 3).
         hinge: Point about which turns what the tip holds, base frame [m], (3,); it is marked, and joined to the tip.
             None: no such point.
-        name: Of the figure.
-
-    Returns:
-        The figure.
 
     Raises:
         InputError: Wrong shapes.
@@ -73,15 +67,7 @@ def figure_held_arm(
 
 
 def figure_drift(recordings: Mapping[str, Recording], *, name: str = "drift") -> Figure:
-    """How far positions leave their constraints, and what energy is made or lost, for several ways to hold them.
-
-    Args:
-        recordings: Of ``simulate_constrained``, by title.
-        name: Of the figure.
-
-    Returns:
-        The figure, on logarithmic scales.
-    """
+    """How far positions leave their constraints, and what energy is made or lost, for several ways to hold them."""
     with house_style(name):
         figure = Figure(figsize=(9.0, 3.1))
         left, right = figure.subplots(1, 2, sharex=True)

@@ -28,9 +28,6 @@ def figure_coupled_motors(cases: Mapping[str, tuple[Arm, Motion]]) -> Figure:
     Args:
         cases: By title: an arm whose motors are coupled, and q, qd, qdd [rad or m, and per s, s^2], (N, n) each.
 
-    Returns:
-        The figure, motor torques and speeds; dashed, the same motors and gears with one joint each.
-
     Raises:
         InputError: An arm without coupled motors that turn, wrong shapes, or a NaN or infinity.
     """

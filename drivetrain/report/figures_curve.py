@@ -21,15 +21,7 @@ OBJECTIVES = {"mass": "mass of all drives [kg]", "price": "price of all drives",
 
 
 def figure_curve(found: OptimumCurve, *, name: str = "curve") -> Figure:
-    """Objective, energy a cycle and worst utilisation of the best set over what is varied.
-
-    Args:
-        found: From ``optimum_curve``.
-        name: Of the figure.
-
-    Returns:
-        The figure; each set has a colour, and where no set fits is shaded.
-    """
+    """Objective, energy a cycle and worst utilisation of the best set over what is varied."""
     with house_style(name):
         figure = Figure(figsize=(7.6, 6.4))
         rows = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.5, 1.0, 1.0]))
@@ -47,15 +39,7 @@ def figure_curve(found: OptimumCurve, *, name: str = "curve") -> Figure:
 
 
 def colour_of(found: OptimumCurve, piece: CurvePiece) -> str:
-    """The colour of a piece's set: one a set, wherever it occurs.
-
-    Args:
-        found: The curve.
-        piece: One of its pieces.
-
-    Returns:
-        A colour.
-    """
+    """The colour of a piece's set: one a set, wherever it occurs."""
     sets = list(dict.fromkeys(tuple(one.drives.items()) for one in found.pieces if one.drives))
     return JOINT_COLOURS[sets.index(tuple(piece.drives.items())) % len(JOINT_COLOURS)]
 

@@ -23,12 +23,7 @@ def figure_flexibility(
     """Strips over time: where the tip is displaced to, what does it, lost motion, and natural frequencies.
 
     Args:
-        deflection: From ``tip_deflection``.
         vibration: From ``vibration``; None: without that strip.
-        name: Of the figure.
-
-    Returns:
-        The figure; the strip of lost motion only where a gear has play.
     """
     plays = bool(deflection.lost_motion.any())
     swings = vibration is not None and vibration.locked.shape[1] > 0

@@ -21,15 +21,7 @@ HIGHEST = 3.0  # times the best value that is drawn
 
 
 def figure_free_ratio(found: FreeRatios, *, name: str = "free-ratio") -> Figure:
-    """One panel a joint: the goal over its ratio, the others at their best.
-
-    Args:
-        found: From ``free_ratios``.
-        name: Of the figure.
-
-    Returns:
-        The figure.
-    """
+    """One panel a joint: the goal over its ratio, the others at their best."""
     count = len(found.joints)
     columns = 1 if count == 1 else 2
     rows = (count + columns - 1) // columns

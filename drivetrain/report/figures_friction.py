@@ -21,12 +21,7 @@ def figure_friction(laws: Mapping[str, Friction], *, top_speed: float, name: str
     """One small picture a law: sliding friction over speed, and the torques between which the shaft stays at rest.
 
     Args:
-        laws: By title.
         top_speed: Right end of every picture [rad/s].
-        name: Of the figure.
-
-    Returns:
-        The figure, in rows of three, torques on one scale.
     """
     columns = min(3, len(laws))
     rows = -(-len(laws) // columns)

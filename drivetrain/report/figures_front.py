@@ -31,12 +31,7 @@ def figure_front(found: Front, *, chosen: DriveSet | None = None, name: str = "f
     """The sets of the front over its first two criteria, coloured by another figure.
 
     Args:
-        found: From ``pareto_front``.
         chosen: A set to be marked, such as the one selected; None: none.
-        name: Of the figure.
-
-    Returns:
-        The figure; with three criteria or more a panel for every two of them.
     """
     with house_style(name):
         if len(found.names) > 2:
@@ -78,9 +73,6 @@ def _matrix(found: Front, chosen: DriveSet | None) -> Figure:
 
 def knee(found: Front) -> int | None:
     """The set nearest to the best of every criterion at once, each scaled to its span over the front.
-
-    Args:
-        found: From ``pareto_front``.
 
     Returns:
         Its place among the points; None where there are fewer than three sets or a single criterion.
@@ -148,12 +140,5 @@ def _panel(axes: Axes, found: Front, x: str, y: str, chosen: DriveSet | None, *,
 
 
 def unit_of(name: str) -> str:
-    """The unit of a criterion, as it is printed.
-
-    Args:
-        name: Of the criterion.
-
-    Returns:
-        Such as ``kg``; empty for a price.
-    """
+    """The unit of a criterion, as it is printed."""
     return printed_unit({"mass": "kg", "energy": "J", "utilisation": "%", "price": ""}[name])

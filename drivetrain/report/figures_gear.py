@@ -24,9 +24,6 @@ Line = tuple[str, float, str, str]  # label, value [SI], colour, dash
 def torque_lines(gear: Gear) -> list[Line]:
     """The torque limits a gear's sheet prints, smallest meaning first.
 
-    Args:
-        gear: Its sheet.
-
     Returns:
         (label, value [N m], colour, dash) of every limit that is known.
     """
@@ -41,9 +38,6 @@ def torque_lines(gear: Gear) -> list[Line]:
 
 def speed_lines(gear: Gear) -> list[Line]:
     """The input-speed limits a gear's sheet prints.
-
-    Args:
-        gear: Its sheet.
 
     Returns:
         (label, value [rad/s], colour, dash) of every limit that is known.
@@ -66,16 +60,7 @@ def _merged(lines: list[Line]) -> list[Line]:
 
 
 def gear_plane(joint: JointResult, *, parts: Sequence[slice] = (), name: str = "gear") -> str:
-    """Output torque against input speed over the cycle, and the gear's limits.
-
-    Args:
-        joint: Its result; of a direct drive nothing can be drawn.
-        parts: Samples between which the way goes, one slice each; empty: all.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element, empty when the gear prints no limit.
-    """
+    """Output torque against input speed over the cycle, and the gear's limits."""
     gear, series = joint.drive.gear, joint.series
     torques, speeds = torque_lines(gear), speed_lines(gear)
     if not torques and not speeds:

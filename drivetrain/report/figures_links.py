@@ -26,7 +26,6 @@ def figure_links(arms: Mapping[str, Arm], q: Any, *, plane: Any = PLANE_XZ) -> F
     """Arms side by side, the masses of their links drawn to scale; a link of 1 kg that is a metre wide cannot hide.
 
     Args:
-        arms: By title; all with n joints.
         q: One posture [rad or m], (n,).
         plane: Across and up in the picture, unit vectors of the base frame [-], (2, 3).
 

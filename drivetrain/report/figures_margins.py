@@ -19,16 +19,7 @@ Used = list[tuple[int, float]]  # joint number (0: the supply) and utilisation
 
 
 def margin_bars(evaluation: Evaluation, *, reserve: float, name: str = "margins") -> str:
-    """Every judged check of every joint on one axis, the tightest first.
-
-    Args:
-        evaluation: What was found.
-        reserve: Wanted below the limit, as a share.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element.
-    """
+    """Every judged check of every joint on one axis, the tightest first."""
     groups = _by_check(evaluation)
     order = sorted(groups, key=lambda check: (-max(share for _, share in groups[check]), check))
     tops = [min(max(share for _, share in groups[check]), LARGEST_DRAWN) for check in order]

@@ -42,12 +42,8 @@ def figure_velocity_accelerations(arm: Arm, q: Any, qd: Any, *, plane: Any = PLA
     """The accelerations of the tip at constant joint speeds: each joint alone, then all together with Coriolis terms.
 
     Args:
-        arm: The arm.
         q, qd: One posture and its speeds [rad or m, and per s], (n,).
         plane: Across and up in the picture, unit vectors of the base frame [-], (2, 3).
-
-    Returns:
-        Figure 8.2 for this arm, accelerations in m/s^2.
 
     Raises:
         InputError: Wrong shapes, or a NaN or infinity.
@@ -86,13 +82,8 @@ def figure_mass_ellipsoids(arm: Arm, q: Any, *, joints: Any = (0, 1), plane: Any
     """Torques for unit accelerations and accelerations by unit torques, of two joints while the others are held.
 
     Args:
-        arm: With rotors or without, of at least two joints.
         q: Postures [rad or m], (n,) or (N, n), a row of the picture each.
-        joints: The two joints.
         plane: Across and up in the picture of the arm, unit vectors of the base frame [-], (2, 3).
-
-    Returns:
-        Figure 8.3 for this arm, units as of ``torque_ellipsoid``.
 
     Raises:
         InputError: Wrong shapes, a NaN or infinity, or not two joints.
@@ -112,12 +103,8 @@ def figure_tip_mass(arm: Arm, q: Any, *, plane: Any = PLANE_XY) -> Figure:
     """Forces at the tip for unit accelerations of it and accelerations by unit forces: the effective mass.
 
     Args:
-        arm: With rotors or without.
         q: Postures [rad or m], (n,) or (N, n), a row of the picture each.
         plane: Across and up in the picture, unit vectors of the base frame [-], (2, 3); forces act in this plane.
-
-    Returns:
-        Figure 8.4 for this arm: kg and 1/kg. Crosses: a force of 1 N across, and the acceleration that it gives.
 
     Raises:
         InputError: Wrong shapes, or a NaN or infinity.
@@ -145,8 +132,6 @@ def figure_ratio_sweep(sweeps: Mapping[str, RatioSweep], arm: Arm, q: Any) -> Fi
     """How the mass matrix becomes diagonal, and the same everywhere, as the gear ratio grows.
 
     Args:
-        sweeps: By name of the arm, as from ``sweep_ratio``.
-        arm: With rotors; its torque ellipses of joints 1 and 2 are drawn at ratios 10, 100 and 1000.
         q: Its postures [rad or m], (N, n).
 
     Returns:

@@ -43,16 +43,7 @@ class Regions:
 
 
 def motor_regions(joint: JointResult, task: JointTask, study: Study) -> Regions:
-    """The motor's regions at ambient, and with the winding as hot as the task makes it.
-
-    Args:
-        joint: Its result.
-        task: Its part of the study: amplifier and mounting.
-        study: Supply and ambient.
-
-    Returns:
-        Corners of the regions.
-    """
+    """The motor's regions at ambient, and with the winding as hot as the task makes it."""
     motor, supply, cold = joint.drive.motor, study.supply.voltage, study.ambient
     winding, housing = joint.series.winding_temperature, joint.series.housing_temperature
     hot = float(winding.max()) if winding is not None else motor.max_winding_temperature
@@ -76,17 +67,7 @@ def motor_regions(joint: JointResult, task: JointTask, study: Study) -> Regions:
 
 
 def motor_plane(joint: JointResult, task: JointTask, study: Study, *, name: str = "motor") -> str:
-    """Motor torque against motor speed in four quadrants, with the gear's side on the second axes.
-
-    Args:
-        joint: Its result.
-        task: Its part of the study.
-        study: What was asked.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element.
-    """
+    """Motor torque against motor speed in four quadrants, with the gear's side on the second axes."""
     series, regions, picture = joint.series, motor_regions(joint, task, study), Picture(name, WIDTH, HEIGHT)
     half_width, half_height = view(joint, regions)
     unit = shown_unit(half_height, "N m")
@@ -119,9 +100,6 @@ def motor_plane(joint: JointResult, task: JointTask, study: Study, *, name: str 
 def outlines(regions: Regions) -> list[tuple[Array, str, float | None]]:
     """The regions in the order in which they are drawn.
 
-    Args:
-        regions: From ``motor_regions``.
-
     Returns:
         Corners (speed [rad/s], torque [N m]), colour, and opacity of the fill: None for a dashed outline.
     """
@@ -151,10 +129,6 @@ def _keys(regions: Regions, rms: tuple[float, float, str] | None) -> list[Key]:
 def view(joint: JointResult, regions: Regions) -> tuple[float, float]:
     """Half width and half height of the picture: the motion, and the region unless far larger.
 
-    Args:
-        joint: Its result.
-        regions: From ``motor_regions``.
-
     Returns:
         [rad/s] and [N m].
     """
@@ -177,9 +151,6 @@ def _speed_without_torque(corners: Array) -> float:
 
 def worst_instant(joint: JointResult) -> Check | None:
     """The check closest to its limit among those that happen at one instant (temperatures lag behind, so not they).
-
-    Args:
-        joint: Its result.
 
     Returns:
         The check; None when none was judged at an instant.

@@ -18,14 +18,7 @@ _COLOURS = {Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILL
 
 
 def overview_png(evaluation: Evaluation) -> bytes:
-    """The speed-torque planes of all joints with their clouds, drives and verdicts.
-
-    Args:
-        evaluation: What was found.
-
-    Returns:
-        A PNG file.
-    """
+    """The speed-torque planes of all joints with their clouds, drives and verdicts."""
     tasks = {task.name: task for task in evaluation.study.joints}
     joints = list(evaluation.joints.values())
     columns = min(3, len(joints))

@@ -27,15 +27,7 @@ ROOM_FOR_A_NAME = 0.26  # of the axis
 
 
 def figure_ratio(found: RatioStudy, *, name: str = "ratio") -> Figure:
-    """Marks, torque, speed, temperature and utilisation over the ratio, the feasible window shaded.
-
-    Args:
-        found: From ``ratio_study``.
-        name: Of the figure.
-
-    Returns:
-        The figure.
-    """
+    """Marks, torque, speed, temperature and utilisation over the ratio, the feasible window shaded."""
     with house_style(name):
         figure = Figure(figsize=(7.6, 10.4))
         rows = list(figure.subplots(5, 1, sharex=True, height_ratios=[1.25, 1.2, 0.8, 0.8, 1.5]))

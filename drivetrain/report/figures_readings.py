@@ -23,13 +23,8 @@ def figure_torque_from_positions(
 
     Args:
         time: [s], (N,).
-        found: Torques from smoothed readings.
-        joint: Which joint, from 0.
         differenced: Torques from the same readings differenced twice [N m], (N, n); shown on a scale of their own.
         exact: Torques of the true motion [N m], (N, n); adds a panel with the error.
-
-    Returns:
-        The figure, torques in N m.
 
     Raises:
         InputError: Wrong shapes, or no such joint.

@@ -19,15 +19,7 @@ MOST_EVENTS = 12  # more lines than these hide the curves
 
 
 def figure_recording(recording: Recording, *, name: str = "recording") -> Figure:
-    """A recording over time: one picture for each kind of quantity, joints by colour, energies together.
-
-    Args:
-        recording: Of a simulation.
-        name: Of the figure.
-
-    Returns:
-        The figure; quantities that stay zero are left out. Events are thin lines, the end of a stopped run a thick one.
-    """
+    """A recording over time: one picture for each kind of quantity, joints by colour, energies together."""
     groups = _groups(recording)
     with house_style(name):
         figure = Figure(figsize=(7.4, 0.5 + 1.55 * len(groups)))
@@ -49,16 +41,7 @@ def figure_recording(recording: Recording, *, name: str = "recording") -> Figure
 
 
 def figure_step_study(studies: Mapping[str, Sequence[StepResult]], *, unit: str = "rad", name: str = "steps") -> Figure:
-    """What methods cost and what they err: position and energy over work, and the energy error over time.
-
-    Args:
-        studies: Results of one method at several steps or tolerances, by the method's name.
-        unit: Of the positions.
-        name: Of the figure.
-
-    Returns:
-        The figure.
-    """
+    """What methods cost and what they err: position and energy over work, and the energy error over time."""
     with house_style(name):
         figure = Figure(figsize=(9.6, 3.2))
         left, middle, right = figure.subplots(1, 3)

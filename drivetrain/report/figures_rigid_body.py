@@ -24,11 +24,6 @@ def figure_free_motion(inertia: Any, motion: FreeMotion, others: Sequence[FreeMo
 
     Args:
         inertia: About the centre of mass, in the body's frame [kg m^2], (3, 3).
-        motion: Of that frame; its rates are drawn over time.
-        others: Further motions of the same body, drawn on the sphere only.
-
-    Returns:
-        The figure, rates in rad/s.
 
     Raises:
         InputError: An inertia of another shape.

@@ -44,16 +44,7 @@ class _Fell:
 
 
 def candidates(selection: Selection, *, name: str = "candidates", fallen: pd.DataFrame | None = None) -> str:
-    """One small picture a joint: every candidate that fell, by its share of the objective and its worst utilisation.
-
-    Args:
-        selection: What was found.
-        name: Of the figure on the page.
-        fallen: Its ``fallen_columns``, where they are at hand.
-
-    Returns:
-        An SVG element, empty when there was nothing to choose.
-    """
+    """One small picture a joint: every candidate that fell, by its share of the objective and its worst utilisation."""
     table = fallen_columns(selection) if fallen is None else fallen
     by_joint = _by_joint(table)
     nothing = _Fell(0, np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int8), ())
@@ -83,14 +74,7 @@ def candidates(selection: Selection, *, name: str = "candidates", fallen: pd.Dat
 
 
 def objective_label(objective: str) -> str:
-    """The axis of an objective.
-
-    Args:
-        objective: ``mass``, ``price``, ``energy`` or ``weighted``.
-
-    Returns:
-        With its unit.
-    """
+    """The axis of an objective."""
     return _SHARES[objective]
 
 

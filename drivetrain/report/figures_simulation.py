@@ -20,16 +20,7 @@ FRICTION = ("stick", "breakaway", "reversal")
 
 
 def figure_positions(recording: Recording, joints: Sequence[str], *, name: str = "positions") -> Figure:
-    """Positions and their errors.
-
-    Args:
-        recording: Of a run.
-        joints: Names.
-        name: Of the figure.
-
-    Returns:
-        The figure: positions above; how far they are from the command below, where there is one.
-    """
+    """Positions and their errors."""
     with house_style(name):
         figure = Figure(figsize=(9.2, 4.6))
         above, below = figure.subplots(2, 1, sharex=True)
@@ -55,13 +46,7 @@ def figure_electrics(
     """Current and voltage of every joint, with their limits.
 
     Args:
-        recording: Of a run.
-        joints: Names.
         limits: ``current`` [A] and ``voltage`` [V] by joint; those that are known.
-        name: Of the figure.
-
-    Returns:
-        The figure: one row a joint.
     """
     shown = [joint for joint in joints if f"{joint}.current" in recording.series]
     with house_style(name):
@@ -106,16 +91,7 @@ def _limit(axes: Axes, own: Array, shown: Array, limit: float | None, unit: str)
 
 
 def figure_heat_and_friction(recording: Recording, joints: Sequence[str], *, name: str = "heat") -> Figure:
-    """Winding temperatures, and where friction holds.
-
-    Args:
-        recording: Of a run.
-        joints: Names.
-        name: Of the figure.
-
-    Returns:
-        The figure.
-    """
+    """Winding temperatures, and where friction holds."""
     warm = {j: recording[f"{j}.winding_temperature"] for j in joints if f"{j}.winding_temperature" in recording.series}
     told = [event for event in recording.events if event.name in FRICTION]
     with house_style(name):
@@ -139,15 +115,7 @@ def figure_heat_and_friction(recording: Recording, joints: Sequence[str], *, nam
 
 
 def figure_energy(recording: Recording, *, name: str = "energy") -> Figure:
-    """Where the energy went, and how much of it is not accounted for.
-
-    Args:
-        recording: Of a run, with its energies.
-        name: Of the figure.
-
-    Returns:
-        The figure: sums over all joints; the audit below.
-    """
+    """Where the energy went, and how much of it is not accounted for."""
     sums: dict[str, Array] = {}
     for key, series in recording.series.items():
         kind = key.rpartition(".")[2]

@@ -95,17 +95,7 @@ class ElectricalLimits:
 
 
 def motion_strips(joint: JointResult, cycle: Cycle, *, prismatic: bool = False, name: str = "motion") -> str:
-    """Position, speed, gear torque and the parts of motor torque of one joint over the cycle.
-
-    Args:
-        joint: Its result.
-        cycle: For the names of the segments.
-        prismatic: Position is in metres.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element.
-    """
+    """Position, speed, gear torque and the parts of motor torque of one joint over the cycle."""
     series, gear = joint.series, joint.drive.gear
     share = series.motor_torque - series.rotor_torque - series.friction_torque
     limits = (Limit("repeated peak", gear.repeated_peak_torque), Limit("momentary", gear.momentary_torque))
@@ -125,17 +115,7 @@ def motion_strips(joint: JointResult, cycle: Cycle, *, prismatic: bool = False, 
 
 
 def electrical_strips(joint: JointResult, cycle: Cycle, *, limits: ElectricalLimits, name: str = "electrical") -> str:
-    """Current, voltage, electrical power and temperatures of one joint over the cycle, with their limits.
-
-    Args:
-        joint: Its result.
-        cycle: For the names of the segments.
-        limits: Of amplifier and supply.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element.
-    """
+    """Current, voltage, electrical power and temperatures of one joint over the cycle, with their limits."""
     series, motor = joint.series, joint.drive.motor
     currents = (Limit("motor peak", motor.peak_current), Limit("amplifier peak", limits.amplifier_peak))
     power = (

@@ -19,17 +19,7 @@ _NUMBER = re.compile(r"\s*([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)\s*(.*)$")
 
 
 def figure_sweep(results: pd.DataFrame, names: Sequence[str], label: str, *, name: str = "sweep") -> Figure:
-    """The objective at every point; where nothing fits, a cross at the foot.
-
-    Args:
-        results: From ``read_results``.
-        names: Of what was varied; the one with most values that are numbers of one unit lies along the axis.
-        label: Of the objective, with its unit.
-        name: Of the figure.
-
-    Returns:
-        The figure.
-    """
+    """The objective at every point; where nothing fits, a cross at the foot."""
     along = along_axis(results, names)
     numbers, unit = _numbers(results[along])
     others = [one for one in names if one != along]
@@ -53,16 +43,7 @@ def figure_sweep(results: pd.DataFrame, names: Sequence[str], label: str, *, nam
 
 
 def sweep_svg(results: pd.DataFrame, names: Sequence[str], label: str) -> str:
-    """The same for a page.
-
-    Args:
-        results: From ``read_results``.
-        names: Of what was varied.
-        label: Of the objective, with its unit.
-
-    Returns:
-        An SVG element; empty when no point fits or nothing varied is a number.
-    """
+    """The same for a page."""
     if not along_axis(results, names) or not results["feasible"].any():
         return ""
     figure = figure_sweep(results, names, label)
@@ -71,15 +52,7 @@ def sweep_svg(results: pd.DataFrame, names: Sequence[str], label: str) -> str:
 
 
 def along_axis(results: pd.DataFrame, names: Sequence[str]) -> str:
-    """What lies along the axis of the picture.
-
-    Args:
-        results: From ``read_results``.
-        names: Of what was varied.
-
-    Returns:
-        The name with most values among those whose values are numbers of one unit; empty when there is none.
-    """
+    """What lies along the axis of the picture."""
     fitting = {one: results[one].nunique() for one in names if not _numbers(results[one])[0].isna().any()}
     return max(fitting, key=lambda one: fitting[one], default="")
 

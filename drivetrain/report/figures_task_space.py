@@ -22,12 +22,6 @@ def figure_task_space(
 
     Args:
         path: What changes along the path, in the unit that ``label`` tells, (N,).
-        answers: Dynamics along the path by title, N samples each.
-        label: Of the path, with its unit.
-        logarithmic: Whether the path is drawn on a logarithmic scale.
-
-    Returns:
-        The figure; where any answer is damped or reduced the ground is shaded.
 
     Raises:
         InputError: The path is no list of finite numbers.

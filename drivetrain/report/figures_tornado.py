@@ -22,15 +22,7 @@ KEYS = (Key("number at its lower end", "box", Pen("none"), BLUE), Key("at its up
 
 
 def figure_tornado(tornado: Tornado, *, name: str = "tornado") -> str:
-    """The bars of one check.
-
-    Args:
-        tornado: Of the check.
-        name: Of the figure on the page.
-
-    Returns:
-        An SVG element.
-    """
+    """The bars of one check."""
     bars = tornado.bars[:MOST_BARS]
     ends = [_shown(value) for bar in bars for value in (bar.at_low, bar.at_high)] + [_shown(tornado.nominal)]
     low, high = min(ends), max(ends)
@@ -41,9 +33,7 @@ def figure_tornado(tornado: Tornado, *, name: str = "tornado") -> str:
     top = 8.0 + legend_height(KEYS, WIDTH)
     bottom = top + ROW * max(len(bars), 1)
     picture = Picture(name, WIDTH, bottom + 32.0)
-    rows = panel(
-        picture, (left, right), (top, bottom), (low - room, high + room), (max(len(bars), 1) - 0.5, -0.5)
-    )
+    rows = panel(picture, (left, right), (top, bottom), (low - room, high + room), (max(len(bars), 1) - 0.5, -0.5))
     rows.picture.box((left, right), (top, bottom), "#fff")
     if high + room > 100.0:
         rows.block((max(100.0, low - room), high + room), None, VERMILLION, 0.10)
@@ -63,14 +53,7 @@ def figure_tornado(tornado: Tornado, *, name: str = "tornado") -> str:
 
 
 def deviation_text(bar: Bar) -> str:
-    """How far a bar's number goes from its nominal value.
-
-    Args:
-        bar: Of a tornado.
-
-    Returns:
-        Such as ``5 %`` or ``0.2 kg``.
-    """
+    """How far a bar's number goes from its nominal value."""
     if bar.absolute:
         return f"{bar.high:g}\u00a0{UNITS.get(bar.source.quantity, '')}".rstrip("\u00a0")
     return f"{100.0 * bar.high:g}\u00a0%"

@@ -22,14 +22,7 @@ NO_USE = 1e6  # a ratio by formula beyond this says only that the load turns not
 
 
 def free_ratio_report(found: FreeRatios) -> str:
-    """The best ratios as a page.
-
-    Args:
-        found: From ``free_ratios``.
-
-    Returns:
-        HTML text; the same ratios give the same bytes.
-    """
+    """The best ratios as a page."""
     with house_style("free-ratio"):
         picture = svg_text(figure_free_ratio(found), f"{WORDS[found.goal]} over the ratio of every joint")
     caption = (
@@ -45,14 +38,7 @@ def free_ratio_report(found: FreeRatios) -> str:
 
 
 def free_ratio_sentence(found: FreeRatios) -> str:
-    """The answer in words.
-
-    Args:
-        found: From ``free_ratios``.
-
-    Returns:
-        The goal at the best ratios, and what every motor for itself would make of it.
-    """
+    """The answer in words."""
     value = _value(found, found.value)
     text = f"With the best ratios the {WORDS[found.goal]} of the arm is {value}"
     more = found.alone / found.value - 1.0 if found.value else math.nan
@@ -65,14 +51,7 @@ def free_ratio_sentence(found: FreeRatios) -> str:
 
 
 def free_ratio_lines(found: FreeRatios) -> list[str]:
-    """The ratios for the terminal.
-
-    Args:
-        found: From ``free_ratios``.
-
-    Returns:
-        One line a joint.
-    """
+    """The ratios for the terminal."""
     lines = []
     for one in found.joints:
         holding = [gear for gear in one.gears if gear.verdict not in ("FAIL", "NOT CHECKED")]

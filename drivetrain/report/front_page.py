@@ -25,14 +25,7 @@ COLUMNS = ("mass", "price", "energy", "utilisation")
 
 
 def front_report(found: Front) -> str:
-    """The front as a page.
-
-    Args:
-        found: From ``pareto_front``.
-
-    Returns:
-        HTML text.
-    """
+    """The front as a page."""
     return sheet(found.study, "Pareto front of whole sets of drives", [front_section(found)])
 
 
@@ -40,11 +33,7 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
     """The front as a part of a page.
 
     Args:
-        found: From ``pareto_front``.
         chosen: The set that was selected, to be marked; None: none.
-
-    Returns:
-        Words, picture and tables.
     """
     figures: tuple[tuple[str, str], ...] = ()
     if found.points:
@@ -65,14 +54,7 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
 
 
 def front_sentence(found: Front) -> str:
-    """The answer in words.
-
-    Args:
-        found: From ``pareto_front``.
-
-    Returns:
-        How many sets, their span, and how far they are proven.
-    """
+    """The answer in words."""
     if not found.points:
         return f"No set of drives holds every check ({found.proof})."
     spans = []
@@ -87,14 +69,7 @@ def front_sentence(found: Front) -> str:
 
 
 def front_lines(found: Front) -> list[str]:
-    """The sets for the terminal.
-
-    Args:
-        found: From ``pareto_front``.
-
-    Returns:
-        One line a set, of a long front the first ones.
-    """
+    """The sets for the terminal."""
     lines = [
         ", ".join(
             f"{name} {criterion_text(name, point.criteria.get(name, math.nan))}"
@@ -112,9 +87,6 @@ def front_lines(found: Front) -> list[str]:
 def front_json(found: Front) -> str:
     """The front for machines.
 
-    Args:
-        found: From ``pareto_front``.
-
     Returns:
         JSON with a ``schema_version``; SI units, null where a number is unknown or not finite.
     """
@@ -131,9 +103,6 @@ def front_json(found: Front) -> str:
 
 def front_data(found: Front) -> dict[str, Any]:
     """The front as plain data.
-
-    Args:
-        found: From ``pareto_front``.
 
     Returns:
         What ``front.json`` holds of it, and ``result.json`` under ``front``; SI units, None where not finite.
@@ -165,11 +134,7 @@ def criterion_text(name: str, value: float) -> str:
     """A criterion with its unit.
 
     Args:
-        name: Of the criterion.
         value: In SI.
-
-    Returns:
-        Such as ``5.480 kg``; a dash where it is unknown.
     """
     if name == "utilisation":
         return percent(value)
@@ -177,26 +142,12 @@ def criterion_text(name: str, value: float) -> str:
 
 
 def chance_text(chance: Chance) -> str:
-    """A counted probability with its standard error.
-
-    Args:
-        chance: As counted.
-
-    Returns:
-        Such as ``82.3 ± 0.6 %``.
-    """
+    """A counted probability with its standard error."""
     return f"{100.0 * chance.probability:.1f} ± {100.0 * chance.standard_error:.1f}\u00a0%"
 
 
 def chance_data(chance: Chance) -> dict[str, float | int]:
-    """A counted probability as plain data.
-
-    Args:
-        chance: As counted.
-
-    Returns:
-        Probability, its standard error, and how many arms were drawn.
-    """
+    """A counted probability as plain data."""
     return {
         "probability": chance.probability, "standard_error": chance.standard_error, "samples": chance.samples,
     }  # fmt: skip

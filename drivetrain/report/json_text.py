@@ -15,18 +15,12 @@ def json_text(data: Mapping[str, Any]) -> str:
 
     Args:
         data: Texts, numbers, truths, None, and lists and dictionaries of them; NaN and infinity become null.
-
-    Returns:
-        Indented, with a line end; the same data give the same bytes.
     """
     return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def plain(value: Any) -> Any:
     """A value that strict JSON can hold.
-
-    Args:
-        value: As of ``json_text``.
 
     Returns:
         The same with None for what is no finite number, and Python's numbers for numpy's.

@@ -47,26 +47,12 @@ def write_outputs(
 
 
 def currents_csv(evaluation: Evaluation) -> str:
-    """The current commands as CSV text.
-
-    Args:
-        evaluation: Of ``evaluate``.
-
-    Returns:
-        One header row with units, one row per sample and joint.
-    """
+    """The current commands as CSV text."""
     return str(current_commands(evaluation).to_csv(index=False, lineterminator="\n", float_format="%.6g"))
 
 
 def write_files(out_dir: str | Path, texts: dict[str, str]) -> dict[str, Path]:
     """Write several files so that a failure leaves the old ones as they were.
-
-    Args:
-        out_dir: Folder, made when missing.
-        texts: Content by file name.
-
-    Returns:
-        Where each file is, by name.
 
     Raises:
         InputError: The folder cannot be made or written to.

@@ -53,11 +53,7 @@ class Panel:
     # ------------------------------------------------------------ the frame
 
     def grid(self, *, across: bool = True, upright: bool = True) -> None:
-        """White ground and faint lines at the ticks.
-
-        Args:
-            across, upright: Whether lines run across and upright.
-        """
+        """White ground and faint lines at the ticks."""
         self.picture.box((self.x.start, self.x.end), (self.y.start, self.y.end), "#fff")
         for pen, xs, ys in (
             (FINE, self.x.between(), self.y.between()),
@@ -80,12 +76,7 @@ class Panel:
         self.picture.path(f"M{left} {high}V{low}H{right}", EDGE)
 
     def x_axis(self, label: str = "", *, texts: bool = True) -> None:
-        """Ticks below, with their texts and what they mean.
-
-        Args:
-            label: With its unit.
-            texts: Whether the ticks are written.
-        """
+        """Ticks below, with their texts and what they mean."""
         values, low = self.x.ticks(X_SPACING), self.y.start
         self.picture.path("".join(f"M{tenths(float(self.x.at(v)))} {tenths(low)}v30" for v in values) or "M0 0", EDGE)
         for value, text in zip(values, self.x.texts(values) if texts else (), strict=False):
@@ -97,7 +88,6 @@ class Panel:
         """Ticks at the left, with their texts and what they mean.
 
         Args:
-            label: With its unit, reading upwards.
             at: Where the label stands [points from the left]; None: beside the widest tick.
         """
         values, left = self.y.ticks(Y_SPACING), self.x.start
@@ -117,7 +107,6 @@ class Panel:
 
         Args:
             xs, ys: Values, (N,).
-            pen: How it is drawn.
         """
         self.picture.path(line_data(self.x.at(xs), self.y.at(ys)), pen, extra=self._cut)
 
@@ -127,8 +116,6 @@ class Panel:
         Args:
             xs, ys: Values of its corners, (N,).
             pen: Of its edge; None: no edge.
-            fill: Colour inside.
-            opacity: Of the fill.
         """
         data = line_data(self.x.at(xs), self.y.at(ys), closed=True)
         self.picture.path(data, pen, fill=fill, opacity=opacity, extra=self._cut)
@@ -138,8 +125,6 @@ class Panel:
 
         Args:
             xs, ys: Values at its ends, cut at the panel's; None: through the whole panel.
-            fill: Colour.
-            opacity: 1 hides what lies below.
         """
         ends = []
         for values, scale in ((xs, self.x), (ys, self.y)):
@@ -149,23 +134,13 @@ class Panel:
         self.picture.box(ends[0], ends[1], fill, opacity)
 
     def level(self, value: float, pen: Pen) -> None:
-        """A line across, where the value lies in the panel.
-
-        Args:
-            value: On the upright scale.
-            pen: How it is drawn.
-        """
+        """A line across, where the value lies in the panel."""
         if self.y.holds(value):
             y = tenths(float(self.y.at(value)))
             self.picture.path(f"M{tenths(self.x.start)} {y}H{tenths(self.x.end)}", pen)
 
     def upright(self, value: float, pen: Pen) -> None:
-        """An upright line, where the value lies in the panel.
-
-        Args:
-            value: On the scale across.
-            pen: How it is drawn.
-        """
+        """An upright line, where the value lies in the panel."""
         if self.x.holds(value):
             x = tenths(float(self.x.at(value)))
             self.picture.path(f"M{x} {tenths(self.y.start)}V{tenths(self.y.end)}", pen)
@@ -175,7 +150,6 @@ class Panel:
 
         Args:
             xs, ys: Values, (N,).
-            pen: Colour, and width of a dot.
         """
         if not len(xs):
             return
@@ -188,9 +162,6 @@ class Panel:
         """A text at a value.
 
         Args:
-            x, y: Values.
-            text: What it says.
-            font: How it is written.
             by: To the right and down from there [points].
         """
         self.picture.words(float(self.x.at(x)) + by[0], float(self.y.at(y)) + by[1], text, font)
@@ -199,10 +170,7 @@ class Panel:
         """A sign at a value.
 
         Args:
-            kind: See ``Picture.mark``.
-            x, y: Values.
             size: Width [points].
-            look: Pen and fill.
         """
         self.picture.mark(kind, float(self.x.at(x)), float(self.y.at(y)), size, look)
 
@@ -218,14 +186,8 @@ def panel(
     """A panel on a picture.
 
     Args:
-        picture: Where.
         across: Its left and right edge [points].
         upright: Its upper and lower edge [points].
-        x, y: Values at its ends.
-        logarithmic: Which of its scales are.
-
-    Returns:
-        The panel; nothing is drawn yet.
     """
     clip = picture.new_name()
     left, right, top, low = (tenths(v) for v in (*across, *upright))
@@ -243,10 +205,8 @@ def cloud(on: Panel, xs: Array, ys: Array, time: Array, *, parts: Sequence[slice
     """The motion's samples on a plane, coloured by time.
 
     Args:
-        on: Where to draw.
         xs, ys: Values, (N,).
         time: [s], (N,).
-        parts: Samples between which the way goes, one slice each; empty: all.
     """
     x, y = on.x.at(xs), on.y.at(ys)
     if len(time) <= MOST_JOINED:
@@ -267,7 +227,6 @@ def time_bar(picture: Picture, across: tuple[float, float], top: float, time: Ar
     """Which colour of a cloud is which instant.
 
     Args:
-        picture: Where to draw.
         across: Its left and right end [points].
         top: Its upper edge [points].
         time: [s], (N,).

@@ -100,14 +100,7 @@ class Picture:
         self._named = 0
 
     def svg(self, label: str) -> str:
-        """The picture as an element for a page.
-
-        Args:
-            label: What it shows, for readers who cannot see it.
-
-        Returns:
-            ``<svg ...>...</svg>`` without a size: the page decides.
-        """
+        """The picture as an element for a page."""
         head = (
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {tenths(self.width)} {tenths(self.height)}" '
             f'font-family="{escape(FONT)}" font-size="{tenths(SIZE)}" fill="{INK}" stroke-linejoin="round" '
@@ -116,11 +109,7 @@ class Picture:
         return head + "".join(self.parts) + "</svg>"
 
     def new_name(self) -> str:
-        """An identifier that no other part of the page has.
-
-        Returns:
-            The picture's name with a number.
-        """
+        """An identifier that no other part of the page has."""
         self._named += 1
         return f"{self.name}-{self._named}"
 
@@ -128,11 +117,7 @@ class Picture:
         """A path.
 
         Args:
-            data: Its commands, in tenths of a point.
             pen: Of its outline; None: no outline.
-            fill: Colour inside.
-            opacity: Of the fill.
-            extra: Further attributes, with a blank before each.
         """
         shade = f' fill-opacity="{opacity:g}"' if opacity < 1.0 and fill != "none" else ""
         self.parts.append(f'<path d="{data}" fill="{fill}"{shade}{pen_text(pen)}{extra}/>')
@@ -142,8 +127,6 @@ class Picture:
 
         Args:
             x, y: Its two ends each [points].
-            fill: Colour.
-            opacity: 1 hides what lies below.
         """
         (x0, x1), (y0, y1) = sorted(map(tenths, x)), sorted(map(tenths, y))
         shade = f' fill-opacity="{opacity:g}"' if opacity < 1.0 else ""
@@ -154,8 +137,6 @@ class Picture:
 
         Args:
             x, y: Its place [points].
-            text: What it says.
-            font: How it is written.
         """
         down = _UP[font.level] * font.size
         across, below = tenths(x + (down if font.turned else 0.0)), tenths(y + (0.0 if font.turned else down))
@@ -170,10 +151,8 @@ class Picture:
         """A small sign.
 
         Args:
-            kind: ``dot``, ``ring``, ``diamond``, ``star``, ``triangle`` or ``bar``.
             x, y: Its centre [points].
             size: Its width [points].
-            look: Pen and fill.
         """
         half = 0.5 * size
         fill = look.fill or "none"
@@ -189,10 +168,8 @@ class Picture:
         """A legend in rows from left to right, centred.
 
         Args:
-            keys: Its entries.
             y: Of its first row [points].
             across: Where it may stand [points].
-            columns: Entries in a row, aligned; 0: as many as fit, one after the other.
         """
         widths = [_KEY_SIGN + text_width(key.text, SMALL) + _KEY_GAP for key in keys]
         for number, row in enumerate(_rows_of(widths, across[1] - across[0], columns)):
@@ -227,9 +204,7 @@ def legend_height(keys: Sequence[Key], width: float, columns: int = 0) -> float:
     """How high a legend is.
 
     Args:
-        keys: Its entries.
         width: Room for a row [points].
-        columns: Entries in a row; 0: as many as fit.
 
     Returns:
         [points].
@@ -272,9 +247,6 @@ def tenths(length: float) -> int:
 
     Args:
         length: [points].
-
-    Returns:
-        Whole tenths of a point.
     """
     return round(length * _TENTHS)
 
@@ -284,9 +256,6 @@ def pen_text(pen: Pen | None) -> str:
 
     Args:
         pen: None: no line.
-
-    Returns:
-        With a blank before each.
     """
     if pen is None or pen.colour == "none":
         return ""
@@ -301,10 +270,6 @@ def line_data(x: Any, y: Any, *, closed: bool = False) -> str:
 
     Args:
         x, y: Places [points], (N,).
-        closed: Back to the first one.
-
-    Returns:
-        Commands in tenths of a point, each point told from the one before.
     """
     points = np.rint(_TENTHS * np.column_stack([x, y])).astype(np.int64)
     points = points[np.append(True, (points[1:] != points[:-1]).any(axis=1))]
@@ -328,9 +293,6 @@ def dot_data(x: Array, y: Array) -> str:
 
     Args:
         x, y: Places [points], (N,).
-
-    Returns:
-        Commands in tenths of a point.
     """
     points = np.rint(_TENTHS * np.column_stack([x, y])).astype(np.int64)
     steps = np.diff(points, axis=0, prepend=np.zeros((1, 2), dtype=np.int64))

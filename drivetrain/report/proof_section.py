@@ -24,14 +24,7 @@ WORK = {
 
 
 def proof_section(selection: Selection) -> Section:
-    """The proof of a selection.
-
-    Args:
-        selection: What was found.
-
-    Returns:
-        A part of the report.
-    """
+    """The proof of a selection."""
     proven = selection.state is None or selection.proof.startswith("optimal")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
     facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))

@@ -23,9 +23,6 @@ def shown_unit(largest: float | None, unit: str) -> str:
     Args:
         largest: Of the values that share the unit, in ``unit``; None or NaN when unknown.
         unit: Their SI unit (``C``, ``h`` and the pure number ``1`` stay).
-
-    Returns:
-        Such as ``rpm`` for rad/s or ``mN m`` for a small N m.
     """
     if unit in ("", "1", "C", "degC", "h"):
         return unit
@@ -38,12 +35,7 @@ def convert(values: Any, unit: str, shown: str) -> Array:
     """SI values in the unit shown.
 
     Args:
-        values: In ``unit``, any shape.
         unit: Their SI unit.
-        shown: From ``shown_unit``.
-
-    Returns:
-        The values in ``shown``.
     """
     return np.asarray(values, dtype=np.float64) if unit == shown else from_si(values, unit, shown)
 
@@ -54,10 +46,6 @@ def scaled(values: Array, unit: str, *others: float | None) -> tuple[Array, str]
     Args:
         values: In ``unit``, (N,).
         unit: Its SI unit.
-        others: Values that share the axis, such as limits, in ``unit``.
-
-    Returns:
-        The values and the shown unit (see ``printed_unit`` for how it is spelt).
     """
     finite = np.abs(values[np.isfinite(values)])
     known = [abs(other) for other in others if other is not None and math.isfinite(other)]
@@ -67,14 +55,7 @@ def scaled(values: Array, unit: str, *others: float | None) -> tuple[Array, str]
 
 
 def printed_unit(unit: str) -> str:
-    """A unit as it is printed.
-
-    Args:
-        unit: Plain text, such as ``kg m^2`` or ``C``.
-
-    Returns:
-        Such as ``kg m²`` or ``°C``; empty for a pure number.
-    """
+    """A unit as it is printed."""
     return _PRINTED.get(unit, unit).replace("ohm", "Ω").replace("^2", "²")
 
 
@@ -83,10 +64,6 @@ def number(value: float | None, digits: int = 3) -> str:
 
     Args:
         value: Any; None and NaN give a dash.
-        digits: Significant digits.
-
-    Returns:
-        Such as ``12.5``, ``1 250``, ``0.034``, ``2.10e−7``, ``∞``; a thin space groups thousands.
     """
     if value is None or math.isnan(value):
         return DASH
@@ -107,10 +84,6 @@ def with_unit(value: float | None, unit: str, *, shown: str = "") -> str:
     Args:
         value: In ``unit``; None gives a dash.
         unit: Its SI unit.
-        shown: The unit to print; chosen when empty.
-
-    Returns:
-        Such as ``2 300 rpm``.
     """
     if value is None or math.isnan(value):
         return DASH
@@ -123,9 +96,6 @@ def percent(share: float | None) -> str:
 
     Args:
         share: 1 is the limit; None gives a dash.
-
-    Returns:
-        Such as ``87 %``; one decimal between 99 and 101 %, where the verdict turns.
     """
     if share is None or math.isnan(share):
         return DASH
@@ -142,9 +112,6 @@ def axis_name(direction: Array) -> str:
 
     Args:
         direction: Unit vector in the base frame [-], (3,).
-
-    Returns:
-        x, y or z where it is one of the base's axes, else its numbers.
     """
     for name, axis in zip("xyz", np.eye(3), strict=True):
         if np.abs(direction - axis).max() < 1e-9:

@@ -16,9 +16,6 @@ SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new
 def ratio_json(studies: Sequence[RatioStudy]) -> str:
     """The ratio studies of one task as JSON text.
 
-    Args:
-        studies: One a joint, from ``ratio_study`` or ``ratio_studies``.
-
     Returns:
         JSON with a ``schema_version``; numbers in SI, temperatures in degrees Celsius, null where a number is unknown
         or not finite; the same studies give the same bytes.

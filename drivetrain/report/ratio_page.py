@@ -24,12 +24,6 @@ HERE = Path(__file__).parent
 def ratio_report(studies: Sequence[RatioStudy]) -> str:
     """The ratio studies of one task as one page that needs nothing from outside.
 
-    Args:
-        studies: One a joint, from ``ratio_study`` or ``ratio_studies``.
-
-    Returns:
-        HTML text; the same studies give the same bytes.
-
     Raises:
         InputError: No study.
     """
@@ -75,14 +69,7 @@ class RatioRow:
 
 
 def ratio_rows(found: RatioStudy) -> list[RatioRow]:
-    """What a table of ratio studies holds of one joint.
-
-    Args:
-        found: From ``ratio_study``.
-
-    Returns:
-        One row a window.
-    """
+    """What a table of ratio studies holds of one joint."""
     nothing = RatioWindow(math.nan, math.nan, found.best.binding, found.best.binding)
     return [
         RatioRow(
@@ -96,14 +83,7 @@ def ratio_rows(found: RatioStudy) -> list[RatioRow]:
 
 
 def ratio_sentence(found: RatioStudy) -> str:
-    """The answer for one joint.
-
-    Args:
-        found: From ``ratio_study``.
-
-    Returns:
-        One sentence.
-    """
+    """The answer for one joint."""
     drive = f"{found.motor} behind {found.gear or 'an ideal gear'}"
     if not found.windows:
         return (

@@ -29,12 +29,6 @@ def result_json(
 ) -> str:
     """An evaluation or a selection as JSON text.
 
-    Args:
-        result: Of ``evaluate`` or ``select``.
-        fallen: Its ``fallen_columns``, where they are at hand.
-        spread: What the scatter of its numbers means, where the study states tolerances.
-        extra: Keys that were asked for beside.
-
     Returns:
         JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same result
         gives the same bytes.
@@ -48,15 +42,7 @@ def result_json(
 
 
 def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> dict[str, Any]:
-    """An evaluation or a selection as plain data.
-
-    Args:
-        result: Of ``evaluate`` or ``select``.
-        fallen: Its ``fallen_columns``, where they are at hand.
-
-    Returns:
-        What ``result.json`` holds: joints in the arm's order, checks in their fixed order.
-    """
+    """An evaluation or a selection as plain data."""
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
     study = evaluation.study
@@ -69,7 +55,9 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
         "verdict": str(result.verdict),
         "feasible": result.feasible,
         "objective": {
-            "name": study.objective, "value": _finite(result.objective), "unit": _objective_unit(evaluation),
+            "name": study.objective,
+            "value": _finite(result.objective),
+            "unit": _objective_unit(evaluation),
             "remark": "; ".join(uncounted(evaluation)),
         },
         "criteria": {name: _finite(value) for name, value in sorted(evaluation.criteria.items())},

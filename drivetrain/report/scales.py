@@ -25,9 +25,7 @@ def text_width(text: str, size: float, *, bold: bool = False) -> float:
     """About how wide a text is.
 
     Args:
-        text: One line.
         size: Of the font [points].
-        bold: In bold letters.
 
     Returns:
         [points]; rather too wide than too narrow.
@@ -54,9 +52,6 @@ class Scale:
     def at(self, values: Any) -> Array:
         """Where values stand.
 
-        Args:
-            values: Any shape.
-
         Returns:
             Places [points], same shape.
         """
@@ -68,14 +63,7 @@ class Scale:
         return np.asarray(self.start + share * (self.end - self.start))
 
     def holds(self, value: float) -> bool:
-        """Whether a value lies between the ends.
-
-        Args:
-            value: Any.
-
-        Returns:
-            True on the ends as well; the scale may fall.
-        """
+        """Whether a value lies between the ends."""
         return min(self.low, self.high) <= value <= max(self.low, self.high)
 
     def ticks(self, spacing: float) -> list[float]:
@@ -83,9 +71,6 @@ class Scale:
 
         Args:
             spacing: About how far two should be apart, at least [points].
-
-        Returns:
-            Rising values within the scale.
         """
         if self.logarithmic:
             every = math.ceil(spacing / self._decade)
@@ -99,24 +84,13 @@ class Scale:
         return [round((first + i) * step, 12) + 0.0 for i in range(max(count, 0))]
 
     def between(self) -> list[float]:
-        """Values for fine lines between the ticks of a logarithmic scale.
-
-        Returns:
-            Rising values; none on a plain scale.
-        """
+        """Values for fine lines between the ticks of a logarithmic scale."""
         if not self.logarithmic or self._decade < _WIDE:
             return []
         return [v for v in self._decades((2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)) if self._inside(v)]
 
     def texts(self, values: list[float]) -> list[str]:
-        """Ticks as texts, with equally many decimals on a plain scale, with as many as it takes on a logarithmic one.
-
-        Args:
-            values: From ``ticks``.
-
-        Returns:
-            One text each.
-        """
+        """Ticks as texts, with equally many decimals on a plain scale, with as many as it takes on a log scale."""
         return [tick_texts([value])[0] for value in values] if self.logarithmic else tick_texts(values)
 
     @property
@@ -133,14 +107,7 @@ class Scale:
 
 
 def round_step(wanted: float) -> float:
-    """The next 1, 2, 2.5 or 5 times a power of ten.
-
-    Args:
-        wanted: Smallest step.
-
-    Returns:
-        The step; 0 for 0.
-    """
+    """The next 1, 2, 2.5 or 5 times a power of ten."""
     if wanted <= 0.0 or not math.isfinite(wanted):
         return 0.0
     power = 10.0 ** math.floor(math.log10(wanted))
@@ -148,14 +115,7 @@ def round_step(wanted: float) -> float:
 
 
 def tick_texts(values: list[float]) -> list[str]:
-    """Ticks as texts with equally many decimals.
-
-    Args:
-        values: From ``Scale.ticks``.
-
-    Returns:
-        One text each; five digits and more in groups.
-    """
+    """Ticks as texts with equally many decimals."""
     decimals = max((_decimals(value) for value in values), default=0)
     grouped = max((abs(value) for value in values), default=0.0) >= 1e4
     texts = [f"{value:,.{decimals}f}" if grouped else f"{value:.{decimals}f}" for value in values]
@@ -168,15 +128,7 @@ def _decimals(value: float) -> int:
 
 
 def padded(values: Array, share: float = 0.05) -> tuple[float, float]:
-    """Ends of a scale with some room beyond the smallest and largest value.
-
-    Args:
-        values: All that is drawn, any shape.
-        share: Room at each end, of the range.
-
-    Returns:
-        Smallest and largest value of the scale.
-    """
+    """Ends of a scale with some room beyond the smallest and largest value."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     room = share * (high - low)

@@ -77,13 +77,6 @@ class Extra:
 
 
 def with_markup(section: Section) -> dict[str, object]:
-    """A section for a template, its pictures marked as safe.
-
-    Args:
-        section: Of a page.
-
-    Returns:
-        Its fields by name.
-    """
+    """A section for a template, its pictures marked as safe."""
     shown = {name: getattr(section, name) for name in section.__dataclass_fields__}
     return shown | {"figures": [(Markup(figure), caption) for figure, caption in section.figures]}

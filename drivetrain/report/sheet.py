@@ -17,16 +17,7 @@ HERE = Path(__file__).parent
 
 
 def sheet(study: Study, kind: str, sections: Sequence[Section]) -> str:
-    """One answer as one page that needs nothing from outside.
-
-    Args:
-        study: Whose name, description and digest the page bears.
-        kind: What kind of page, above the title.
-        sections: Its content.
-
-    Returns:
-        HTML text; the same answer gives the same bytes.
-    """
+    """One answer as one page that needs nothing from outside."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(HERE), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,

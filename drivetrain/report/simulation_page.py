@@ -51,27 +51,13 @@ class SimulationFound:
 
 
 def simulation_report(found: SimulationFound) -> str:
-    """The page.
-
-    Args:
-        found: The run.
-
-    Returns:
-        HTML text.
-    """
+    """The page."""
     sections = [_run(found), _plan(found), bode_section(found.evaluation, found.current_bandwidth)]
     return sheet(found.evaluation.study, "What happens when it runs", sections)
 
 
 def simulation_lines(found: SimulationFound) -> list[str]:
-    """The run, for the terminal.
-
-    Args:
-        found: The run.
-
-    Returns:
-        Lines.
-    """
+    """The run, for the terminal."""
     recording, told = found.recording, found.decision
     work = ", ".join(f"{count} {name}" for name, count in recording.counters.items())
     lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]

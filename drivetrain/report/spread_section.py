@@ -43,9 +43,6 @@ def spread_frame(found: Spread | None) -> dict[str, Any]:
 
     Args:
         found: Of ``spread``; None where nothing scatters.
-
-    Returns:
-        Names of the template.
     """
     if found is None:
         return {"spread": None}
@@ -68,14 +65,7 @@ def spread_frame(found: Spread | None) -> dict[str, Any]:
 
 
 def chance_sentence(told: Robustness) -> str:
-    """The probability of the whole set in words.
-
-    Args:
-        told: Of ``robustness``.
-
-    Returns:
-        One sentence.
-    """
+    """The probability of the whole set in words."""
     lacking = ", ".join(dict.fromkeys(check.name for check in told.evaluation.lacking))
     if lacking:
         return f"That all checks hold is proven in no arm: data are missing to check {lacking}."
@@ -92,14 +82,7 @@ def _grouped(count: int) -> str:
 
 
 def law_lines(study: Study) -> list[str]:
-    """What scatters, by which law.
-
-    Args:
-        study: Its tolerances.
-
-    Returns:
-        One line each.
-    """
+    """What scatters, by which law."""
     lines = []
     for name in study.tolerances.given:
         one = getattr(study.tolerances, name)
@@ -111,14 +94,7 @@ def law_lines(study: Study) -> list[str]:
 
 
 def chance_rows(told: Robustness) -> list[ChanceRow]:
-    """The whole set, every joint, and every check that does not hold for certain; least probable first.
-
-    Args:
-        told: Of ``robustness``.
-
-    Returns:
-        Rows of a table.
-    """
+    """The whole set, every joint, and every check that does not hold for certain; least probable first."""
     rows = [_row("all together", "", told.whole)]
     rows += sorted((_row(name, "all checks", one) for name, one in told.joints.items()), key=lambda row: row.share)
     single = [
@@ -129,14 +105,7 @@ def chance_rows(told: Robustness) -> list[ChanceRow]:
 
 
 def spread_lines(found: Spread) -> list[str]:
-    """What the terminal tells.
-
-    Args:
-        found: Of ``spread``.
-
-    Returns:
-        A few lines.
-    """
+    """What the terminal tells."""
     lines = [chance_sentence(found.robustness)]
     weak = [row for row in chance_rows(found.robustness) if row.check not in ("", "all checks")][:3]
     lines += [f"{row.place}: {row.check} holds in {row.probability}" for row in weak]
@@ -148,14 +117,7 @@ def spread_lines(found: Spread) -> list[str]:
 
 
 def spread_data(found: Spread) -> dict[str, Any]:
-    """What ``result.json`` holds of it.
-
-    Args:
-        found: Of ``spread``.
-
-    Returns:
-        Probabilities with their errors, and the bars of the tornadoes.
-    """
+    """What ``result.json`` holds of it."""
     told, choice = found.robustness, found.choice
     data: dict[str, Any] = {
         "samples": told.samples,

@@ -59,11 +59,7 @@ _LOOK: dict[str, Any] = {
 
 @contextmanager
 def house_style(name: str) -> Iterator[None]:
-    """The look of all figures, whatever the user's own settings are; figures are made and written inside.
-
-    Args:
-        name: Of the figure; it salts the identifiers in the SVG so that two figures on a page do not clash.
-    """
+    """The look of all figures, whatever the user's own settings are; figures are made and written inside."""
     defaults = {key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith("backend")}
     look = cast(Any, {**_LOOK, "svg.hashsalt": name})
     with mpl.rc_context(defaults), mpl.rc_context(look):
@@ -71,15 +67,7 @@ def house_style(name: str) -> Iterator[None]:
 
 
 def svg_text(figure: Figure, label: str) -> str:
-    """A figure as an SVG element for a page; call it inside ``house_style``.
-
-    Args:
-        figure: What to write.
-        label: What the picture shows, for readers who cannot see it.
-
-    Returns:
-        ``<svg ...>...</svg>`` without size (the page decides), clock or file names.
-    """
+    """A figure as an SVG element for a page; call it inside ``house_style``."""
     out = io.StringIO()
     figure.savefig(out, format="svg", dpi=150, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = out.getvalue()
@@ -90,14 +78,7 @@ def svg_text(figure: Figure, label: str) -> str:
 
 
 def share_glyphs(page: str) -> str:
-    """A page on which every letter shape is defined once, by the first picture that needs it, and used by all.
-
-    Args:
-        page: HTML with pictures from ``svg_text``.
-
-    Returns:
-        The page, a quarter smaller.
-    """
+    """A page on which every letter shape is defined once, by the first picture that needs it, and used by all."""
     seen: set[str] = set()
 
     def first_only(found: re.Match[str]) -> str:
@@ -126,15 +107,7 @@ def _lean(text: str) -> str:
 
 
 def png_bytes(figure: Figure, dpi: float = 150) -> bytes:
-    """A figure as a PNG file on white; call it inside ``house_style``.
-
-    Args:
-        figure: What to write.
-        dpi: Pixels an inch.
-
-    Returns:
-        The file's bytes.
-    """
+    """A figure as a PNG file on white; call it inside ``house_style``."""
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=dpi, facecolor="white", metadata={"Software": None})
     return out.getvalue()

@@ -20,16 +20,7 @@ _CSS = {"PASS": "pass", "MARGINAL": "marginal", "FAIL": "fail"}
 
 
 def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> str:
-    """The results of a sweep as one page that needs nothing from outside.
-
-    Args:
-        study: As its file stands, nothing varied.
-        results: From ``read_results``.
-        names: Of what was varied.
-
-    Returns:
-        HTML text.
-    """
+    """The results of a sweep as one page that needs nothing from outside."""
     label = LABELS.get(study.objective, "objective")
     picture = sweep_svg(results, names, label)
     fits = int(results["feasible"].sum())

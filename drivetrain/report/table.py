@@ -20,14 +20,7 @@ STYLES = {
 
 
 def verdict_table(evaluation: Evaluation) -> Table:
-    """One line a joint: its drive, how much of it is used, the verdict and what limits it.
-
-    Args:
-        evaluation: What was found.
-
-    Returns:
-        A table for a rich console.
-    """
+    """One line a joint: its drive, how much of it is used, the verdict and what limits it."""
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     table.add_column("joint", no_wrap=True)
     table.add_column("motor", overflow="fold")
@@ -70,14 +63,7 @@ def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
 
 
 def verdict_lines(result: Evaluation | Selection) -> list[Text]:
-    """What stands under the table: the verdict in words, the objective, how sure the choice is, what would mend it.
-
-    Args:
-        result: Of ``evaluate`` or ``select``.
-
-    Returns:
-        Lines for a rich console.
-    """
+    """What stands under the table: the verdict in words, the objective, how sure the choice is, what would mend it."""
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
     lines = [

@@ -18,14 +18,7 @@ WIDTH_WITHOUT_TERMINAL = 160  # columns when the output is piped: no line is cut
 
 
 def console(*, errors: bool = False) -> Console:
-    """The terminal, or the pipe without colours.
-
-    Args:
-        errors: Standard error instead of standard output.
-
-    Returns:
-        A rich console that takes no markup from data.
-    """
+    """The terminal, or the pipe without colours."""
     found = Console(stderr=errors, highlight=False, markup=False, emoji=False)
     if not found.is_terminal:
         found = Console(stderr=errors, highlight=False, markup=False, emoji=False, width=WIDTH_WITHOUT_TERMINAL)
@@ -33,14 +26,7 @@ def console(*, errors: bool = False) -> Console:
 
 
 def fault_lines(error: DrivetrainError) -> list[Text]:
-    """Wrong input as a list: file, place, value, what is allowed, the mend.
-
-    Args:
-        error: Of any kind this package raises.
-
-    Returns:
-        A heading and one or more lines a fault.
-    """
+    """Wrong input as a list: file, place, value, what is allowed, the mend."""
     if not isinstance(error, InputError):
         return [Text.assemble(("error ", "bold red"), str(error))]
     count = len(error.faults)
@@ -62,14 +48,7 @@ def _fault_lines(fault: Fault) -> list[Text]:
 
 
 def lint_table(found: Sequence[LintFault]) -> Table:
-    """The findings of a catalogue, printed against predicted.
-
-    Args:
-        found: From ``lint``.
-
-    Returns:
-        A table for a rich console.
-    """
+    """The findings of a catalogue, printed against predicted."""
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     for heading in ("file", "row", "key", "column", "", "problem", "printed", "predicted"):
         table.add_column(
@@ -93,10 +72,6 @@ def _value(value: object) -> str:
 @contextmanager
 def progress(to: Console, text: str) -> Iterator[Callable[[int, int, str], None]]:
     """A bar while something long is done; nothing when the output is no terminal.
-
-    Args:
-        to: Where to show it.
-        text: What is being done.
 
     Yields:
         A function to call with (done, of how many, what is being done).

@@ -13,10 +13,6 @@ def thinned(values: Array, buckets: int = 300) -> NDArray[np.intp]:
 
     Args:
         values: The curve, (N,).
-        buckets: How many pieces the curve is cut into.
-
-    Returns:
-        Indices in rising order, integers; all of them when the curve is short.
     """
     n = len(values)
     if n <= 3 * buckets:
@@ -29,15 +25,7 @@ def thinned(values: Array, buckets: int = 300) -> NDArray[np.intp]:
 
 
 def spread(positions: list[float], gap: float) -> list[float]:
-    """Label positions pushed apart so that none overlap, each as near as may be to its own.
-
-    Args:
-        positions: Where the labels want to be, in any order and unit.
-        gap: Smallest distance between two, same unit.
-
-    Returns:
-        The new positions in the same order.
-    """
+    """Label positions pushed apart so that none overlap, each as near as may be to its own."""
     order = sorted(range(len(positions)), key=lambda i: positions[i])
     placed = [positions[i] for i in order]
     for _ in range(50):
@@ -58,10 +46,6 @@ def told_apart(x: Array, y: Array, group: NDArray[np.intp], cell: float) -> NDAr
     Args:
         x, y: Where they stand, (N,).
         group: Of each, such as its colour; integers from 0, (N,).
-        cell: Width and height of a cell, in the unit of x and y.
-
-    Returns:
-        Indices in rising order, integers.
     """
     if not len(x):
         return np.arange(0)

@@ -16,15 +16,7 @@ EQUAL = 1e-9  # sums in another order
 
 
 def trade_off_extra(found: TradeOffsFound, selection: Selection) -> Extra:
-    """Sections and data for the report of a selection.
-
-    Args:
-        found: From ``trade_offs``.
-        selection: Of the same study.
-
-    Returns:
-        Keys ``front`` and ``curves``, each where it was asked for.
-    """
+    """Sections and data for the report of a selection."""
     sections: list[Section] = []
     data: dict[str, object] = {}
     if found.front is not None:
@@ -64,13 +56,6 @@ def _lean(sections: list[Section]) -> tuple[Section, ...]:
 
 
 def trade_off_lines(found: TradeOffsFound) -> list[str]:
-    """What the terminal tells.
-
-    Args:
-        found: From ``trade_offs``.
-
-    Returns:
-        A sentence for the front, and one for every curve.
-    """
+    """What the terminal tells."""
     front = [] if found.front is None else [f"front: {front_sentence(found.front)}"]
     return front + [f"over the {curve.vary.replace('_', ' ')}: {curve_sentence(curve)}" for curve in found.curves]

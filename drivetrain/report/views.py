@@ -100,28 +100,12 @@ class Part:
 
 
 def anchor(text: str) -> str:
-    """A name that can stand in a link.
-
-    Args:
-        text: Such as a joint's name.
-
-    Returns:
-        Letters, digits and hyphens.
-    """
+    """A name that can stand in a link."""
     return "joint-" + re.sub(r"[^A-Za-z0-9]+", "-", text).strip("-")
 
 
 def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
-    """A check as texts.
-
-    Args:
-        joint: Its name, or ``supply``.
-        check: What was found.
-        rows: Sources of the catalogue rows used; they stand there in full and are cut out here.
-
-    Returns:
-        The row.
-    """
+    """A check as texts."""
     shown = common_unit(check)
 
     def text(value: float | None) -> str:
@@ -159,14 +143,7 @@ def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
 
 
 def check_rows(evaluation: Evaluation) -> list[CheckRow]:
-    """Every check of every joint and of the supply, in the arm's order.
-
-    Args:
-        evaluation: What was found.
-
-    Returns:
-        The rows of the utilisation table.
-    """
+    """Every check of every joint and of the supply, in the arm's order."""
     rows = []
     for joint in evaluation.joints.values():
         sources = (joint.drive.motor.source, joint.drive.gear.source)
@@ -175,14 +152,7 @@ def check_rows(evaluation: Evaluation) -> list[CheckRow]:
 
 
 def joint_card(joint: JointResult) -> JointCard:
-    """A joint's verdict as texts.
-
-    Args:
-        joint: Its result.
-
-    Returns:
-        The card.
-    """
+    """A joint's verdict as texts."""
     share = 0.0 if joint.binding is None else joint.binding.utilisation or 0.0
     return JointCard(
         joint.name,
@@ -201,9 +171,6 @@ def joint_card(joint: JointResult) -> JointCard:
 def matrix(evaluation: Evaluation) -> list[tuple[str, list[CheckRow | None]]]:
     """Check names against joints: one coloured cell each.
 
-    Args:
-        evaluation: What was found.
-
     Returns:
         (check name, one row a joint or None), checks in the order in which the joints list them.
     """
@@ -215,14 +182,7 @@ def matrix(evaluation: Evaluation) -> list[tuple[str, list[CheckRow | None]]]:
 
 
 def part(record: Motor | Gear) -> Part:
-    """A catalogue row: every known number in SI.
-
-    Args:
-        record: As the catalogue gives it.
-
-    Returns:
-        Its cells and what is missing.
-    """
+    """A catalogue row: every known number in SI."""
     columns = {column.name: column for column in (MOTOR_COLUMNS if isinstance(record, Motor) else GEAR_COLUMNS)}
     skipped = {"key", "maker", "series", "part_number", "source"}
     known, missing = [], []
@@ -240,15 +200,7 @@ def part(record: Motor | Gear) -> Part:
 
 
 def used_rows(joint: JointResult, study: Study) -> list[Part]:
-    """The catalogue rows of a joint's drive, as the catalogue gives them.
-
-    Args:
-        joint: Its result.
-        study: With the catalogue.
-
-    Returns:
-        The motor, and the gear unless it is a direct drive.
-    """
+    """The catalogue rows of a joint's drive, as the catalogue gives them."""
     motor = study.catalog.motors.get(joint.motor, joint.drive.motor)
     gear = study.catalog.gears.get(joint.gear, joint.drive.gear)
     return [part(motor), *([part(gear)] if joint.gear else [])]
@@ -256,9 +208,6 @@ def used_rows(joint: JointResult, study: Study) -> list[Part]:
 
 def passed_over(tasks: tuple[JointTask, ...]) -> list[tuple[str, str]]:
     """What the rules of the study put aside; joints with the same rules in one line.
-
-    Args:
-        tasks: The joints of the study.
 
     Returns:
         (joints, what was put aside).
@@ -304,14 +253,7 @@ class FallenRow:
 
 
 def fallen_row(fallen: Fallen) -> FallenRow:
-    """A fallen candidate as texts.
-
-    Args:
-        fallen: What fell.
-
-    Returns:
-        The row.
-    """
+    """A fallen candidate as texts."""
     check = Check("", fallen.required, fallen.available, fallen.unit, None, Verdict.FAIL)
     shown = common_unit(check)
     required, available = (
@@ -337,10 +279,6 @@ def fallen_counts(
 
     Args:
         counts: By (joint, check).
-        joints: In the arm's order.
-
-    Returns:
-        Check names, most felling first; and per joint its name, its total and its counts in that order.
     """
     totals: Counter[str] = Counter()
     for (_, check), count in counts.items():
@@ -354,15 +292,7 @@ def fallen_counts(
 
 
 def nearest_misses(fallen: pd.DataFrame, joint: str) -> list[FallenRow]:
-    """The candidates of a joint that failed by the least.
-
-    Args:
-        fallen: All that fell, from ``fallen_columns``.
-        joint: Its name.
-
-    Returns:
-        A few rows, the nearest first.
-    """
+    """The candidates of a joint that failed by the least."""
     fell = fallen[fallen["joint"] == joint]
     used = fell["utilisation"].to_numpy(dtype=float)
     if len(used) > MOST_SHOWN:

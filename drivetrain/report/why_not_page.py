@@ -20,27 +20,12 @@ UNITS = {"mass": " kg", "price": "", "energy": " J", "weighted": ""}
 
 
 def why_not_report(found: WhyNot) -> str:
-    """The answer as a page.
-
-    Args:
-        found: From ``why_not``.
-
-    Returns:
-        HTML text.
-    """
+    """The answer as a page."""
     return sheet(found.study, "Why not this part?", [_section(found, one) for one in found.answers])
 
 
 def why_not_lines(found: WhyNot, answer: PairAnswer) -> list[str]:
-    """The answer for one joint in sentences.
-
-    Args:
-        found: From ``why_not``.
-        answer: One of its answers.
-
-    Returns:
-        The standing first, then rules, the check, the changes, and the best set with it.
-    """
+    """The answer for one joint in sentences."""
     lines = [_standing(found, answer)]
     lines += [f"May not be chosen: {words}." for words in answer.passed_over]
     if answer.lacking:
@@ -54,14 +39,7 @@ def why_not_lines(found: WhyNot, answer: PairAnswer) -> list[str]:
 
 
 def change_sentence(change: SmallestChange) -> str:
-    """One kind of change in words.
-
-    Args:
-        change: From ``smallest_changes``.
-
-    Returns:
-        One or two sentences.
-    """
+    """One kind of change in words."""
     gear = "" if change.gear is None else _gear(change)
     before = with_unit(change.before, change.unit)
     if change.after is None:

@@ -33,14 +33,7 @@ MODEL_LIMITS = (
 
 
 def check_sentence(check: Check) -> str:
-    """A judged check in words.
-
-    Args:
-        check: With or without numbers.
-
-    Returns:
-        Such as ``winding temperature 163 °C at t = 412 s, limit 155 °C (105 %)``.
-    """
+    """A judged check in words."""
     if check.utilisation is None:
         return f"{check.name}: not checked"
     shown = common_unit(check)
@@ -59,52 +52,24 @@ def check_sentence(check: Check) -> str:
 
 
 def common_unit(check: Check) -> str:
-    """The unit in which both numbers of a check are shown.
-
-    Args:
-        check: Its numbers may be unknown.
-
-    Returns:
-        A unit text for ``convert``.
-    """
+    """The unit in which both numbers of a check are shown."""
     known = [abs(value) for value in (check.required, check.available) if value is not None]
     return shown_unit(max(known) if known else None, check.unit)
 
 
 def digits_near_limit(utilisation: float | None) -> int:
-    """How many digits tell the two numbers of a check apart.
-
-    Args:
-        utilisation: 1 is the limit.
-
-    Returns:
-        Three, and five where both numbers are within a hundredth of each other.
-    """
+    """How many digits tell the two numbers of a check apart."""
     return 5 if utilisation is not None and 0.99 < utilisation < 1.01 else 3
 
 
 def nearness(check: Check | None) -> str:
-    """What the check with the highest utilisation is.
-
-    Args:
-        check: The binding one, if any.
-
-    Returns:
-        Words that stand before its name.
-    """
+    """What the check with the highest utilisation is."""
     over = check is not None and check.utilisation is not None and not check.utilisation <= 1.0
     return "furthest over its limit" if over else "closest to a limit"
 
 
 def no_temperature(joint: JointResult) -> str:
-    """Why a joint has no winding temperature.
-
-    Args:
-        joint: Its result.
-
-    Returns:
-        A few words.
-    """
+    """Why a joint has no winding temperature."""
     check = next((check for check in joint.checks if check.name == "winding temperature"), None)
     if check is not None and check.utilisation is not None:
         return "no steady temperature: it runs away"
@@ -112,14 +77,7 @@ def no_temperature(joint: JointResult) -> str:
 
 
 def joint_sentence(joint: JointResult) -> str:
-    """What limits a joint.
-
-    Args:
-        joint: Its result.
-
-    Returns:
-        One sentence without the joint's name.
-    """
+    """What limits a joint."""
     binding = joint.binding
     if binding is None:
         return "nothing could be checked: the sheets lack data"
@@ -128,9 +86,6 @@ def joint_sentence(joint: JointResult) -> str:
 
 def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
     """The limit that decides the whole verdict.
-
-    Args:
-        evaluation: What was found.
 
     Returns:
         Joint name, ``supply`` or ``catalogue``, and check; None when nothing was judged.
@@ -142,26 +97,12 @@ def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
 
 
 def shared_place(check: Check) -> str:
-    """Where a check of all joints together belongs.
-
-    Args:
-        check: Of ``Evaluation.shared``.
-
-    Returns:
-        ``supply``, or ``catalogue`` where a selection has nothing to choose from.
-    """
+    """Where a check of all joints together belongs."""
     return "supply" if check.name.startswith("supply") else "catalogue"
 
 
 def overall_sentence(evaluation: Evaluation) -> str:
-    """The limit that decides the whole verdict, in words.
-
-    Args:
-        evaluation: What was found.
-
-    Returns:
-        One sentence that names the joint.
-    """
+    """The limit that decides the whole verdict, in words."""
     found = binding_place(evaluation)
     if found is None and evaluation.verdict is Verdict.FAIL:
         told = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
@@ -173,15 +114,7 @@ def overall_sentence(evaluation: Evaluation) -> str:
 
 
 def headline(evaluation: Evaluation, selection: Selection | None) -> str:
-    """The verdict in plain words.
-
-    Args:
-        evaluation: What was found.
-        selection: The search behind it, if any.
-
-    Returns:
-        One sentence.
-    """
+    """The verdict in plain words."""
     if selection is not None and not selection.drives:
         unknown = selection.verdict is Verdict.NOT_CHECKED
         found = "is proven to do it: data are missing" if unknown else "does it"
@@ -203,14 +136,7 @@ NOTHING = "Nothing could be judged: the sheets lack data."
 
 
 def gaps(evaluation: Evaluation) -> tuple[str, ...]:
-    """Which essential checks could not be made, and which numbers of which sheets would let them be.
-
-    Args:
-        evaluation: What was found.
-
-    Returns:
-        What cannot be judged and where, then one line a missing number; none when every essential check was made.
-    """
+    """Which essential checks could not be made, and which numbers of which sheets would let them be."""
     missing: dict[str, list[str]] = {}
     for joint in evaluation.joints.values():
         for check in joint.lacking:
@@ -228,15 +154,7 @@ def gaps(evaluation: Evaluation) -> tuple[str, ...]:
 
 
 def objective_text(evaluation: Evaluation, selection: Selection | None = None) -> str:
-    """The objective's value with its unit.
-
-    Args:
-        evaluation: What was found.
-        selection: The search behind it, if any; what it could not count is left out of the value, which says so.
-
-    Returns:
-        Such as ``12.3 kg of motors and gears``; says so where it is unknown.
-    """
+    """The objective's value with its unit."""
     kind = evaluation.study.objective
     part = selection is not None and bool(selection.notes)
     value = number(selection.objective if selection is not None and part else evaluation.objective)
@@ -261,14 +179,7 @@ def _nothing_known(evaluation: Evaluation) -> bool:
 
 
 def safety_lines(study: Study) -> list[tuple[str, str]]:
-    """The factors and reserves as (name, value) pairs.
-
-    Args:
-        study: What was asked.
-
-    Returns:
-        In a fixed order.
-    """
+    """The factors and reserves as (name, value) pairs."""
     safety = study.safety
     ratio = "reported, not judged" if safety.inertia_ratio is None else f"at most {number(safety.inertia_ratio)}"
     life = "reported, not judged" if safety.life is None else f"at least {number(safety.life / 3600.0)} h"

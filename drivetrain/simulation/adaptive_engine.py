@@ -47,13 +47,6 @@ class AdaptiveStep(Engine):
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """Run a plan with steps that hold a tolerance.
 
-        Args:
-            plan: Its memory is copied, not changed.
-            wish: What is wanted.
-
-        Returns:
-            The outcome.
-
         Raises:
             InputError: What is to be resumed belongs to another scene; a solver that does not run compiled.
         """

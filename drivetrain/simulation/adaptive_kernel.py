@@ -150,49 +150,29 @@ def _opens(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
 
 @lru_cache(maxsize=1)
 def values() -> Any:
-    """How far each coordinate is from changing its mode, as event values; compiled at the first call.
-
-    Returns:
-        The compiled function, with ``.address``.
-    """
+    """How far each coordinate is from changing its mode, as event values; compiled at the first call."""
     return compiled(_values)
 
 
 @lru_cache(maxsize=1)
 def handler() -> Any:
-    """The change of modes at an event, compiled likewise.
-
-    Returns:
-        The compiled function, with ``.address``.
-    """
+    """The change of modes at an event, compiled likewise."""
     return compiled(_handler)
 
 
 @lru_cache(maxsize=1)
 def account() -> Any:
-    """What is added up along a step, compiled likewise.
-
-    Returns:
-        The compiled function, with ``.address``.
-    """
+    """What is added up along a step, compiled likewise."""
     return compiled(_account)
 
 
 @lru_cache(maxsize=1)
 def tell() -> Any:
-    """A row of the recording, compiled likewise.
-
-    Returns:
-        The compiled function, with ``.address``.
-    """
+    """A row of the recording, compiled likewise."""
     return compiled(_tell)
 
 
 @lru_cache(maxsize=1)
 def opens() -> Any:
-    """The samples that are due where a segment begins, compiled likewise.
-
-    Returns:
-        The compiled function, with ``.address``.
-    """
+    """The samples that are due where a segment begins, compiled likewise."""
     return compiled(_opens)

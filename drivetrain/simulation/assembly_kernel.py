@@ -76,13 +76,7 @@ def assemble(n: Any, w: Any, h: float, theta: float, asked: int) -> bool:
     """The linear system of the step, and the bounds of friction.
 
     Args:
-        n, w: The run, all laws computed.
         h: Step [s]; 1 at an instant.
-        theta: Where in the step forces are taken.
-        asked: Where the speeds stand at which springs and surroundings of the tip were asked; all else at the guess.
-
-    Returns:
-        Whether there is any friction.
     """
     joints, c, taken = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS] + w[f.ADDED_FROM]
     speeds, guess, right, bias = w[f.AT_STATE] + c, row_of(w, f.GUESS), row_of(w, f.RIGHT), row_of(w, f.BIAS)

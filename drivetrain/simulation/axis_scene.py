@@ -14,14 +14,7 @@ from drivetrain.study.study import Study
 
 
 def axis_faults(study: Study) -> list[Fault]:
-    """What keeps a study without an arm from being simulated.
-
-    Args:
-        study: Without an arm.
-
-    Returns:
-        Empty for one joint whose load's inertia is told.
-    """
+    """What keeps a study without an arm from being simulated."""
     faults = []
     if len(study.joints) > 1:
         hint = "axes that no arm couples can be studied one at a time"
@@ -36,12 +29,6 @@ def axis_faults(study: Study) -> list[Fault]:
 def axis_body(study: Study) -> Inertia:
     """The load as one inertia.
 
-    Args:
-        study: Of one joint, without an arm.
-
-    Returns:
-        The body.
-
     Raises:
         InputError: As ``axis_faults`` tells.
     """
@@ -53,23 +40,12 @@ def axis_body(study: Study) -> Inertia:
 
 
 def axis_rotor(drive: Drive) -> ReflectedRotor:
-    """Motor and gear input, behind the gear; nothing carries their stator about.
-
-    Args:
-        drive: Of the axis.
-
-    Returns:
-        The effect.
-    """
+    """Motor and gear input, behind the gear; nothing carries their stator about."""
     return ReflectedRotor(drive_inertia(drive), drive.gear.ratio)
 
 
 def axis_inertia(study: Study, drive: Drive) -> float:
     """What the axis accelerates.
-
-    Args:
-        study: Of one joint, without an arm.
-        drive: Of the axis.
 
     Returns:
         Load and reflected rotor [kg m^2].
@@ -82,13 +58,6 @@ def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
 
     A table tells what the drive must give, T = J a + load; so the link feels J a - T from outside. A cycle that does
     not come back to where it began (a conveyor) goes on from there.
-
-    Args:
-        study: Of one joint, without an arm.
-        repetitions: Of the cycle.
-
-    Returns:
-        The motion over all repetitions, and the torque on the link.
     """
     cycle, task = study.cycle, study.joints[0]
     if cycle.torque is None:

@@ -18,15 +18,7 @@ PASSES = 4  # states that depend on states that depend on states
 
 
 def started(plan: Plan, numbers: Array, words: Words) -> Array:
-    """The numbers of a run with its states at the start.
-
-    Args:
-        plan: The plan.
-        numbers, words: Of the run.
-
-    Returns:
-        The numbers; the last accelerations are those of the start, so that the first step guesses as well as any.
-    """
+    """The numbers of a run with its states at the start."""
     scene, states = plan.scene, np.zeros(len(plan.memory.states))
     n, c = plan.body.n, plan.body.c
     position, speed = _motion(plan)

@@ -39,12 +39,8 @@ def call_one(address: int, t: float, h: float, rates: Any, n: Any, w: Any, row: 
     """Call the law at an address.
 
     Args:
-        address: Where it lies.
         t: Instant, or middle of the step [s].
         h: Step, 0 at an instant [s].
-        rates: Pointer to where rates go.
-        n, w: Pointers to all real and all whole numbers.
-        row: Where the law's rows begin among the whole numbers.
     """
     _call(address, t, h, rates, n, w, (w[AT_STATE], w[AT_SIGNALS], row))
 
@@ -54,28 +50,16 @@ def call_all(count: int, table: int, t: float, h: float, rates: Any, n: Any, w: 
     """Call the laws of a table, in its order.
 
     Args:
-        count: How many.
         table: Place of the first pair (address, place of its rows) in the whole numbers.
         t: Instant, or middle of the step [s].
         h: Step, 0 at an instant [s].
-        rates: Takes the rates of the states.
-        n, w: The run.
     """
     for k in range(count):
         call_one(w[table + 2 * k], t, h, rates, n, w, w[table + 2 * k + 1])
 
 
 def _shifted(typing: Any, pointer: Any, by: Any) -> Any:
-    """Inside compiled code: a pointer to a later number of a block.
-
-    Args:
-        typing: Filled in by the compiler.
-        pointer: To real numbers.
-        by: How many further.
-
-    Returns:
-        What the compiler needs to know.
-    """
+    """Inside compiled code: a pointer to a later number of a block."""
     signature = DOUBLES(DOUBLES, types.int64)
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -88,15 +72,7 @@ shifted: Any = intrinsic(_shifted)
 
 
 def _pointer_to(typing: Any, array: Any) -> Any:
-    """Inside compiled code: the first number of a contiguous array, as a pointer.
-
-    Args:
-        typing: Filled in by the compiler.
-        array: Of float64 or of int64.
-
-    Returns:
-        What the compiler needs to know.
-    """
+    """Inside compiled code: the first number of a contiguous array, as a pointer."""
     signature = (DOUBLES if array.dtype == types.float64 else WORDS)(array)
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:

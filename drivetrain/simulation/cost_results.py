@@ -91,9 +91,6 @@ class Change:
 
         Args:
             tip_scale: As for ``largest`` [m].
-
-        Returns:
-            In words.
         """
         sizes = self._sizes(tip_scale)
         return max(sizes, key=lambda name: sizes[name], default="tip")

@@ -12,11 +12,7 @@ from drivetrain.simulation.vector_rows import row_of
 
 @part
 def tell_joints(n: Any, w: Any) -> None:
-    """Fill what the joints do when the shafts behind the gears do what has been told.
-
-    Args:
-        n, w: The run, places and guessed speeds of the coordinates just filled.
-    """
+    """Fill what the joints do when the shafts behind the gears do what has been told."""
     joints, s = w[f.JOINTS], w[f.AT_SIGNALS]
     guess, places, turns = row_of(w, f.GUESS), row_of(w, f.PLACES), w[f.AT_TURNS]
     for i in range(joints):
@@ -34,11 +30,7 @@ def tell_joints(n: Any, w: Any) -> None:
 # long kernel: products of matrices, written out
 @part
 def spread_bodies(n: Any, w: Any) -> None:
-    """Mass matrix and bias of the bodies, along the coordinates.
-
-    Args:
-        n, w: The run, places and guessed speeds of the coordinates just filled.
-    """
+    """Mass matrix and bias of the bodies, along the coordinates."""
     joints, c, e, at = w[f.JOINTS], w[f.COORDINATES], w[f.BODIES], w[f.AT_BODIES]
     speeds, bias, felt_bias, mass = at + e, at + 2 * e, at + 3 * e, at + 4 * e
     turned, between, spread = mass + e * e, mass + 2 * e * e, w[f.AT_SPREAD]
@@ -85,9 +77,7 @@ def add_joints(n: Any, w: Any, h: float, theta: float) -> None:
     """Smooth torques at joints whose motors are coupled join the linear system of their shafts.
 
     Args:
-        n, w: The run, what belongs to the shafts assembled.
         h: Step [s].
-        theta: Where in the step forces are taken.
     """
     joints, c, taken = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS] + w[f.ADDED_FROM]
     speeds, guess, right = w[f.AT_STATE] + c, row_of(w, f.GUESS), row_of(w, f.RIGHT)

@@ -26,9 +26,6 @@ PROBES = 2  # postures
 def dependence(plan: Plan) -> NDArray[np.bool_]:
     """Where the derivative of a rate by a state can differ from zero; of a torque, where the rate is an acceleration.
 
-    Args:
-        plan: Of the scene.
-
     Returns:
         Rates by states, (m, m); never less than there is.
     """

@@ -57,22 +57,11 @@ class Engine(ABC):
 
     @abstractmethod
     def run(self, plan: Plan, wish: Wish) -> Outcome:
-        """Run a plan.
-
-        Args:
-            plan: Its memory is copied, not changed.
-            wish: What is wanted.
-
-        Returns:
-            The outcome.
-        """
+        """Run a plan."""
 
 
 def column_names(plan: Plan) -> list[tuple[str, str]]:
     """Names and units of the columns of ``Outcome.rows`` after the time; energies are ``<power>.energy``.
-
-    Args:
-        plan: The plan.
 
     Returns:
         (name, unit) a column; an empty name where a column has none.

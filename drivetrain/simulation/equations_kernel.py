@@ -32,11 +32,7 @@ MOST = 60  # solutions of a step, at most
 
 @part
 def guess_still(n: Any, w: Any) -> None:
-    """Take the speeds of the states as those of the middle.
-
-    Args:
-        n, w: The run.
-    """
+    """Take the speeds of the states as those of the middle."""
     guess, speeds = row_of(w, f.GUESS), w[f.AT_STATE] + w[f.COORDINATES]
     for i in range(w[f.COORDINATES]):
         n[guess + i] = n[speeds + i]
@@ -47,7 +43,6 @@ def tell_motion(n: Any, w: Any, shift: float) -> None:
     """Fill the signals of motion from the states, moved on by ``shift`` at the guessed speeds.
 
     Args:
-        n, w: The run.
         shift: [s].
     """
     joints, s, x = w[f.JOINTS], w[f.AT_SIGNALS], w[f.AT_STATE]
@@ -119,7 +114,6 @@ def show_states(n: Any, w: Any, shift: float) -> None:
     """Copy own states to the signals of their names, moved on by ``shift`` at their last rates.
 
     Args:
-        n, w: The run.
         shift: [s].
     """
     table, s, x, rates = w[f.AT_SHOWN], w[f.AT_SIGNALS], w[f.AT_STATE], w[f.AT_RATES]
@@ -133,10 +127,8 @@ def compute(n: Any, w: Any, t: float, h: float, rates: Any) -> None:
     """The laws of all effects, added to from zero.
 
     Args:
-        n, w: The run.
         t: Instant or middle of the step [s].
         h: Step, 0 at an instant [s].
-        rates: Takes the rates of own states.
     """
     s = w[f.AT_SIGNALS]
     for k in range(s + w[f.ADDED_FROM], s + w[f.ADDED_TO]):
@@ -182,14 +174,8 @@ def solve_step(n: Any, w: Any, t: float, h: float, theta: float, rates: Any) -> 
     """The change of speeds over a step, forces at its middle.
 
     Args:
-        n, w: The run; guessed speeds in its vectors.
         t: Beginning of the step [s].
         h: Step [s].
-        theta: Where in the step the middle is: 1/2, or 1 after a jump.
-        rates: Takes the mean rates of own states.
-
-    Returns:
-        As ``solve_friction``.
     """
     middle = t + theta * h
     if theta == 1.0:
@@ -219,12 +205,7 @@ def solve_instant(n: Any, w: Any, t: float, rates: Any) -> int:
     """Accelerations at an instant: a coordinate at rest stays so or starts, unless its mode is held.
 
     Args:
-        n, w: The run.
         t: [s].
-        rates: Takes the rates of all states.
-
-    Returns:
-        As ``solve_friction``.
     """
     joints, c, x = w[f.JOINTS], w[f.COORDINATES], w[f.AT_STATE]
     guess_still(n, w)

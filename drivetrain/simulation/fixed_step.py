@@ -42,13 +42,6 @@ class FixedStep(Engine):
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """Run a plan with fixed steps.
 
-        Args:
-            plan: Its memory is copied, not changed.
-            wish: What is wanted.
-
-        Returns:
-            The outcome.
-
         Raises:
             InputError: What is to be resumed belongs to another scene; more steps than anyone could wait for.
         """

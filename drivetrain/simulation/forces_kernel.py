@@ -14,11 +14,7 @@ from drivetrain.simulation.vector_rows import row_of
 
 @part
 def tell_energies(n: Any, w: Any) -> None:
-    """Kinetic and potential energy at an instant.
-
-    Args:
-        n, w: The run, its mechanics just filled.
-    """
+    """Kinetic and potential energy at an instant."""
     c, s, links = w[f.COORDINATES], w[f.AT_SIGNALS], w[f.JOINTS]
     mass, speeds = s + w[f.AT_MASS], w[f.AT_STATE] + c
     kinetic, potential = 0.0, 0.0
@@ -47,9 +43,7 @@ def tell_forces(n: Any, w: Any, h: float, theta: float, shift: float) -> None:
     """Fill the signals of motion at the true middle, and those that follow from the solution.
 
     Args:
-        n, w: The run, just solved.
         h: Step [s]; 1 at an instant.
-        theta: Where the middle is; 0 at an instant.
         shift: Time from the states to the middle [s].
     """
     joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]

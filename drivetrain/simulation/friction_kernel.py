@@ -204,13 +204,8 @@ def solve_friction(at: Rubbing, h: float, n: Any, w: Any) -> int:
     """Changes of speed over a step, or accelerations (h = 1, relative speeds 0).
 
     Args:
-        at: Where everything is.
         h: Step [s].
         n: All real numbers [SI].
-        w: All whole numbers.
-
-    Returns:
-        Number of systems solved; negative when none fits: -1 - i, jammed at coordinate i; below -1000, no end.
     """
     most = 50 + 20 * at.total
     for attempt in range(most):

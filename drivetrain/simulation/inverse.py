@@ -73,13 +73,6 @@ class Inverse(Engine):
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """What the command takes at the wanted instants.
 
-        Args:
-            plan: Its effects' laws are asked, its controllers are not.
-            wish: Only its interval counts: there is nothing to resume.
-
-        Returns:
-            Series of motion, torques, current and voltage.
-
         Raises:
             InputError: No command, something that touches the arm, a command that a motor cannot follow.
         """
@@ -113,11 +106,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
     """What a scene's command takes, by the laws of its own effects.
 
     Args:
-        plan: With a command for every joint.
         times: Instants [s], (N,), in order.
-
-    Returns:
-        The demand.
 
     Raises:
         InputError: No command, or something that touches the arm.

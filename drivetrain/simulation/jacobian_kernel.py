@@ -156,9 +156,5 @@ def room(states: int, c: int) -> int:
 
 @lru_cache(maxsize=1)
 def jacobian() -> Any:
-    """The Jacobian (t, x, columns, numbers, words), compiled at the first call or taken from the disk cache.
-
-    Returns:
-        The compiled function, with ``.address``; the column of the derivatives by time is left alone.
-    """
+    """The Jacobian (t, x, columns, numbers, words), compiled at the first call or taken from the disk cache."""
     return compiled(_jacobian)

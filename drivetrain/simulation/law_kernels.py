@@ -49,21 +49,13 @@ def _forces(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, word
 
 @lru_cache(maxsize=1)
 def motion() -> Any:
-    """The change of speeds, compiled at the first call (some seconds) or taken from numba's disk cache.
-
-    Returns:
-        The compiled function, with ``.address``.
-    """
+    """The change of speeds, compiled at the first call (some seconds) or taken from numba's disk cache."""
     take(f"{__name__}:motion")
     return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(_motion)
 
 
 @lru_cache(maxsize=1)
 def forces() -> Any:
-    """Forces and motion at the true middle, compiled likewise.
-
-    Returns:
-        The compiled function, with ``.address``.
-    """
+    """Forces and motion at the true middle, compiled likewise."""
     take(f"{__name__}:forces")
     return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(_forces)

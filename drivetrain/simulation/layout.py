@@ -34,9 +34,6 @@ class Layout:
     def balance(self, row: Sequence[float]) -> float:
         """Stored energy less what was put in.
 
-        Args:
-            row: One row of a run.
-
         Returns:
             [J]; as long as no energy comes from nowhere, the same at every row.
         """
@@ -59,9 +56,6 @@ class Audit:
     def stored(self, series: Mapping[str, Series]) -> Array:
         """Kinetic, potential and whatever effects store.
 
-        Args:
-            series: Of the recording.
-
         Returns:
             [J], (N,).
         """
@@ -74,9 +68,6 @@ class Audit:
     def error(self, series: Mapping[str, Series]) -> Array:
         """Energy that is there and should not be.
 
-        Args:
-            series: Of the recording.
-
         Returns:
             [J], (N,).
         """
@@ -87,16 +78,7 @@ class Audit:
 
 
 def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> Layout:
-    """What a run's rows hold.
-
-    Args:
-        memory: Where states and signals lie.
-        signals: All signals.
-        units: Of the states, by name.
-
-    Returns:
-        The layout.
-    """
+    """What a run's rows hold."""
     named = [("", "")] * int(max(memory.places.values(), default=-1) + 1)
     for name, place in memory.places.items():
         named[place] = (name, signals.units[name]) if name in signals.units else ("", "")
@@ -112,14 +94,7 @@ def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> L
 
 
 def energy_of(power: str) -> str:
-    """The name of the energy that a power has moved.
-
-    Args:
-        power: Full name of the power.
-
-    Returns:
-        Full name.
-    """
+    """The name of the energy that a power has moved."""
     return f"{power.removesuffix('_power')}_energy"
 
 

@@ -69,16 +69,7 @@ class _Block:
 
 
 def signal_places(known: Directory, joints: Sequence[str], body: Mechanics) -> tuple[dict[str, int], dict[str, int]]:
-    """Where each signal lies.
-
-    Args:
-        known: All signals.
-        joints: Names of the joints.
-        body: The mechanics.
-
-    Returns:
-        Places by full name, and the borders: ``mass``, ``tip``, ``added`` (from), ``tip_taken``, ``end``.
-    """
+    """Where each signal lies."""
     n, c, places = len(joints), body.c, {}
     shafts = () if body.coupled is None else body.coupled.shafts
     for field, signal in enumerate((*named.BEFORE, *named.AFTER)):
@@ -117,16 +108,7 @@ def signal_places(known: Directory, joints: Sequence[str], body: Mechanics) -> t
 
 
 def state_places(instances: Sequence[Instance], body: Mechanics, joints: Sequence[str]) -> dict[str, int]:
-    """Where each state lies: positions, deflections, speeds, then those of the effects, those that are memory last.
-
-    Args:
-        instances: All effects.
-        body: The mechanics.
-        joints: Names of the joints.
-
-    Returns:
-        Places by full name.
-    """
+    """Where each state lies: positions, deflections, speeds, then those of the effects, those that are memory last."""
     shafts = () if body.coupled is None else body.coupled.shafts
     kinds = ["shaft_" if i in shafts else "" for i in range(body.n)]
     states = {f"{joint}.{kinds[i]}position": i for i, joint in enumerate(joints)}
@@ -145,18 +127,7 @@ def state_places(instances: Sequence[Instance], body: Mechanics, joints: Sequenc
 def lay_out(
     groups: Sequence[Group], accounts: Sequence[Group], body: Mechanics, known: Directory, joints: Sequence[str]
 ) -> Memory:
-    """Everything in its place.
-
-    Args:
-        groups: The effects in the order of their laws.
-        accounts: The same in the order of their accounts.
-        body: The mechanics.
-        known: All signals.
-        joints: Names of the joints.
-
-    Returns:
-        The memory, states and signals still zero.
-    """
+    """Everything in its place."""
     instances = [one for group in groups for one in group.instances]
     places, borders = signal_places(known, joints, body)
     states = state_places(instances, body, joints)

@@ -75,7 +75,6 @@ def checked_start(arm: Arm, q0: Any, qd0: Any) -> Array:
     """Positions and speeds in one vector, checked.
 
     Args:
-        arm: The arm.
         q0, qd0: Positions and speeds [rad or m, and per s], (n,).
 
     Returns:
@@ -129,9 +128,6 @@ def up_to_divergence(solution: Solution) -> Solution:
 
     Args:
         solution: States [their own units].
-
-    Returns:
-        The same, or the part before, with the reason.
     """
     far = np.flatnonzero((np.abs(solution.states) > BEYOND).any(axis=1))
     if not len(far):
@@ -147,13 +143,8 @@ def record(arm: Arm, solution: Solution, torque: TorqueLaw | None, about: dict[s
     """The recording of an arm's motion, with its energies.
 
     Args:
-        arm: The arm.
         solution: States (q, qd, work of the torques) [rad or m, per s, J], (N, 2 n + 1).
         torque: The law that acted, as in ``simulate_passive``; None: none.
-        about: What was run, in words.
-
-    Returns:
-        As ``simulate_passive`` tells.
     """
     n, times = arm.n, solution.times
     q, qd, work = solution.states[:, :n], solution.states[:, n : 2 * n], solution.states[:, 2 * n]
@@ -178,12 +169,8 @@ def joint_series(arm: Arm, q: Array, qd: Array, qdd: Array, tau: Array) -> dict[
     """Position, speed, acceleration and torque of every joint, by name.
 
     Args:
-        arm: The arm.
         q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (N, n).
         tau: Torques [N m or N], (N, n).
-
-    Returns:
-        ``<joint>.position`` and so on, each with its unit.
     """
     result = {}
     for i, name in enumerate(arm.joint_names):
@@ -200,12 +187,8 @@ def limit_events(arm: Arm, times: Array, q: Array) -> tuple[Event, ...]:
     """When joints pass the limits of their positions, to the recording's interval.
 
     Args:
-        arm: The arm.
         times: [s], (N,).
         q: Positions [rad or m], (N, n).
-
-    Returns:
-        One event each time a joint leaves its range, in the order of time.
     """
     events = []
     for i, name in enumerate(arm.joint_names):
@@ -225,7 +208,6 @@ def stopped_by(arm: Arm, solution: Solution) -> Event | None:
     """What ended a run before its time.
 
     Args:
-        arm: The arm.
         solution: States (q, qd, ...) [rad or m, per s].
 
     Returns:
@@ -264,7 +246,6 @@ def checked_law(arm: Arm, torque: TorqueLaw | None, start: Array) -> TorqueLaw |
     """The law, once it has given n numbers at the start.
 
     Args:
-        arm: The arm.
         torque: The law, or None.
         start: Positions and speeds [rad or m, and per s], (2 n,).
 

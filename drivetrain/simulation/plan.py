@@ -115,12 +115,6 @@ def plan(scene: Scene) -> Plan:
 def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory, scene: Scene) -> None:
     """That friction in the meshes has one solution.
 
-    Args:
-        instances: All effects.
-        body: The mechanics.
-        memory: Laid out.
-        scene: Where motions start, for the inertia of an arm's joints.
-
     Raises:
         InputError: mu is not below 1 + J ratio^2 / I, so a driven mesh has none or two solutions; each such joint.
 
@@ -160,11 +154,6 @@ def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Arra
 
 def check_inertias(body: Mechanics, memory: Memory, scene: Scene) -> None:
     """That every joint and every rotor on its own moves some inertia.
-
-    Args:
-        body: The mechanics.
-        memory: Laid out.
-        scene: Where motions start.
 
     Raises:
         InputError: One that moves none, or so little that its acceleration is lost in rounding.

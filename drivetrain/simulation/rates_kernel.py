@@ -51,9 +51,5 @@ def rates() -> Any:
 
 @lru_cache(maxsize=1)
 def signals() -> Any:
-    """All signals at an instant (t, x, result, numbers, words), compiled likewise.
-
-    Returns:
-        The compiled function, with ``.address``; the result takes all signals.
-    """
+    """All signals at an instant (t, x, result, numbers, words), compiled likewise."""
     return compiled(_signals)

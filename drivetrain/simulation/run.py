@@ -43,17 +43,10 @@ def simulate(
     """What happens when a scene runs.
 
     Args:
-        scene: The scene, or its plan.
         solver: The engine; None: fixed implicit steps of a millisecond. A solver that runs compiled, such as
             Rodas4(rtol=1e-6), stands for the adaptive engine with it.
         duration: Replaces that of the scene [s].
         interval: Between two recorded instants [s].
-        resume: A recording of the same scene that ended earlier or was stopped: go on from its end.
-        progress: Told the share done after every few thousand steps; False from it stops the run.
-
-    Returns:
-        ``<joint>.position`` and all other states and signals, energies of all powers, ``stored_energy`` and
-        ``energy_error`` where they can be told; counters, events, and what it takes to go on.
 
     Raises:
         InputError: A scene that contradicts itself, or an earlier recording of another.

@@ -37,8 +37,6 @@ class TableSeries(Mapping[str, Series]):
 
         Args:
             table: Finite numbers, (N, K).
-            columns: Column and unit by name, in the order in which the series come.
-            derived: Unit, and what makes the values of all other series, by name; they come last.
         """
         self._table, self._columns, self._derived = table, columns, derived
         self._made: dict[str, Series] = {}
@@ -50,9 +48,6 @@ class TableSeries(Mapping[str, Series]):
 
     def __getitem__(self, name: str) -> Series:
         """A series.
-
-        Args:
-            name: Its name.
 
         Returns:
             Unit and values, (N,), read-only.
@@ -77,14 +72,7 @@ class TableSeries(Mapping[str, Series]):
         return Series(unit, values)
 
     def __contains__(self, name: object) -> bool:
-        """Whether there is a series of a name, without making it.
-
-        Args:
-            name: Of the series.
-
-        Returns:
-            Whether there is.
-        """
+        """Whether there is a series of a name, without making it."""
         return name in self._columns or name in self._derived
 
     def __iter__(self) -> Iterator[str]:

@@ -24,11 +24,8 @@ def ask_again(n: Any, w: Any, t: float, h: float, theta: float, rates: Any) -> N
     """Ask springs and surroundings of the tip again, at the motion that the solution makes.
 
     Args:
-        n, w: The run, just solved.
         t: Middle of the step [s].
         h: Step [s].
-        theta: Where in the step the middle is.
-        rates: Takes the rates of own states, of which these laws have none.
     """
     joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]
     trial, speeds, change = row_of(w, f.TRIAL), w[f.AT_STATE] + c, row_of(w, f.CHANGE)
@@ -78,13 +75,8 @@ def agrees(n: Any, w: Any, h: float, theta: float, attempt: int) -> bool:
     """Whether springs and surroundings of the tip answer what the solution expects of them.
 
     Args:
-        n, w: The run, solved, and the laws asked again.
         h: Step [s].
-        theta: Where in the step the middle is.
         attempt: How often the step has been solved again [-].
-
-    Returns:
-        To rounding; where not, their slopes are made ready for the next solution.
     """
     joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]
     trial, change, good = row_of(w, f.TRIAL), row_of(w, f.CHANGE), True

@@ -88,9 +88,6 @@ class Mechanics:
 
         Args:
             motion: Positions, speeds or accelerations of the joints [rad or m, and per s, s^2], (n,) or (N, n).
-
-        Returns:
-            The same of the first n coordinates.
         """
         return motion if self.coupled is None else np.asarray(motion @ self.coupled.shaft_turns.T)
 
@@ -110,18 +107,12 @@ class Mechanics:
 
         Args:
             torque: At the joints [N m or N], (n,) or (N, n).
-
-        Returns:
-            Along the first n coordinates.
         """
         return torque if self.coupled is None else np.asarray(torque @ self.coupled.turns)
 
 
 def ratios_of(scene: Scene) -> tuple[float, ...]:
     """Motor angle over joint coordinate of each joint.
-
-    Args:
-        scene: Its effects' shapes tell, or the rotors that its arm already has.
 
     Returns:
         [- or rad/m], one a joint; 1 where nothing tells.
@@ -147,13 +138,6 @@ def ratios_of(scene: Scene) -> tuple[float, ...]:
 
 def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
     """Rotors and springs put into the mechanics.
-
-    Args:
-        scene: The scene.
-        ratios: From ``ratios_of``.
-
-    Returns:
-        The mechanics.
 
     Raises:
         InputError: Two rotors or springs at one joint, a spring without a rotor or behind coupled motors.
@@ -182,14 +166,7 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
 
 
 def coupling_of(scene: Scene) -> tuple[tuple[float, ...], ...]:
-    """How the motors of a scene are coupled.
-
-    Args:
-        scene: Any.
-
-    Returns:
-        Turns of each shaft a turn of each joint; empty where every motor has its own joint.
-    """
+    """How the motors of a scene are coupled."""
     coupling = scene.body.coupling if isinstance(scene.body, Arm) else None
     return () if coupling is None else tuple(tuple(float(one) for one in row) for row in coupling)
 

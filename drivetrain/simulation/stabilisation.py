@@ -21,7 +21,6 @@ class Stabilisation:
         """What accelerations must undo: the drift of the rows, and perhaps more.
 
         Args:
-            rows: At the state.
             qd: Speeds [rad/s or m/s], (N, n).
             held: Whether a row holds a position, (k,).
 
@@ -36,8 +35,6 @@ class Stabilisation:
         """The state after a step, put back.
 
         Args:
-            arm: The arm.
-            constraints: What holds it.
             q, qd: Positions and speeds [rad or m, and per s], (1, n).
 
         Returns:
@@ -66,16 +63,6 @@ class Projection(Stabilisation):
     def put_back(
         self, arm: Arm, constraints: tuple[Constraint, ...], q: Array, qd: Array
     ) -> tuple[Array, Array] | None:
-        """The nearest state that meets the constraints, where this one does not.
-
-        Args:
-            arm: The arm.
-            constraints: What holds it.
-            q, qd: Positions and speeds [rad or m, and per s], (1, n).
-
-        Returns:
-            Positions and speeds, (1, n) each; None where both errors are within the tolerance.
-        """
         rows = stacked_rows(arm, constraints, q, qd)
         changed = False
         for _ in range(self.most):
@@ -108,16 +95,6 @@ class Baumgarte(Stabilisation):
         check_positive("Baumgarte.rate", self.rate, "1/s")
 
     def drift(self, rows: Rows, qd: Array, held: Array) -> Array:
-        """That of the rows, a spring and a damper; rows that bind speeds only have no spring.
-
-        Args:
-            rows: At the state.
-            qd: Speeds [rad/s or m/s], (N, n).
-            held: Whether a row holds a position, (k,).
-
-        Returns:
-            [m/s^2 or 1/s^2], (N, k).
-        """
         leaving = (rows.jacobian @ qd[:, :, None])[..., 0]
         return rows.drift + self.rate * np.where(held, 2.0, 1.0) * leaving + self.rate**2 * rows.error
 

@@ -48,15 +48,9 @@ def step_study(
     """The same fall with several solvers, each held against a reference.
 
     Args:
-        arm: With rotors or without.
         q0, qd0: Positions and speeds at the start [rad or m, and per s], (n,).
         duration: [s].
-        solvers: What to compare.
         interval: Between two recorded instants [s].
-        reference: Far more accurate than any of them.
-
-    Returns:
-        One result a solver, in their order.
 
     Raises:
         InputError: As ``simulate_passive``.

@@ -187,11 +187,7 @@ def at_joint(law: Friction, travel: float) -> Friction:
     """A friction law of a turning shaft, at the joint that it moves along.
 
     Args:
-        law: At the gear's output.
         travel: Of the joint a radian of the shaft [m/rad]; 1 where it turns with it.
-
-    Returns:
-        The law in forces and speeds of the joint.
     """
     if travel == 1.0:
         return law
@@ -236,7 +232,6 @@ def command_times(scene: Scene, longest: float = 2e-3) -> Array:
     """Instants that show a command whole: its samples, both sides of its jumps, and steps between.
 
     Args:
-        scene: With a command.
         longest: Between two instants [s].
 
     Returns:

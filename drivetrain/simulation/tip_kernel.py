@@ -11,11 +11,7 @@ from drivetrain.simulation import fields as f
 
 @part
 def tell_tip(n: Any, w: Any) -> None:
-    """Fill place, speed and turning of the tip, along the axes of the base.
-
-    Args:
-        n, w: The run, its mechanics just filled.
-    """
+    """Fill place, speed and turning of the tip, along the axes of the base."""
     o, tip, to = w[f.AT_WORK] + (w[f.JOINTS] - 1) * COLUMNS, w[f.AT_TIP], w[f.AT_SIGNALS] + w[f.AT_TIP_SIGNALS]
     for r in range(3):
         at = o + 3 * r
@@ -34,7 +30,6 @@ def try_tip(n: Any, w: Any, shift: float) -> None:
     """Move the tip's signals from those of the guess to those of the trial, and note what force a solution expects.
 
     Args:
-        n, w: The run, just solved; speeds of the middle in the row of the trial.
         shift: Time from the beginning of the step to its middle [s].
     """
     joints, c, s, tip = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS], w[f.AT_TIP]
@@ -60,11 +55,7 @@ def try_tip(n: Any, w: Any, shift: float) -> None:
 
 @part
 def calm_tip(n: Any, w: Any) -> None:
-    """Take the mean of how forces fall now and of how they did when last asked: it ends going round in circles.
-
-    Args:
-        n, w: The run, tried, and the laws asked again.
-    """
+    """Take the mean of how forces fall now and of how they did when last asked: it ends going round in circles."""
     taken, tip = w[f.AT_SIGNALS] + w[f.AT_TIP_TAKEN], w[f.AT_TIP]
     for k in range(12):
         n[taken + 6 + k] = 0.5 * (n[taken + 6 + k] + n[tip + f.TIP_SOFT + k])
@@ -75,11 +66,7 @@ def tip_agrees(n: Any, w: Any, shift: float) -> bool:
     """Whether the surroundings answer what the solution expects of them.
 
     Args:
-        n, w: The run, tried, and the laws asked again.
         shift: Time from the beginning of the step to its middle [s].
-
-    Returns:
-        To rounding.
     """
     tip, taken = w[f.AT_TIP], w[f.AT_SIGNALS] + w[f.AT_TIP_TAKEN]
     to, off, size, stiff = w[f.AT_SIGNALS] + w[f.AT_TIP_SIGNALS], 0.0, 0.0, 0.0
@@ -148,10 +135,7 @@ def add_tip(n: Any, w: Any, h: float, theta: float, guess: int) -> None:
     """What the surroundings do to the tip joins the linear system, and what meshes carry.
 
     Args:
-        n, w: The run, all but this assembled.
         h: Step [s].
-        theta: Where in the step forces are taken.
-        guess: Where the speeds stand at which they were asked.
     """
     joints, c, s = w[f.JOINTS], w[f.COORDINATES], w[f.AT_SIGNALS]
     taken, place = s + w[f.AT_TIP_TAKEN], get(n, w[f.AT_TIP] + f.TIP_PLACE)

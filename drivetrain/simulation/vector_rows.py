@@ -10,13 +10,5 @@ from drivetrain.simulation import fields as f
 
 @part
 def row_of(w: Any, which: int) -> int:
-    """Where a row of the vectors begins.
-
-    Args:
-        w: Whole numbers.
-        which: As named in ``fields.py``.
-
-    Returns:
-        Index into the real numbers.
-    """
+    """Where a row of the vectors begins."""
     return w[f.AT_VECTORS] + which * w[f.COORDINATES]

@@ -80,15 +80,7 @@ MECHANICS = "motion and forces"
 
 
 def full_name(name: str, place: Place) -> str:
-    """The name of a signal in the whole scene.
-
-    Args:
-        name: As an effect calls it.
-        place: Where the effect stands.
-
-    Returns:
-        ``joint.name`` or ``scene.name``.
-    """
+    """The name of a signal in the whole scene."""
     if name.startswith("scene."):
         return name
     joint, colon, own = name.rpartition(":")
@@ -96,15 +88,7 @@ def full_name(name: str, place: Place) -> str:
 
 
 def instance(effect: Effect, place: Place) -> Instance:
-    """An effect at a place.
-
-    Args:
-        effect: The effect.
-        place: Where.
-
-    Returns:
-        It, its ports under full names.
-    """
+    """An effect at a place."""
     ports = effect.ports(place)
 
     def names(signals: Iterable[Signal]) -> tuple[str, ...]:
@@ -117,10 +101,6 @@ def instance(effect: Effect, place: Place) -> Instance:
 
 def unit_at(unit: str, turning: bool) -> str:
     """The unit of a joint's quantity where the joint slides.
-
-    Args:
-        unit: Where it turns.
-        turning: Whether it does.
 
     Returns:
         SI unit.
@@ -140,14 +120,6 @@ MOTOR_SIDE = {
 
 def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bool]) -> Directory:
     """Every signal with its unit and who sets it.
-
-    Args:
-        instances: All effects.
-        place: Of the scene, for names of joints.
-        flexible: Which joints have a rotor on its own.
-
-    Returns:
-        The directory.
 
     Raises:
         InputError: A signal set twice, set and added to, needed and set by nobody, or of two units: all of them.
@@ -200,11 +172,7 @@ class Faults:
         self.listed: list[Fault] = []
 
     def add(self, fault: Fault) -> None:
-        """Keep a fault.
-
-        Args:
-            fault: What is wrong.
-        """
+        """Keep a fault."""
         self.listed.append(fault)
 
     def raise_any(self) -> None:
@@ -246,13 +214,6 @@ def _enter(one: Instance, known: Directory, faults: Faults) -> None:
 
 def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]:
     """The effects in groups, each after all that set what it needs, whatever the order in which they were declared.
-
-    Args:
-        instances: All effects.
-        told: Order by what is told once forces are known, not by what is given and added.
-
-    Returns:
-        Groups of one kind, one call each.
 
     Raises:
         InputError: A loop; it names the signals.

@@ -24,15 +24,7 @@ ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed d
 
 
 def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
-    """What stands in the way of the nearest set, and each single change that was tried and mends it.
-
-    Args:
-        evaluation: Of the nearest set.
-        near: The nearest set.
-
-    Returns:
-        Sentences: the place and its candidate, the binding check, then the changes.
-    """
+    """What stands in the way of the nearest set, and each single change that was tried and mends it."""
     words = [_place(near), *_binding(evaluation, near)]
     if gaps(evaluation):
         return (*words, *missing_words(evaluation))
@@ -46,14 +38,7 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
 
 
 def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
-    """What is missing to prove that a set fits.
-
-    Args:
-        evaluation: Of the set.
-
-    Returns:
-        Sentences, one a number that a sheet lacks; none where every essential check was made.
-    """
+    """What is missing to prove that a set fits."""
     found = gap_lines(gaps(evaluation))
     hint = "No change of the task mends missing data: complete the catalogue rows, or state assumptions."
     return (*found, hint) if found else ()

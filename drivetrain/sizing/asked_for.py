@@ -14,7 +14,6 @@ def check_asked(study: Study, wanted: Wanted | None) -> None:
     """Refuse what no search can answer; a study from a file has passed all of it.
 
     Args:
-        study: The task.
         wanted: What is asked for instead of what the study says; None: that.
 
     Raises:
@@ -32,9 +31,6 @@ def check_asked(study: Study, wanted: Wanted | None) -> None:
 
 def check_keys(study: Study) -> None:
     """Refuse drives and candidates that the catalogue does not have; asked only once one was not found.
-
-    Args:
-        study: The task.
 
     Raises:
         InputError: The first unknown motor and gear of every joint.

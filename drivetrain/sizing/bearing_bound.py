@@ -40,14 +40,7 @@ class SomeWrenches(NamedTuple):
 
 
 def some_wrenches(task: PackedTask) -> SomeWrenches:
-    """The wrenches of a task at every few samples.
-
-    Args:
-        task: The packed study.
-
-    Returns:
-        Nothing bounded yet.
-    """
+    """The wrenches of a task at every few samples."""
     bare, units = (np.ascontiguousarray(rows[:, :, ::STRIDE]) for rows in (task.bare_wrench, task.wrench))
     middle = np.zeros((6, bare.shape[2]))
     return SomeWrenches(bare, units, middle, middle.copy(), np.zeros(3))
@@ -66,11 +59,8 @@ def least_bearing(task: PackedTask, loads: Mask, joint: int, low: Array, high: A
     """The loads on a joint's output bearing that open choices cannot undercut; every few samples tell enough.
 
     Args:
-        task: The packed study.
         loads: Whether the drive of joint k changes what is asked of joint j, (j, k).
-        joint: Index of the joint.
         low, high: Numbers of all joints' drives, its own included, (n, NUMBERS).
-        some: Of the task; takes the result.
     """
     least, middle, half = some.least, some.middle, some.half
     least[0] = least[1] = least[2] = 0.0
@@ -100,13 +90,7 @@ def bearing_may_hold(task: PackedTask, joint: int, pair: int, least: Array) -> b
     """Whether a pair's output bearing may hold.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
         least: From ``least_bearing``, (3,).
-
-    Returns:
-        False only if a limit is passed whatever is chosen.
     """
     g, factor = task.gears[task.pairs[pair, 1]], task.tasks[joint, PEAK_FACTOR]
     if g[DIRECT_DRIVE] != 0.0:

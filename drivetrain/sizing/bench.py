@@ -77,12 +77,7 @@ class Bench:
         """One joint's drive at its work, the other drives in place.
 
         Args:
-            joint: Index of the joint.
-            change: Of the task.
             drive: Instead of the joint's own; None: its own.
-
-        Returns:
-            The operation, nothing computed yet.
         """
         own = self.mounted[joint] if drive is None else drive
         work = self._work if change == AS_IT_IS else self.family.at(change)
@@ -92,47 +87,21 @@ class Bench:
         """How near one joint's drive comes to its limits.
 
         Args:
-            joint: Index of the joint.
-            change: Of the task.
             drive: Instead of the joint's own; None: its own.
-
-        Returns:
-            The worst of its checks.
         """
         return worst_of(judge(self.run(joint, change, drive)))
 
     def evaluation(self, change: TaskChange = AS_IT_IS) -> Evaluation:
-        """The whole set at a change.
-
-        Args:
-            change: Of the task.
-
-        Returns:
-            What ``evaluate`` gives for the changed study, to rounding.
-        """
+        """The whole set at a change."""
         return evaluated(self.family.at(change), self.keys)
 
     def set_worst(self, change: TaskChange = AS_IT_IS) -> Worst:
-        """How near the whole set comes to its limits.
-
-        Args:
-            change: Of the task.
-
-        Returns:
-            The worst of all checks of all joints and of the supply.
-        """
+        """How near the whole set comes to its limits."""
         return worst_of_set(self.evaluation(change))
 
 
 def worst_of_set(evaluation: Evaluation) -> Worst:
-    """The check of highest utilisation of a set, and where it is.
-
-    Args:
-        evaluation: Of the set.
-
-    Returns:
-        Its name and utilisation; its place is the joint's name, or ``supply``.
-    """
+    """The check of highest utilisation of a set, and where it is."""
     places = [worst_of(one.checks)._replace(place=name) for name, one in evaluation.joints.items()]
     places.append(worst_of(evaluation.shared)._replace(place="supply"))
     numbered = [one for one in places if math.isfinite(one.utilisation)]
@@ -142,15 +111,7 @@ def worst_of_set(evaluation: Evaluation) -> Worst:
 
 
 def worst_of(checks: Iterable[Check]) -> Worst:
-    """The check of highest utilisation.
-
-    Args:
-        checks: Of one drive or of many.
-
-    Returns:
-        Its name and utilisation; of nothing judged, no name and 0. What is without bound (heat that runs away) is
-        named only where nothing beside it is over its limit: a number says more.
-    """
+    """The check of highest utilisation."""
     used = [(_number(one.utilisation), one.name) for one in checks if one.utilisation is not None]
     numbered = [entry for entry in used if math.isfinite(entry[0])]
     most, name = max(numbered, default=(0.0, ""), key=lambda entry: entry[0])
@@ -160,16 +121,7 @@ def worst_of(checks: Iterable[Check]) -> Worst:
 
 
 def with_ratio(study: Study, gear: str, ratio: float) -> tuple[Study, str]:
-    """The study with one more gear in its catalogue: one of its own at another ratio, its sheet kept otherwise.
-
-    Args:
-        study: The task.
-        gear: Key of the gear that is copied.
-        ratio: Magnitude of the new ratio.
-
-    Returns:
-        The study and the new key; see ``scaled_gear`` for what is kept.
-    """
+    """The study with one more gear in its catalogue: one of its own at another ratio, its sheet kept otherwise."""
     key = f"{gear} at ratio {ratio:.9g}"
     row = replace(scaled_gear(study.catalog.gears[gear], ratio), key=key)
     gears = {**study.catalog.gears, key: row}

@@ -55,25 +55,12 @@ class FallenBeside(Sequence[Fallen]):
         return self.table[row]
 
     def frame(self) -> pd.DataFrame:
-        """All of them as a table.
-
-        Returns:
-            The fields of ``Fallen`` as columns.
-        """
+        """All of them as a table."""
         return self.table.frame()
 
 
 def alternatives(problem: Problem, pairs: Mapping[int, int]) -> dict[str, Alternatives]:
-    """The next best candidates of each joint that hold beside the drives after it.
-
-    Args:
-        problem: What is chosen from.
-        pairs: The chosen set, by joint.
-
-    Returns:
-        By joint name, from the tip to the base: motor, gear and share of the objective; where energy counts, without
-        its part of it.
-    """
+    """The next best candidates of each joint that hold beside the drives after it."""
     found: dict[str, Alternatives] = {}
     for joint in sorted(pairs, reverse=True):
         others = problem.known[joint][problem.known[joint] != pairs[joint]]
@@ -84,18 +71,7 @@ def alternatives(problem: Problem, pairs: Mapping[int, int]) -> dict[str, Altern
 
 
 def first_held(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int], most: int) -> Indices:
-    """The first of some pairs that hold.
-
-    Args:
-        problem: What is chosen from.
-        joint: Index of the joint.
-        pairs: Of it, in their order.
-        chosen: Pairs of other joints, by joint.
-        most: How many are wanted.
-
-    Returns:
-        As many as are wanted, or all that hold.
-    """
+    """The first of some pairs that hold."""
     held, size, start = np.zeros(0, dtype=np.int64), AT_ONCE, 0
     while start < len(pairs) and len(held) < most:
         part = beside(problem.packed, joint, pairs[start : start + size], chosen).held

@@ -108,8 +108,6 @@ def torque_range(
 
     Args:
         row: The joint's series, (SERIES, N).
-        m, g: Rows of motor and gear.
-        curved: Whether the shaft's friction is more than two straight lines: it stands in ``least`` already.
         low, high: Torque at the gear's output [N m], (N,).
         least, most: Take the interval [N m], (N,).
     """
@@ -159,9 +157,6 @@ def least_voltage(row: Array, m: Array, ratio: float, ohms: float, constant: flo
 
     Args:
         row: The joint's series, (SERIES, N).
-        m: The motor's row.
-        ratio: Of the gear.
-        ohms: Resistance of the winding.
         constant: Torque constant [N m/A].
         least, most: Ends of the interval of the motor's torque [N m], (N,).
 
@@ -296,29 +291,13 @@ def _may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> b
 
 @njit_face
 def may_hold(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> bool:
-    """Whether a pair may hold with some torque history within bounds.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        bounds: From ``bound_joint``.
-
-    Returns:
-        False only if no history with ``low <= torque <= high`` at each sample lets every check hold.
-    """
+    """Whether a pair may hold with some torque history within bounds."""
     return _may_hold(task, joint, pair, bounds)
 
 
 @njit_part
 def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -> float:
     """A lower bound of a pair's electrical energy over the cycle with any torque history within bounds.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``, for which ``may_hold`` was just asked and said yes.
-        bounds: As it left them.
 
     Returns:
         [J].
@@ -331,10 +310,6 @@ def least_energy(task: PackedTask, joint: int, pair: int, bounds: JointBounds) -
 @njit_leaf
 def certain_loss(m: Array, figures: Array) -> float:
     """Copper loss over torque squared that no temperature within bounds lets a motor undercut.
-
-    Args:
-        m: The motor's row.
-        figures: Of the bounds, as ``may_hold`` left them.
 
     Returns:
         [W/(N m)^2]; 0 where warm magnets may be stronger without bound, or gone.
@@ -351,7 +326,6 @@ def least_drawn(row: Array, ratio: float, loss: float, least: Array, most: Array
 
     Args:
         row: The joint's series, (SERIES, N).
-        ratio: Of the gear.
         loss: Over torque squared [W/(N m)^2].
         least, most: Ends of the interval of the motor's torque [N m], (N,).
 

@@ -35,14 +35,7 @@ class WorkFamily:
     payloads: tuple[str, ...] = ()
 
     def at(self, change: TaskChange) -> Workload:
-        """The work of the changed task.
-
-        Args:
-            change: Its ``payloads`` must be those of the family.
-
-        Returns:
-            What ``workload`` gives for the changed study, to rounding.
-        """
+        """The work of the changed task."""
         study = changed(self.study, change)
         if study.arm is None:
             return Workload(study, (), study.cycle.weights)

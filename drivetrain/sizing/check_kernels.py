@@ -127,18 +127,7 @@ HOUR = 3600.0  # s
 
 @njit_part
 def gear_checks(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> float:
-    """The gear's limits.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        load: The joint's; takes the figures.
-        full: Also bear out what cannot be the largest utilisation.
-
-    Returns:
-        The largest utilisation.
-    """
+    """The gear's limits."""
     g, exponent = task.gears[task.pairs[pair, 1]], task.exponent_of[task.pairs[pair, 1]]
     if g[DIRECT_DRIVE] != 0.0:
         return UNCHECKED
@@ -175,8 +164,6 @@ def life(limits: Array, g: Array, mean: float) -> float:
     """``gear_life``.
 
     Args:
-        limits: The joint's numbers.
-        g: The gear's row, its rated life, speed and torque known.
         mean: Average torque [N m].
 
     Returns:
@@ -191,12 +178,7 @@ def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
     """The gear's limits of speed.
 
     Args:
-        limits: The joint's numbers.
-        g: The gear's row, not that of a direct drive.
         checks: Takes the figures, (CHECKS, 3).
-
-    Returns:
-        The largest utilisation.
     """
     factor = limits[SPEED_FACTOR] * abs(g[RATIO])
     largest = held(checks[MAXIMUM_INPUT], factor * limits[FASTEST], g[MAX_INPUT])
@@ -205,17 +187,7 @@ def gear_speeds(limits: Array, g: Array, checks: Array) -> float:
 
 @njit_part
 def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> float:
-    """The motor's limits that need no torque.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        load: The joint's; takes the figures.
-
-    Returns:
-        The largest utilisation.
-    """
+    """The motor's limits that need no torque."""
     m, g = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]]
     limits, checks = task.tasks[joint], load.checks
     worst = held(checks[MOTOR_SPEED], limits[SPEED_FACTOR] * abs(g[RATIO]) * limits[FASTEST], m[MAX_SPEED])
@@ -227,15 +199,7 @@ def speed_checks(task: PackedTask, joint: int, pair: int, load: JointLoad) -> fl
 
 @njit_leaf
 def fast_enough(limits: Array, m: Array, g: Array) -> bool:
-    """Whether every limit of speed holds, to rounding.
-
-    Args:
-        limits: The joint's numbers.
-        m, g: Rows of motor and gear.
-
-    Returns:
-        False when one fails beyond rounding.
-    """
+    """Whether every limit of speed holds, to rounding."""
     input_speed = limits[SPEED_FACTOR] * abs(g[RATIO])
     fastest, mean, over = input_speed * limits[FASTEST], input_speed * limits[MEAN_SPEED], 1.0 + CLOSE
     gear = fastest > g[MAX_INPUT] * over or mean > g[MEAN_INPUT] * over
@@ -244,28 +208,13 @@ def fast_enough(limits: Array, m: Array, g: Array) -> bool:
 
 @njit_entry
 def holds_speed(task: PackedTask, joint: int, pair: int) -> bool:
-    """Whether a pair holds every limit of speed, which no other drive changes.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-
-    Returns:
-        False when one fails beyond rounding.
-    """
+    """Whether a pair holds every limit of speed, which no other drive changes."""
     return fast_enough(task.tasks[joint], task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]])
 
 
 @njit_part
 def torque_check(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> tuple[float, float, float]:
     """The motor's torque into TOTAL, and its peak held against the short-time limit.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        m, g: Rows of motor and gear.
-        load: The joint's; takes the figures.
 
     Returns:
         The largest torque with starting [N m], the sum of weight times square [N^2 m^2 s], the utilisation.
@@ -288,16 +237,9 @@ def current_checks(
     """The limits of current with one torque constant.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
-        m: The motor's row.
-        load: Takes the figures.
         peak: Largest torque, starting included [N m].
         square: Sum of weight times square of the torque [N^2 m^2 s].
         constant: Torque constant [N m/A].
-
-    Returns:
-        The largest utilisation.
     """
     limits, checks = task.tasks[joint], load.checks
     largest = limits[PEAK_FACTOR] * peak / abs(constant)
@@ -312,15 +254,7 @@ def current_checks(
 
 @njit_part
 def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -> None:
-    """The temperatures of the pair at work, those of the winding into WINDING.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        m, g: Rows of motor and gear.
-        load: The joint's, TOTAL filled; ``heat`` takes what ``heat_state`` finds; where nothing is known, or heat runs
-            away, magnets at ambient temperature and the winding at its limit.
-    """
+    """The temperatures of the pair at work, those of the winding into WINDING."""
     ambient, known, state = task.tasks[joint, AMBIENT], not np.isnan(m[INNER]), load.heat
     state[MAGNETS], state[RUNAWAY] = ambient, 0.0
     if known:
@@ -346,18 +280,7 @@ def warm_up(task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad) -
 def electric_checks(
     task: PackedTask, joint: int, m: Array, g: Array, load: JointLoad, torque: tuple[float, float, float]
 ) -> float:
-    """The limits of current, voltage and heat of the warm motor.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        m, g: Rows of motor and gear.
-        load: The joint's, TOTAL and START filled; takes the figures.
-        torque: From ``torque_check``.
-
-    Returns:
-        The largest utilisation.
-    """
+    """The limits of current, voltage and heat of the warm motor."""
     limits, checks, ambient, state = task.tasks[joint], load.checks, task.tasks[joint, AMBIENT], load.heat
     known = not np.isnan(m[INNER])
     warm_up(task, joint, m, g, load)

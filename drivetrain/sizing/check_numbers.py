@@ -39,9 +39,6 @@ def held(row: Array, required: float, available: float) -> float:
         row: Of the check; takes required, available and utilisation, (3,).
         required: What the task asks; NaN where it could not be computed.
         available: What the part can do; NaN where nobody says.
-
-    Returns:
-        The utilisation; UNCHECKED where one side is not known.
     """
     row[REQUIRED], row[AVAILABLE] = required, available
     if np.isnan(required) or np.isnan(available):
@@ -56,14 +53,7 @@ def held(row: Array, required: float, available: float) -> float:
 
 @njit_leaf
 def essential_lack(m: Array, g: Array) -> int:
-    """The first of the ESSENTIAL checks that cannot be made.
-
-    Args:
-        m, g: Rows of motor and gear.
-
-    Returns:
-        The check; -1 where all can be made.
-    """
+    """The first of the ESSENTIAL checks that cannot be made."""
     if g[DIRECT_DRIVE] == 0.0 and np.isnan(g[REPEATED]):
         return REPEATED_PEAK
     if g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR]) or np.isnan(m[PEAK_TORQUE]):
@@ -73,14 +63,7 @@ def essential_lack(m: Array, g: Array) -> int:
 
 @njit_leaf
 def torque_unknown(m: Array, g: Array) -> bool:
-    """Whether the sheets lack what the motor's torque is computed from.
-
-    Args:
-        m, g: Rows of motor and gear.
-
-    Returns:
-        True for ``Operation.missing``.
-    """
+    """Whether the sheets lack what the motor's torque is computed from."""
     return g[UNKNOWN] != 0.0 or np.isnan(m[ROTOR])
 
 
@@ -91,16 +74,7 @@ def gear_too_weak(
     """Whether the largest load torque alone is too much for a pair's gear; the first thing to look at.
 
     Args:
-        pairs: Of a packed task, as the three that follow.
-        gears: Rows of the gears.
-        offsets: Who loads whom.
-        tasks: Numbers of the joints.
-        joint: Index of the joint.
-        pair: Index into ``pairs``.
         peak: Largest load torque at least, without the joint's own drive [N m].
-
-    Returns:
-        True beyond rounding; never where the joint's own drive loads it.
     """
     row, asked = pairs[pair, 1], tasks[joint, PEAK_FACTOR] * peak / (1.0 + CLOSE)
     if offsets[joint, joint] >= 0 or gears[row, DIRECT_DRIVE] != 0.0:

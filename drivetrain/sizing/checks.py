@@ -43,9 +43,6 @@ def peak(time: Array, values: Array) -> Peak:
     Args:
         time: [s], (N,).
         values: In any unit, (N,).
-
-    Returns:
-        Both; the first instant where several are equal.
     """
     magnitude = np.abs(values)
     index = int(np.argmax(magnitude))
@@ -58,15 +55,8 @@ def held(
     """A requirement held against a limit.
 
     Args:
-        name: Of the check.
-        unit: Of both numbers.
         required: What the task asks, safety factor included; None when it could not be computed.
-        limit: What the part can do.
-        reserve: A pass above ``1 - reserve`` is MARGINAL.
         time: Instant of the requirement [s].
-
-    Returns:
-        The check; NOT CHECKED when one side is unknown.
     """
     if required is None or limit.value is None:
         return Check(
@@ -74,36 +64,18 @@ def held(
             limit.remark or "the sheet gives no limit",
         )  # fmt: skip
     used = utilisation(required, limit.value)
-    return Check(
-        name, required, limit.value, unit, used, judged(used, reserve), time, limit.source, limit.remark
-    )
+    return Check(name, required, limit.value, unit, used, judged(used, reserve), time, limit.source, limit.remark)
 
 
 def utilisation(required: float, available: float) -> float:
-    """Required over available; infinite when something is asked of nothing.
-
-    Args:
-        required: What is asked, 0 or more.
-        available: What there is, in the same unit.
-
-    Returns:
-        1 at the limit.
-    """
+    """Required over available; infinite when something is asked of nothing."""
     if available > 0.0:
         return required / available
     return 0.0 if required <= 0.0 else math.inf
 
 
 def judged(used: float, reserve: float) -> Verdict:
-    """The verdict on a utilisation.
-
-    Args:
-        used: 1 is the limit.
-        reserve: A pass above ``1 - reserve`` is MARGINAL.
-
-    Returns:
-        PASS, MARGINAL or FAIL; FAIL when the number is not a number.
-    """
+    """The verdict on a utilisation."""
     if used <= 1.0 - reserve:
         return Verdict.PASS
     return Verdict.MARGINAL if used <= 1.0 else Verdict.FAIL
@@ -113,13 +85,7 @@ def reported(name: str, unit: str, value: float | None, remark: str, *, time: fl
     """A number that is told and not judged.
 
     Args:
-        name: Of the check.
-        unit: Of the number.
         value: The number; None when it is unknown.
-        remark: Why it is not judged.
         time: Its instant [s].
-
-    Returns:
-        A check that is NOT CHECKED and counts for nothing.
     """
     return Check(name, value, None, unit, None, Verdict.NOT_CHECKED, time, "", remark)

@@ -13,9 +13,6 @@ HOUR = 3600.0  # s
 def gear_repeated_peak_torque(op: Operation) -> Check:
     """The largest torque of every cycle against the repeated-peak limit.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [N m].
     """
@@ -32,9 +29,6 @@ def gear_repeated_peak_torque(op: Operation) -> Check:
 def gear_momentary_torque(op: Operation) -> Check:
     """The largest torque of every cycle against the limit of rare peaks.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [N m].
     """
@@ -48,9 +42,6 @@ def gear_momentary_torque(op: Operation) -> Check:
 
 def gear_average_torque(op: Operation) -> Check:
     """The average torque as wear sees it against its limit.
-
-    Args:
-        op: The drive at its work.
 
     Returns:
         The check [N m].
@@ -70,9 +61,6 @@ def gear_average_torque(op: Operation) -> Check:
 def gear_mean_input_speed(op: Operation) -> Check:
     """The mean input speed, rests included, against its limit.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [rad/s].
     """
@@ -83,9 +71,6 @@ def gear_mean_input_speed(op: Operation) -> Check:
 
 def gear_maximum_input_speed(op: Operation) -> Check:
     """The largest input speed against its limit.
-
-    Args:
-        op: The drive at its work.
 
     Returns:
         The check [rad/s].
@@ -98,9 +83,6 @@ def gear_maximum_input_speed(op: Operation) -> Check:
 
 def gear_life_check(op: Operation) -> Check:
     """The L10 life against the wanted one; only told when the study wants none.
-
-    Args:
-        op: The drive at its work.
 
     Returns:
         The check [h]; required is the wanted life, available the computed one.
@@ -121,9 +103,6 @@ def gear_life_check(op: Operation) -> Check:
 def tilting_moment(op: Operation) -> Check:
     """The moment across the output axis against the output bearing's limit.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [N m].
     """
@@ -135,9 +114,6 @@ def tilting_moment(op: Operation) -> Check:
 def axial_load(op: Operation) -> Check:
     """The force along the output axis against the output bearing's limit.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [N].
     """
@@ -147,9 +123,6 @@ def axial_load(op: Operation) -> Check:
 
 def radial_load(op: Operation) -> Check:
     """The force across the output axis against the output bearing's limit.
-
-    Args:
-        op: The drive at its work.
 
     Returns:
         The check [N].

@@ -19,9 +19,6 @@ NO_SHORT_TIME = "the sheet prints no short-time limit"
 def motor_speed(op: Operation) -> Check:
     """The largest rotor speed against the motor's mechanical limit.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [rad/s].
     """
@@ -33,9 +30,6 @@ def motor_speed(op: Operation) -> Check:
 
 def motor_peak_torque(op: Operation) -> Check:
     """The largest electromagnetic torque, starting from rest included, against the short-time limit.
-
-    Args:
-        op: The drive at its work.
 
     Returns:
         The check [N m].
@@ -51,9 +45,6 @@ def motor_peak_torque(op: Operation) -> Check:
 def motor_peak_current(op: Operation) -> Check:
     """The largest current, magnets warm, against the motor's printed peak current.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [A], DC equivalent.
     """
@@ -62,9 +53,6 @@ def motor_peak_current(op: Operation) -> Check:
 
 def amplifier_peak_current(op: Operation) -> Check:
     """The largest current, magnets warm, against the amplifier's peak current.
-
-    Args:
-        op: The drive at its work.
 
     Returns:
         The check [A], DC equivalent.
@@ -75,9 +63,6 @@ def amplifier_peak_current(op: Operation) -> Check:
 
 def motor_voltage(op: Operation) -> Check:
     """The voltage at every sample, warm and cold, against what reaches the terminals.
-
-    Args:
-        op: The drive at its work.
 
     Returns:
         The check [V].
@@ -97,9 +82,6 @@ def motor_voltage(op: Operation) -> Check:
 def motor_rms_current(op: Operation) -> Check:
     """The RMS current, friction counted before squaring, against the smaller of nominal and thermal limit.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [A], DC equivalent.
     """
@@ -115,9 +97,6 @@ def motor_rms_current(op: Operation) -> Check:
 def amplifier_continuous_current(op: Operation) -> Check:
     """The RMS current against the amplifier's continuous current.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The check [A], DC equivalent.
     """
@@ -132,9 +111,6 @@ def winding_temperature(op: Operation) -> Check:
     """The hottest winding of the cycle that repeats for ever against its limit less the margin.
 
     Its utilisation is that of the rise over ambient, so that a warm day counts.
-
-    Args:
-        op: The drive at its work.
 
     Returns:
         The check [C].
@@ -157,20 +133,11 @@ def winding_temperature(op: Operation) -> Check:
     room = allowed - op.ambient
     used = (hottest - op.ambient) / room if room > 0.0 else math.inf
     remark = "" if op.heat.ripple_known else "mean over the cycle: the winding time constant is unknown"
-    return Check(
-        name, hottest, allowed, "C", used, judged(used, op.safety.reserve), op.heat.peak_time, source, remark
-    )
+    return Check(name, hottest, allowed, "C", used, judged(used, op.safety.reserve), op.heat.peak_time, source, remark)
 
 
 def inertia_ratio(op: Operation) -> Check:
-    """The reflected load inertia over that of the rotor, at its largest; judged only where the study sets a limit.
-
-    Args:
-        op: The drive at its work.
-
-    Returns:
-        The check; a number without unit.
-    """
+    """The reflected load inertia over that of the rotor, at its largest; judged only where the study sets a limit."""
     name, inertia = "inertia ratio", op.demand.load_inertia
     if inertia is None:
         return reported(name, "1", None, "neither an arm nor the joint's load_inertia tells it")
@@ -213,9 +180,6 @@ def _peak_current(op: Operation, name: str, limit: Limit) -> Check:
 def peak_torque_limit(op: Operation) -> Limit:
     """The short-time limit of a drive's motor.
 
-    Args:
-        op: The drive at its work.
-
     Returns:
         The limit [N m].
     """
@@ -224,9 +188,6 @@ def peak_torque_limit(op: Operation) -> Limit:
 
 def short_time_limit(motor: Motor) -> Limit:
     """Printed peak torque, else what the printed peak current makes, else what nominal voltage makes at stall.
-
-    Args:
-        motor: The sheet.
 
     Returns:
         The limit [N m].

@@ -22,12 +22,9 @@ def supply_checks(
     takes nothing back is not credited with it.
 
     Args:
-        supply: Its limits.
         time: [s], (N,).
         weights: Time each sample stands for [s], (N,).
         powers: Electrical power by joint name [W], (N,) each.
-        reserve: A pass above ``1 - reserve`` is MARGINAL.
-        unknown: Joints whose power is not known, in words; then nothing is judged.
 
     Returns:
         Peak, mean and regenerated power [W].
@@ -47,9 +44,7 @@ def supply_checks(
         ("supply regenerated power", mean(fed_back), supply.regenerated_power, None),
     )
     return tuple(
-        held(
-            name, "W", None if unknown else value, _limit(limit, name, unknown), reserve=reserve, time=instant
-        )
+        held(name, "W", None if unknown else value, _limit(limit, name, unknown), reserve=reserve, time=instant)
         for name, value, limit, instant in found
     )
 

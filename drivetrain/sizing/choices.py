@@ -13,15 +13,7 @@ UNPRICED = -1e300  # least cost where none is known: below every cost, and sums 
 
 
 def all_choices(known: tuple[Indices, ...], setting: Setting) -> Choices:
-    """All candidates, with nothing known of them.
-
-    Args:
-        known: Pairs by joint, cheapest first.
-        setting: What they cost.
-
-    Returns:
-        The choices; with energy counted their least costs are still unknown.
-    """
+    """All candidates, with nothing known of them."""
     count = np.array([len(pairs) for pairs in known], dtype=np.int64)
     first = np.concatenate([[0], np.cumsum(count)[:-1]]).astype(np.int64)
     pool = np.concatenate(known).astype(np.int64)
@@ -32,58 +24,25 @@ def all_choices(known: tuple[Indices, ...], setting: Setting) -> Choices:
 
 
 def segment(choices: Choices, joint: int) -> Indices:
-    """The candidates of one joint.
-
-    Args:
-        choices: Of all joints.
-        joint: Index of the joint.
-
-    Returns:
-        Pairs.
-    """
+    """The candidates of one joint."""
     first = choices.first[joint]
     return choices.pool[first : first + choices.size[joint]]
 
 
 def cheapest(choices: Choices, joint: int) -> int:
-    """The cheapest candidate of one joint.
-
-    Args:
-        choices: Of all joints.
-        joint: Index of the joint.
-
-    Returns:
-        The pair.
-    """
+    """The cheapest candidate of one joint."""
     first = choices.first[joint]
     return int(choices.pool[first + int(np.argmin(choices.cost[first : first + choices.size[joint]]))])
 
 
 def least_cost(choices: Choices, joint: int) -> float:
-    """What the cheapest candidate of one joint costs.
-
-    Args:
-        choices: Of all joints.
-        joint: Index of the joint.
-
-    Returns:
-        In the objective's units.
-    """
+    """What the cheapest candidate of one joint costs."""
     first = choices.first[joint]
     return float(choices.cost[first : first + choices.size[joint]].min())
 
 
 def chosen(choices: Choices, joint: int, kept: Mask) -> Choices:
-    """The same choices with fewer candidates at one joint.
-
-    Args:
-        choices: Of all joints.
-        joint: Index of the joint.
-        kept: True for those that stay.
-
-    Returns:
-        New choices, without gaps.
-    """
+    """The same choices with fewer candidates at one joint."""
     parts = _parts(choices)
     parts[joint] = choices.first[joint] + np.flatnonzero(kept)
     tested = choices.tested.copy()
@@ -93,15 +52,7 @@ def chosen(choices: Choices, joint: int, kept: Mask) -> Choices:
 
 
 def closed_up(choices: Choices, *, in_order: bool = False) -> Choices:
-    """The same choices in memory of their own, without gaps between the joints.
-
-    Args:
-        choices: Of all joints.
-        in_order: The cheapest first.
-
-    Returns:
-        New choices.
-    """
+    """The same choices in memory of their own, without gaps between the joints."""
     parts = _parts(choices)
     if in_order:
         parts = [part[np.argsort(choices.cost[part], kind="stable")] for part in parts]
@@ -124,14 +75,7 @@ def _taken(choices: Choices, parts: list[Indices], tested: Indices) -> Choices:
 
 
 def others(choices: Choices) -> list[Choices]:
-    """All sets but that of the cheapest candidates, in parts: each differs from it first at another joint.
-
-    Args:
-        choices: Of all joints.
-
-    Returns:
-        The parts; no set is in two of them.
-    """
+    """All sets but that of the cheapest candidates, in parts: each differs from it first at another joint."""
     parts = []
     for joint in range(len(choices.size) - 1, -1, -1):
         first = segment(choices, joint) == cheapest(choices, joint)
@@ -142,14 +86,7 @@ def others(choices: Choices) -> list[Choices]:
 
 
 def answered(choices: Choices, joint: int, pair: int, holds: bool) -> None:
-    """What the Python road said of one candidate, in place.
-
-    Args:
-        choices: Of all joints.
-        joint: Index of the joint.
-        pair: That was asked about.
-        holds: Whether it holds: then its cost is exact; else it is taken out and those of the joint are closed up.
-    """
+    """What the Python road said of one candidate, in place."""
     first, size = int(choices.first[joint]), int(choices.size[joint])
     part = slice(first, first + size)
     choices.known[joint] = pair if holds else -1

@@ -54,14 +54,7 @@ class CurvePoint:
 
 
 def is_proven(proof: str) -> bool:
-    """Whether the words of a search say that its answer is proven.
-
-    Args:
-        proof: Of the search; empty where none was needed.
-
-    Returns:
-        True also where it is proven that no set fits.
-    """
+    """Whether the words of a search say that its answer is proven."""
     return proof in ("", PROVEN, PROVEN_ROBUST) or proof.startswith("no set")
 
 

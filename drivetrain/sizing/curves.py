@@ -328,12 +328,6 @@ def _told_of_scatter(row: _Row, step: float) -> list[str]:
 def varied(vary: Vary | str) -> Vary:
     """What is varied, from its name.
 
-    Args:
-        vary: ``payload``, ``cycle_time``, ``voltage`` or ``ambient``.
-
-    Returns:
-        The quantity.
-
     Raises:
         InputError: Another name.
     """
@@ -347,8 +341,6 @@ def check_curve(study: Study, vary: Vary | str, span: tuple[float, float]) -> No
     """Refuse a curve that cannot be found, before anything is searched.
 
     Args:
-        study: The task.
-        vary: What is changed.
         span: Smallest and largest value, SI, temperatures in [C].
 
     Raises:

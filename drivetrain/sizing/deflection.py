@@ -169,9 +169,6 @@ def vibration(evaluation: Evaluation) -> Vibration:
 def joint_stiffness(evaluation: Evaluation) -> Array:
     """The stiffness of every joint about the torque of every instant.
 
-    Args:
-        evaluation: Of the drives that carry the motion.
-
     Returns:
         In the joint's coordinate [N m/rad or N/m], (N, n); infinite where the gear prints none.
     """

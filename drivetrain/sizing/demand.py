@@ -119,9 +119,6 @@ class JointDemand:
     def average_torque(self, exponent: float) -> float:
         """The average of the load torque as wear sees it.
 
-        Args:
-            exponent: Of torque.
-
         Returns:
             [N m].
         """
@@ -134,14 +131,9 @@ class JointDemand:
 
         Args:
             values: At each sample, (N,), in any unit.
-
-        Returns:
-            In the unit of the values.
         """
         total = float(self.weights.sum())
         return float(values @ self.weights) / total if total > 0.0 else float(np.mean(values))
-
-
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,15 +151,7 @@ class Workload:
     weights: Array
 
     def at(self, joint: int, drives: Mapping[int, Drive]) -> JointWork:
-        """The work of one joint with the drives after it in place.
-
-        Args:
-            joint: Index of the joint.
-            drives: Of any joints, by index; only those of the joints after it are looked at.
-
-        Returns:
-            The work, for any drive of the joint's own.
-        """
+        """The work of one joint with the drives after it in place."""
         if not self.basis:
             return JointWork(self, joint, None)
         basis = self.basis[joint]
@@ -177,14 +161,7 @@ class Workload:
 
 
 def workload(study: Study) -> Workload:
-    """The work of a study's joints, prepared for any set of drives.
-
-    Args:
-        study: The task.
-
-    Returns:
-        The workload.
-    """
+    """The work of a study's joints, prepared for any set of drives."""
     return Workload(study, load_basis(study), study.cycle.weights)
 
 
@@ -222,14 +199,7 @@ class JointWork:
         return self._demand(self.others)
 
     def demand(self, drive: Drive) -> JointDemand:
-        """What the task asks of the joint's own drive.
-
-        Args:
-            drive: The joint's own.
-
-        Returns:
-            The demand over the whole cycle; one and the same for every drive that does not ride on the moved link.
-        """
+        """What the task asks of the joint's own drive."""
         if not self.own_load or self.others is None:
             return self._fixed
         basis = self.work.basis[self.joint]
@@ -267,16 +237,7 @@ class JointWork:
 
 
 def joint_demand(study: Study, drives: Mapping[int, Drive], joint: int) -> JointDemand:
-    """What the task asks of one joint, with the drives that load it in place.
-
-    Args:
-        study: The task.
-        drives: By joint index: the joint's own, and those of the joints after it.
-        joint: Index of the joint.
-
-    Returns:
-        The demand over the whole cycle, at the gear's output also where the joint slides.
-    """
+    """What the task asks of one joint, with the drives that load it in place."""
     return workload(study).at(joint, drives).demand(drives[joint])
 
 

@@ -76,12 +76,8 @@ def least_energy_of_lines(
     """A lower bound of a pair's electrical energy over the cycle, whatever the drives that load its joint are.
 
     Args:
-        task: The packed study.
         loads: Whether the drive of joint k changes what is asked of joint j, (j, k).
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``, for which ``may_hold`` was just asked and said yes.
         low, high: Numbers of all joints' drives, (n, NUMBERS).
-        bounds: Of the interval that these leave, as ``may_hold`` left them.
 
     Returns:
         [J].

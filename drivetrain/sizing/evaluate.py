@@ -45,16 +45,7 @@ def evaluate(study: Study, drives: Mapping[str, Given] | None = None) -> Evaluat
 
 
 def evaluated(work: Workload, keys: Mapping[str, Pair], more: tuple[Check, ...] = ()) -> Evaluation:
-    """Drives held against a task that is already prepared.
-
-    Args:
-        work: The task.
-        keys: Of motor and gear by joint name, all known; a joint that is not named has no drive and is not judged.
-        more: Checks of all joints together that are to be told before those of the supply.
-
-    Returns:
-        Every check of every joint and of the supply.
-    """
+    """Drives held against a task that is already prepared."""
     study, shelf = work.study, Shelf(work.study)
     tasks = {i: task for i, task in enumerate(study.joints) if task.name in keys}
     mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in tasks.items()}
@@ -90,16 +81,7 @@ def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
 
 
 def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
-    """The results of all joints as one evaluation, with what the set is worth.
-
-    Args:
-        study: The task.
-        results: By joint name.
-        shared: Checks of all joints together.
-
-    Returns:
-        The evaluation.
-    """
+    """The results of all joints as one evaluation, with what the set is worth."""
     found = criteria(study, results, shared)
     return Evaluation(study, results, shared, weighted(study.wanted, found), found)
 
@@ -108,11 +90,7 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
     """The drive of every joint: the caller's, else the study's.
 
     Args:
-        study: The task.
         drives: Keys of (motor, gear) by joint name.
-
-    Returns:
-        Keys by joint name, in the arm's order.
 
     Raises:
         InputError: Unknown joints, motors or gears, or a joint without a drive; all of them at once.
@@ -142,27 +120,13 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
 
 
 def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
-    """One joint's drive with every check; the search judges by the same functions.
-
-    Args:
-        work: The task.
-        mounted: Drives by joint index; those that load this joint and its own are looked at.
-        joint: Index of the joint.
-        keys: Of its motor and gear.
-
-    Returns:
-        The result.
-    """
+    """One joint's drive with every check; the search judges by the same functions."""
     demand = work.at(joint, mounted).demand(mounted[joint])
     return joint_result(operation(work.study, joint, demand, mounted[joint]), work.study.joints[joint].name, *keys)
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:
     """The checks of all joints together.
-
-    Args:
-        study: The task.
-        results: By joint name.
 
     Returns:
         The supply's power [W]; and, where an unknown mass leaves joints too lightly loaded, that it was not checked.

@@ -50,18 +50,7 @@ class Judgement:
 def judged(
     packed: Packed, joint: int, pair: int, drives: Mapping[int, int], *, stop_at_fail: bool = False
 ) -> Judgement:
-    """A pair with every check of an evaluation.
-
-    Args:
-        packed: The study.
-        joint: Index of the joint.
-        pair: Index into the packed pairs.
-        drives: Pairs of the other joints that are in place, by joint.
-        stop_at_fail: Leave out the stages after the first one in which a check failed.
-
-    Returns:
-        The judgement.
-    """
+    """A pair with every check of an evaluation."""
     study, shelf = packed.study, Shelf(packed.study)
 
     def drive(at: int, one: int) -> Drive:

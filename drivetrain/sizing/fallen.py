@@ -52,13 +52,7 @@ def beside(packed: Packed, joint: int, pairs: Indices, chosen: Mapping[int, int]
     """Every pair judged; the first stage that fails one tells the check of highest utilisation in it.
 
     Args:
-        packed: The study.
-        joint: Index of the joint.
         pairs: Indices into the packed pairs of that joint, (K,).
-        chosen: Pairs of the joints whose drives load it, by joint; its own is not looked at.
-
-    Returns:
-        What fells each; what is too close to a limit for rounding is asked of the functions of an evaluation.
     """
     codes, numbers = np.empty(len(pairs), dtype=np.int64), np.empty((len(pairs), 3))
     drives = chosen_numbers(packed, chosen)
@@ -126,11 +120,7 @@ class FallenTable(Sequence[Fallen]):
         return [task.name for task in self.packed.study.joints]
 
     def frame(self) -> pd.DataFrame:
-        """All rows as a table.
-
-        Returns:
-            The fields of ``Fallen`` as columns, names as categories.
-        """
+        """All rows as a table."""
         categories: Any = pd.Categorical.from_codes  # whose annotations do not take a list of names
         motor, gear = self.packed.task.pairs[self.pair].T
         gears = list(dict.fromkeys(self.packed.gears))
@@ -155,13 +145,7 @@ def fallen_table(packed: Packed, parts: Sequence[Beside], share: Array, unknown:
     """The pairs that fell at all joints.
 
     Args:
-        packed: The study.
-        parts: One a joint, in the order in which they are told.
         share: What each pair adds to the objective, (P,).
-        unknown: By joint the pairs that cannot be chosen as their share is not known; told after the joint's others.
-
-    Returns:
-        One row a pair that does not hold.
     """
     joints, pairs, labels, numbers = [], [], [], []
     for part in parts:

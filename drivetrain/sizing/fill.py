@@ -31,16 +31,7 @@ class Shelf:
         self._gears: dict[str, tuple[Gear, tuple[str, ...]]] = {"": (DIRECT, ())}
 
     def drive(self, task: JointTask, motor: str, gear: str) -> Drive:
-        """The drive of one motor and one gear at one joint.
-
-        Args:
-            task: Of the joint: friction of joint and motor.
-            motor: Key in the catalogue.
-            gear: Key in the catalogue; empty for a direct drive.
-
-        Returns:
-            The drive, every assumption used told in words.
-        """
+        """The drive of one motor and one gear at one joint."""
         row, wheel = self.motor(motor), self.gear(gear)
         motor_words, gear_words = self._motors[motor][1], self._gears[gear][1]
         words = [*motor_words, *gear_words]
@@ -50,40 +41,19 @@ class Shelf:
         return Drive(row, wheel, task.friction, task.motor_friction, tuple(words))
 
     def motor(self, key: str) -> Motor:
-        """One motor.
-
-        Args:
-            key: In the catalogue.
-
-        Returns:
-            Its row, assumptions filled in.
-        """
+        """One motor."""
         if key not in self._motors:
             self._motors[key] = _filled_motor(self.study.catalog.motors[key], self.study)
         return self._motors[key][0]
 
     def gear(self, key: str) -> Gear:
-        """One gear.
-
-        Args:
-            key: In the catalogue; empty for a direct drive.
-
-        Returns:
-            Its row, assumptions filled in.
-        """
+        """One gear."""
         if key not in self._gears:
             self._gears[key] = _filled_gear(self.study.catalog.gears[key], self.study)
         return self._gears[key][0]
 
     def filled(self, gear: Gear) -> Gear:
-        """A gear that stands in no catalogue.
-
-        Args:
-            gear: Its sheet.
-
-        Returns:
-            The sheet, assumptions filled in.
-        """
+        """A gear that stands in no catalogue."""
         return _filled_gear(gear, self.study)[0]
 
 

@@ -55,12 +55,7 @@ class FreeDesign:
         """The drives for a set of ratios, each sized for the load of those after it.
 
         Args:
-            ratios: By joint index, of the joints with a free ratio.
-            after: Drives that are known already: those of the joints after ``joint``.
             joint: To start from, going to the base; None: the tip.
-
-        Returns:
-            By joint index.
         """
         drives = dict(self.fixed)
         drives.update(after or {})
@@ -70,24 +65,12 @@ class FreeDesign:
         return drives
 
     def at(self, joint: int, drives: Mapping[int, Drive]) -> Operation:
-        """One joint's drive at its work.
-
-        Args:
-            joint: Index of the joint.
-            drives: By joint index.
-
-        Returns:
-            The operation, nothing computed yet.
-        """
+        """One joint's drive at its work."""
         demand = self.work.at(joint, drives).demand(drives[joint])
         return operation(self.study, joint, demand, drives[joint])
 
     def share(self, joint: int, drives: Mapping[int, Drive]) -> float:
         """What one joint adds to the goal.
-
-        Args:
-            joint: Index of the joint.
-            drives: By joint index.
 
         Returns:
             In the goal's unit, for CURRENT the square of the relative RMS current; NaN where data are missing.
@@ -109,28 +92,13 @@ class FreeDesign:
         return math.nan if lasting is None else squared / lasting**2
 
     def total(self, shares: Mapping[int, float]) -> float:
-        """The goal of all joints.
-
-        Args:
-            shares: By joint index.
-
-        Returns:
-            In the goal's unit.
-        """
+        """The goal of all joints."""
         if self.goal is Goal.CURRENT:
             return math.sqrt(math.fsum(shares.values()) / max(len(shares), 1))
         return math.fsum(shares.values())
 
     def limit(self, joint: int, drives: Mapping[int, Drive]) -> Worst:
-        """How near a joint comes to its limits of speed and of voltage.
-
-        Args:
-            joint: Index of the joint.
-            drives: By joint index.
-
-        Returns:
-            The worst of these checks.
-        """
+        """How near a joint comes to its limits of speed and of voltage."""
         op = self.at(joint, drives)
         found = [check(op) for check in (motor_speed, gear_maximum_input_speed, gear_mean_input_speed, motor_voltage)]
         return max(
@@ -163,9 +131,6 @@ class FreeDesign:
 
 def finite(value: float) -> float:
     """A goal for comparing: what is not known is worst.
-
-    Args:
-        value: Any.
 
     Returns:
         The value; infinite where it is not a number.

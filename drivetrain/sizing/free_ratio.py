@@ -87,12 +87,6 @@ class _Allowed:
 def goal_of(goal: Goal | str) -> Goal:
     """A goal by its name.
 
-    Args:
-        goal: Such as ``heat``.
-
-    Returns:
-        The goal.
-
     Raises:
         InputError: There is none of that name.
     """

@@ -121,10 +121,6 @@ def pareto_front(
 def check_criteria(study: Study, criteria: Sequence[str]) -> None:
     """Refuse a front that cannot be found, before anything is searched.
 
-    Args:
-        study: The task.
-        criteria: Which to compare.
-
     Raises:
         InputError: No criterion, one of another name, or none that candidates have data for.
     """

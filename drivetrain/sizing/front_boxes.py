@@ -35,14 +35,7 @@ class Part:
 
 
 def all_sets(problem: Problem) -> Box:
-    """All candidates, their costs not known yet.
-
-    Args:
-        problem: What is chosen from.
-
-    Returns:
-        A box.
-    """
+    """All candidates, their costs not known yet."""
     n = problem.n
     size = np.array([len(pairs) for pairs in problem.known], dtype=np.int64)
     pool = np.concatenate(problem.known).astype(np.int64)
@@ -58,7 +51,6 @@ def weightings(columns: Sequence[int], spans: Array) -> Array:
     """Weightings of the additive criteria: each alone, and mixtures of all.
 
     Args:
-        columns: Of the costs that count.
         spans: By which each is scaled, (4,).
 
     Returns:
@@ -78,11 +70,7 @@ def only(box: Box, kept: Mask) -> Box:
     """A box of its own with some of the candidates; what their numbers change is found when costs are.
 
     Args:
-        box: The candidates.
         kept: Whether each stays, (T,).
-
-    Returns:
-        Without gaps between the joints.
     """
     inside = np.zeros(len(kept), dtype=np.bool_)
     for first, size in zip(box.first, box.size, strict=True):
@@ -96,26 +84,12 @@ def only(box: Box, kept: Mask) -> Box:
 
 
 def closed_up(box: Box) -> Box:
-    """The same candidates without gaps between the joints.
-
-    Args:
-        box: The candidates.
-
-    Returns:
-        A box of its own.
-    """
+    """The same candidates without gaps between the joints."""
     return only(box, np.ones(len(box.pool), dtype=np.bool_))
 
 
 def halves(part: Part) -> list[Part]:
-    """A part in two, each with half the candidates of the joint that has most.
-
-    Args:
-        part: With two candidates or more at some joint.
-
-    Returns:
-        Two parts with the same bounds.
-    """
+    """A part in two, each with half the candidates of the joint that has most."""
     box, masks = part.box, []
     joint = int(np.argmax(box.size))
     first, size = int(box.first[joint]), int(box.size[joint])
@@ -130,13 +104,7 @@ def parted(box: Box, numbers: Array, joint: int, number: int) -> list[Box]:
     """A box in two, parted in the middle of one number of a joint's drives.
 
     Args:
-        box: The candidates.
         numbers: By which drives load joints, of every pair, (P, NUMBERS).
-        joint: Index of the joint.
-        number: Index of the number, which is not the same for all candidates there.
-
-    Returns:
-        Two boxes.
     """
     first, size = int(box.first[joint]), int(box.size[joint])
     values = numbers[box.pool[first : first + size], number]

@@ -24,14 +24,7 @@ SAMPLES = 4096  # arms of a set, where no probability is wanted
 
 
 def scatters(study: Study) -> bool:
-    """Whether anything in a study scatters.
-
-    Args:
-        study: The task.
-
-    Returns:
-        True where it states a tolerance.
-    """
+    """Whether anything in a study scatters."""
     return bool(study.tolerances.given)
 
 
@@ -39,12 +32,7 @@ def chance_of(base: Ground, drives: dict[str, Pair], samples: int = SAMPLES) -> 
     """The probability that a set holds, counted.
 
     Args:
-        base: What all sets of a study share.
         drives: Keys of (motor, gear) by joint name.
-        samples: How many arms are drawn; the study's own number where that is smaller.
-
-    Returns:
-        With its error; the same draws for every set.
     """
     study, held = base.study, 0
     count = min(samples, study.tolerances.samples)
@@ -78,14 +66,7 @@ class OftenEnough:
         self._base = ground(packed.study, packed.work)
 
     def __call__(self, pairs: tuple[int, ...]) -> bool:
-        """Whether a set holds often enough.
-
-        Args:
-            pairs: One a joint.
-
-        Returns:
-            False also where that could not be told; see the counters.
-        """
+        """Whether a set holds often enough."""
         if any((joint, pair, self._loads(joint, pairs)) in self.falling for joint, pair in enumerate(pairs)):
             self.counters["sets with a drive that falls too often"] += 1
             return False
@@ -110,9 +91,7 @@ class OftenEnough:
         """Which candidates of a joint are known to fall too often by themselves.
 
         Args:
-            joint: Index of the joint.
             pool: Pairs of it, (K,).
-            lead: One a joint: those that load this joint are looked at.
 
         Returns:
             (K,).

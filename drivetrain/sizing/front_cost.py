@@ -220,9 +220,7 @@ def _slopes(task: PackedTask, setting: Setting, joint: int, box: Box, line: Arra
 
 
 @njit_leaf
-def _least_energy_beside(
-    task: PackedTask, joint: int, pair: int, loss: float, line: Array, memory: Memory
-) -> float:
+def _least_energy_beside(task: PackedTask, joint: int, pair: int, loss: float, line: Array, memory: Memory) -> float:
     """``_least_beside`` of a pair within the bounds of its joint."""
     m, g, bounds = task.motors[joint, task.pairs[pair, 0]], task.gears[task.pairs[pair, 1]], memory.bounds
     low, high, at, curved = bounds.low, bounds.high, task.offsets[joint, joint], task.tasks[joint, CURVED] != 0.0
@@ -283,8 +281,6 @@ def take_out(box: Box, joint: int, kept: NDArray[np.bool_]) -> None:
     """Close up the candidates of a joint.
 
     Args:
-        box: The candidates, in place.
-        joint: Index of the joint.
         kept: Whether a candidate stays, (T,).
     """
     to = box.first[joint]
@@ -305,16 +301,8 @@ def cost_box(
     """Costs of the candidates of all joints whose costs are stale; those that hold in no case are taken out.
 
     Args:
-        task: The packed study.
-        setting: Which drives load which joints.
-        known: What every box shares.
-        box: The candidates, in place.
-        memory: Filled again.
         kept: Scratch, (T,).
         work: Its first counts the candidates looked at, (1,).
-
-    Returns:
-        Whether every joint has candidates left.
     """
     n = len(box.size)
     for joint in range(n):

@@ -85,12 +85,6 @@ def _share(required: float, available: float) -> float:
 def bound_used(task: PackedTask, joint: int, pair: int, memory: Memory) -> tuple[float, float]:
     """How near a candidate comes to its limits at least, and what copper loss is certain, within bounds of torque.
 
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``, for which ``may_hold`` was just asked and said yes.
-        memory: Its bounds as that left them; ``torque`` is filled again.
-
     Returns:
         Utilisation, and loss over torque squared [W/(N m)^2].
     """

@@ -44,7 +44,6 @@ def weigh(box: Box, numbers: Array, weights: Array, values: Array) -> None:
     """Weighted costs of candidates, each with what it answers for at other joints.
 
     Args:
-        box: The candidates.
         numbers: By which drives load joints, of every pair, (P, NUMBERS).
         weights: (W, 4).
         values: Takes them, (T, W).
@@ -68,12 +67,8 @@ def bounds(box: Box, values: Array, least: Array) -> float:
     """The least of each weighting at each joint.
 
     Args:
-        box: The candidates.
         values: From ``weigh``, (T, W).
         least: Takes it, (n, W).
-
-    Returns:
-        The least utilisation of all joints together.
     """
     used = 0.0
     for joint in range(len(box.size)):
@@ -113,9 +108,7 @@ def survivors(box: Box, numbers: Array, reach: Reach, kept: NDArray[np.bool_], t
     """Which candidates may be part of a set that no known one matches.
 
     Args:
-        box: The candidates with their costs.
         numbers: By which drives load joints, of every pair, (P, NUMBERS).
-        reach: What is left open.
         kept: Takes the answer, (T,).
         total: Takes the least of each weighting, (W,).
 
@@ -205,13 +198,8 @@ def sets_of(box: Box, numbers: Array, reach: Reach, found: Indices) -> int:
     """The sets of a box whose loads are decided that reach a zone.
 
     Args:
-        box: The candidates with their exact costs.
         numbers: By which drives load joints, of every pair, (P, NUMBERS).
-        reach: What is left open.
         found: Takes positions in the pool, (MOST_SETS, n).
-
-    Returns:
-        How many; more than there is room for are counted, not told.
     """
     n, count = len(box.size), len(reach.weights)
     values, least = np.empty((len(box.pool), count)), np.empty((n, count))
@@ -271,9 +259,6 @@ def nearness(bound: Array, used: Array, points: Array, heights: Array) -> float:
         used: Least utilisation of each, (B,).
         points: Weighted values of the sets found, (M, W).
         heights: Their utilisation, infinite where it is not compared, (M,).
-
-    Returns:
-        The share.
     """
     worst = 0.0
     for box in range(len(bound)):

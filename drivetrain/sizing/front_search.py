@@ -87,11 +87,7 @@ class FrontSearch:
         return self._started and not self.open and self._following is None
 
     def copied(self) -> FrontSearch:
-        """The same search, to go on without touching this one.
-
-        Returns:
-            A search of its own; it shares what never changes.
-        """
+        """The same search, to go on without touching this one."""
         other = FrontSearch(self.problem, self.names, self.excluded, self.often)
         other.counters, other.open, other.zones = Counter(self.counters), list(self.open), self.zones.copied()
         other._weights, other._following, other._started = self._weights, self._following, self._started
@@ -103,7 +99,6 @@ class FrontSearch:
         Args:
             time_limit: Once all candidates were looked at a first time, which may compile [s]; at most half of it
                 goes into first sets.
-            tell: Told how far the search is.
         """
         start = self._begin(time_limit) if not self._started else time.perf_counter()
         deadline = start + time_limit

@@ -79,16 +79,7 @@ class Walk(NamedTuple):
 
 
 def new_walk(box: Box, weightings: int, sets: int) -> Walk:
-    """Memory for a walk.
-
-    Args:
-        box: The candidates.
-        weightings: How many.
-        sets: As many can be found at most.
-
-    Returns:
-        Nothing in it yet.
-    """
+    """Memory for a walk."""
     n, count = len(box.size), len(box.pool)
     return Walk(
         np.zeros((n + 1, weightings)), np.zeros(n + 1), np.zeros((count, 4)), np.zeros(count, dtype=np.int64),
@@ -179,18 +170,7 @@ def _judged(
 
 @njit_entry
 def walk_box(task: PackedTask, box: Box, reach: Reach, memory: Memory, walk: Walk) -> int:
-    """The sets of a box that hold at every joint and reach a zone.
-
-    Args:
-        task: The packed study; drives load only the joints before their own.
-        box: The candidates with bounds of their costs.
-        reach: Zones that the box can reach.
-        memory: Filled again.
-        walk: ``least`` and ``height`` filled; takes the sets.
-
-    Returns:
-        How many; the walk ends where there is no more room.
-    """
+    """The sets of a box that hold at every joint and reach a zone."""
     n, sets = len(box.size), 0
     joint = n - 1
     for i in range(4):

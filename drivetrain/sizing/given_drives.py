@@ -36,14 +36,7 @@ OUT_OF_REACH = 1e30  # SI, of any limit
 
 
 def as_given(packed: Packed) -> Packed:
-    """A packed study in which a given drive is held only against what its sheets state.
-
-    Args:
-        packed: The study.
-
-    Returns:
-        The same object where no given drive lacks data for an essential check.
-    """
+    """A packed study in which a given drive is held only against what its sheets state."""
     for joint, task in enumerate(packed.study.joints):
         if task.drive is not None:
             packed = _excused(packed, joint)
@@ -51,14 +44,7 @@ def as_given(packed: Packed) -> Packed:
 
 
 def stands(evaluation: Evaluation) -> bool:
-    """Whether a set holds as far as the drives that were to be chosen go.
-
-    Args:
-        evaluation: Of the set.
-
-    Returns:
-        True when no check failed, and data are missing of given drives alone.
-    """
+    """Whether a set holds as far as the drives that were to be chosen go."""
     if evaluation.feasible:
         return True
     given = {task.name for task in evaluation.study.joints if task.drive is not None}

@@ -19,15 +19,7 @@ STAGES = (GEAR_CHECKS, SPEED_CHECKS, TORQUE_CHECKS, ELECTRIC_CHECKS)
 
 
 def judge(operation: Operation, *, stop_at_fail: bool = False) -> tuple[Check, ...]:
-    """Everything held against one drive.
-
-    Args:
-        operation: The drive at its work.
-        stop_at_fail: Leave out the stages after the first one in which a check failed.
-
-    Returns:
-        The checks in a fixed order; a direct drive has none of a gear.
-    """
+    """Everything held against one drive."""
     found: list[Check] = []
     for stage in STAGES:
         if stage is GEAR_CHECKS and is_direct(operation):
@@ -39,43 +31,18 @@ def judge(operation: Operation, *, stop_at_fail: bool = False) -> tuple[Check, .
 
 
 def is_direct(operation: Operation) -> bool:
-    """Whether there is no gear.
-
-    Args:
-        operation: The drive at its work.
-
-    Returns:
-        True for a direct drive.
-    """
+    """Whether there is no gear."""
     return operation.drive.gear.key == ""
 
 
 def joint_result(operation: Operation, name: str, motor: str, gear: str) -> JointResult:
-    """One joint's drive with every check and its series.
-
-    Args:
-        operation: The drive at its work.
-        name: Of the joint.
-        motor: Catalogue key.
-        gear: Catalogue key; empty for a direct drive.
-
-    Returns:
-        The result.
-    """
+    """One joint's drive with every check and its series."""
     checks = tuple(placed(operation.demand.cycle, check) for check in judge(operation))
     return JointResult(name, motor, gear, operation.drive, checks, operation.series(), tuple(_remarks(operation)))
 
 
 def placed(cycle: Cycle, check: Check) -> Check:
-    """A check that says in which part of a mix its instant lies.
-
-    Args:
-        cycle: The repeated task.
-        check: Of a joint or of all together.
-
-    Returns:
-        The check, with the part in its remark; as it was where the cycle is no mix or it belongs to no instant.
-    """
+    """A check that says in which part of a mix its instant lies."""
     if len(cycle.parts) == 1 or check.time is None:
         return check
     part = cycle.part_at(check.time)

@@ -177,12 +177,6 @@ def _judge(task: PackedTask, joint: int, pair: int, load: JointLoad, mode: int) 
 def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tuple[int, int, float]:
     """Whether a pair holds at a joint: every check of ``judge.py`` until one fails.
 
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        load: From ``load_joint``.
-
     Returns:
         HOLDS, FALLS or ASK; the check that felled it (LACKS more where it could not be made), that is too close, or
         that binds; its utilisation, infinite where a part of the cycle or the lack of data told enough.
@@ -192,28 +186,12 @@ def judge_exact(task: PackedTask, joint: int, pair: int, load: JointLoad) -> tup
 
 @njit_face
 def figures(task: PackedTask, joint: int, pair: int, load: JointLoad, full: bool) -> tuple[int, int, float]:
-    """Every check of a pair with its numbers, stage by stage as ``judge.py`` makes them.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        load: From ``load_joint``; takes the figures in ``checks``.
-        full: Make every check, also after one has failed.
-
-    Returns:
-        HOLDS or FALLS; the failed check of highest utilisation in the stage where the first failed, a check that could
-        not be made but must be, LACKS more, or the one that binds; its utilisation.
-    """
+    """Every check of a pair with its numbers, stage by stage as ``judge.py`` makes them."""
     return _judge(task, joint, pair, load, np.int64(FULL if full else STAGES))
 
 
 def judge_units(task: PackedTask, load: JointLoad) -> Indices:
     """Addresses of the kernels that judge, by JUDGE, POWER and LOAD.
-
-    Args:
-        task: The packed study.
-        load: Memory.
 
     Returns:
         Good for this process, (3,).
@@ -257,11 +235,8 @@ def judge_all(
     """Many pairs of one joint beside the same drives, with the figures that ``Judgement.fallen`` tells.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
         pairs: Indices into ``task.pairs``, (K,).
         drives: Numbers of the drives after it, as for ``load_joint``, (n, NUMBERS).
-        load: Memory.
         codes: Takes the check that felled each pair, LACKS more where it could not be made, HELD, or ASKED where a
             check is too close to its limit, (K,).
         numbers: Takes required, available and utilisation of that check, or of the one that binds, (K, 3).
@@ -312,10 +287,6 @@ def pair_power(task: PackedTask, joint: int, pair: int, load: JointLoad, power: 
     """Electrical power of a pair at work.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``; its torque can be computed.
-        load: From ``load_joint``.
         power: Takes it at each sample, negative when regenerating [W], (N,).
 
     Returns:

@@ -13,15 +13,7 @@ MOST_NAMED = 3
 
 
 def lacking_of(study: Study, name: str) -> dict[str, tuple[int, int]]:
-    """How many candidates of each joint have no known mass or price.
-
-    Args:
-        study: The task.
-        name: ``mass`` or ``price``.
-
-    Returns:
-        How many of how many, by joint; a given drive is the only candidate of its joint.
-    """
+    """How many candidates of each joint have no known mass or price."""
     found = {}
     for task in study.joints:
         pairs = _pairs(task)
@@ -31,15 +23,7 @@ def lacking_of(study: Study, name: str) -> dict[str, tuple[int, int]]:
 
 
 def words_of(study: Study, name: str) -> str:
-    """Where nothing is known of a term, in words.
-
-    Args:
-        study: The task.
-        name: ``mass`` or ``price``.
-
-    Returns:
-        How many candidates of which joints, and of which rows; empty where every joint has one that is known.
-    """
+    """Where nothing is known of a term, in words."""
     bare = {joint: count for joint, (lacks, count) in lacking_of(study, name).items() if count and lacks == count}
     if not bare:
         return ""
@@ -53,14 +37,7 @@ def words_of(study: Study, name: str) -> str:
 
 
 def unknown_terms(study: Study) -> list[Fault]:
-    """What an objective weighs that no candidate of some joint has.
-
-    Args:
-        study: The task.
-
-    Returns:
-        One fault a term.
-    """
+    """What an objective weighs that no candidate of some joint has."""
     found = []
     for name in TERMS:
         words = words_of(study, name) if name in SHEET and weight_of(study.wanted, name) else ""

@@ -145,15 +145,7 @@ _WHOLE = ir.VectorType(ir.IntType(64), WIDTH)
 
 @_intrinsic
 def third_guess(typing_context: Any, a: Any) -> Any:
-    """The cube root of what is not negative to a few percent: a third of the exponent's bits.
-
-    Args:
-        typing_context: Numba's own; a call leaves it out.
-        a: Lanes.
-
-    Returns:
-        Lanes.
-    """
+    """The cube root of what is not negative to a few percent: a third of the exponent's bits."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         bits = builder.sitofp(builder.bitcast(args[0], _WHOLE), _VECTOR)
@@ -166,15 +158,7 @@ def third_guess(typing_context: Any, a: Any) -> Any:
 
 @_intrinsic
 def spread(typing_context: Any, number: Any) -> Any:
-    """The same number in all lanes.
-
-    Args:
-        typing_context: Numba's own; a call leaves it out.
-        number: A float.
-
-    Returns:
-        Lanes.
-    """
+    """The same number in all lanes."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return _spread(builder, args[0])
@@ -187,13 +171,7 @@ def where_less(typing_context: Any, a: Any, b: Any, then: Any, other: Any) -> An
     """One of two numbers in each lane.
 
     Args:
-        typing_context: Numba's own; a call leaves it out.
-        a, b: What is compared, lanes or floats.
-        then: Where the first is less than the second.
         other: Elsewhere, where one of them is NaN too.
-
-    Returns:
-        Lanes.
     """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -204,15 +182,7 @@ def where_less(typing_context: Any, a: Any, b: Any, then: Any, other: Any) -> An
 
 @_intrinsic
 def largest_of(typing_context: Any, a: Any) -> Any:
-    """The largest of all lanes.
-
-    Args:
-        typing_context: Numba's own; a call leaves it out.
-        a: Lanes.
-
-    Returns:
-        A float.
-    """
+    """The largest of all lanes."""
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.call(_declared(builder, "llvm.vector.reduce.fmax", _NUMBER, 1), args)
@@ -232,12 +202,7 @@ def row(typing_context: Any, table: Any, index: Any) -> Any:
     """A row of a table as lanes.
 
     Args:
-        typing_context: Numba's own; a call leaves it out.
         table: Contiguous floats, (rows, WIDTH).
-        index: Of the row.
-
-    Returns:
-        Lanes.
     """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -253,10 +218,7 @@ def put(typing_context: Any, table: Any, index: Any, value: Any) -> Any:
     """Makes lanes a row of a table.
 
     Args:
-        typing_context: Numba's own; a call leaves it out.
         table: Contiguous floats, (rows, WIDTH).
-        index: Of the row.
-        value: Lanes.
     """
 
     def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:

@@ -81,9 +81,6 @@ class JointBasis:
 def load_basis(study: Study) -> tuple[JointBasis, ...]:
     """The basis of every joint.
 
-    Args:
-        study: The task; where the arm's links hold drives that are to be replaced, they are taken out first.
-
     Returns:
         One a joint [SI]; empty when the study has no arm.
     """
@@ -99,11 +96,6 @@ def load_basis(study: Study) -> tuple[JointBasis, ...]:
 def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
     """The five numbers through which a drive loads the joints before it.
 
-    Args:
-        study: Whose mass the drives are, and the travel of the joint.
-        joint: Index of the drive's joint.
-        drive: Motor and gear.
-
     Returns:
         Mass [kg], inertia across and along [kg m^2], of the rotor [kg m^2], and that times the ratio, (5,). The first
         three are zero where the arm's links already hold them.
@@ -116,11 +108,6 @@ def drive_numbers(study: Study, joint: int, drive: Drive) -> Array:
 
 def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) -> Array:
     """The numbers of all drives that load a joint, in the order of its basis.
-
-    Args:
-        study: The task.
-        basis: Of the joint.
-        drives: By joint index; a joint without one adds nothing.
 
     Returns:
         (rows,); the units of ``drive_numbers``.
@@ -191,16 +178,7 @@ def _units(study: Study, arm: Arm, reference: Loads, joint: int) -> list[Loads]:
 
 
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
-    """The drives that may load a joint, or where motors are coupled its shaft.
-
-    Args:
-        study: The task.
-        joint: Index of the joint.
-
-    Returns:
-        Indices of joints, sorted: those after it, and any whose drive rides on it, or beyond the first of the joints
-        that its shaft turns.
-    """
+    """The drives that may load a joint, or where motors are coupled its shaft."""
     names = [task.name for task in study.joints]
     coupled = study.joints[joint].coupled
     first = min((names.index(name) for name in coupled), default=joint)

@@ -94,14 +94,7 @@ class JointBounds(NamedTuple):
 
 
 def new_load(task: PackedTask) -> JointLoad:
-    """Memory for the load of one joint.
-
-    Args:
-        task: The packed study.
-
-    Returns:
-        Nothing in it yet.
-    """
+    """Memory for the load of one joint."""
     n, _, samples = task.series.shape
     count = LOAD_NUMBERS + len(task.exponents)
     return JointLoad(
@@ -112,14 +105,7 @@ def new_load(task: PackedTask) -> JointLoad:
 
 
 def new_bounds(task: PackedTask) -> JointBounds:
-    """Memory for the bounds of one joint.
-
-    Args:
-        task: The packed study.
-
-    Returns:
-        Nothing in it yet.
-    """
+    """Memory for the bounds of one joint."""
     samples = task.series.shape[2]
     count = LOAD_NUMBERS + len(task.exponents)
     instants, scratch = np.zeros(INSTANTS, dtype=np.int64), np.zeros((SCRATCH, samples))
@@ -133,8 +119,6 @@ def load_force(task: PackedTask, joint: int, drives: Array, force: Array) -> Non
     """The torque at a joint's gear.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
         drives: Numbers of the drives in place, zeros where there is none, (n, NUMBERS); the joint's own counts where
             it rides on the link that it moves.
         force: Takes it [N m], (N,).
@@ -144,13 +128,7 @@ def load_force(task: PackedTask, joint: int, drives: Array, force: Array) -> Non
 
 @njit_part
 def sum_up(task: PackedTask, joint: int, load: JointLoad) -> None:
-    """What follows from the force of a load.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        load: Its FORCE is read, series and numbers are filled.
-    """
+    """What follows from the force of a load."""
     force, row, limits = load.series[FORCE], task.series[joint], task.tasks[joint]
     split(row, limits, task.rests[joint], load.series)
     for i in range(len(load.numbers)):
@@ -163,10 +141,7 @@ def load_joint(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> 
     """What is asked of a joint with the drives after it in place.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
         drives: Their numbers, zeros where there is none, (n, NUMBERS); the joint's own is left out.
-        load: Takes the result.
     """
     load_unit(task, joint, drives, load)
 
@@ -176,10 +151,7 @@ def load_unit(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> N
     """``load_joint``, to be called by its address.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
         drives: Numbers of the drives in place, (n, NUMBERS).
-        load: Takes the result.
     """
     for k in range(len(drives)):
         for i in range(NUMBERS):
@@ -196,14 +168,7 @@ def load_unit(task: PackedTask, joint: int, drives: Array, load: JointLoad) -> N
 
 @njit_part
 def own_load(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
-    """Add what the joint's own drive asks of it, where it rides on the link that it moves.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        load: From ``load_joint``.
-    """
+    """Add what the joint's own drive asks of it, where it rides on the link that it moves."""
     if task.offsets[joint, joint] >= 0:
         add_drive(load.base[0], task.force, task.offsets[joint, joint], task.numbers, pair, load.series[FORCE])
         sum_up(task, joint, load)
@@ -212,12 +177,6 @@ def own_load(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
 @njit_part
 def average(task: PackedTask, joint: int, which: int, load: JointLoad) -> float:
     """The average load torque as wear sees it, computed when first asked for.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        which: Index of the exponent.
-        load: The joint's.
 
     Returns:
         [N m].
@@ -231,13 +190,7 @@ def average(task: PackedTask, joint: int, which: int, load: JointLoad) -> float:
 
 @njit_part
 def bearing_base(task: PackedTask, joint: int, load: JointLoad) -> None:
-    """The loads on the output bearing without the joint's own drive, computed when first asked for.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        load: The joint's; takes wrench and largest loads into ``base`` and ``kept``.
-    """
+    """The loads on the output bearing without the joint's own drive, computed when first asked for."""
     if np.isnan(load.kept[0, 0]):
         for component in range(6):
             to = load.base[1 + component]
@@ -255,11 +208,7 @@ def bearing_reach(task: PackedTask, joint: int, pair: int, which: int, load: Joi
     """What a load on the output bearing is at most; exact where the joint's own drive does not load it.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
         which: 0 for the tilting moment [N m], 1 and 2 for forces along and across the axis [N].
-        load: The joint's, after ``bearing_base``.
 
     Returns:
         [N m] or [N].
@@ -273,14 +222,7 @@ def bearing_reach(task: PackedTask, joint: int, pair: int, which: int, load: Joi
 
 @njit_part
 def bearing(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
-    """The largest loads on the output bearing.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        load: The joint's, after ``bearing_base``; takes TILT, PUSH and SIDE.
-    """
+    """The largest loads on the output bearing."""
     at = task.offsets[joint, joint]
     if at < 0:
         for which in range(3):
@@ -296,12 +238,6 @@ def bearing(task: PackedTask, joint: int, pair: int, load: JointLoad) -> None:
 @njit_part
 def inertia_peak(task: PackedTask, joint: int, pair: int, load: JointLoad) -> float:
     """The largest inertia that the gear's output accelerates, computed when first asked for.
-
-    Args:
-        task: The packed study.
-        joint: Index of the joint.
-        pair: Index into ``task.pairs``.
-        load: The joint's.
 
     Returns:
         [kg m^2].
@@ -321,11 +257,8 @@ def bound_joint(task: PackedTask, joint: int, low: Array, high: Array, bounds: J
     """What is asked of a joint at least when its torque lies in an interval.
 
     Args:
-        task: The packed study.
-        joint: Index of the joint.
         low, high: Torque at the gear's output without joint friction and without what the joint's own drive adds
             [N m], (N,).
-        bounds: Takes the result.
     """
     for t in range(len(low)):
         bounds.low[t], bounds.high[t] = low[t], high[t]

@@ -63,9 +63,7 @@ def add_drive(start: Array, rows: Array, at: int, drives: Array, k: int, out: Ar
     Args:
         start: Any unit, (N,).
         rows: What a unit of each number of each drive adds, (R, N).
-        at: First row of the drive.
         drives: Numbers of drives, (n, NUMBERS).
-        k: Which of them.
         out: Takes the sum, (N,).
     """
     a, b, c, d, e = drives[k, 0], drives[k, 1], drives[k, 2], drives[k, 3], drives[k, 4]
@@ -81,7 +79,6 @@ def large_instants(row: Array, low: Array, high: Array, instants: Indices) -> No
     Args:
         row: The joint's series, (SERIES, N).
         low, high: Torque at the gear's output [N m], (N,); both the same for one history.
-        instants: Takes the samples.
     """
     samples, friction = len(low), row[FRICTION]
     for i in range(INSTANTS):
@@ -123,7 +120,6 @@ def least_average(row: Array, exponent: float, low: Array, high: Array) -> float
 
     Args:
         row: The joint's series, (SERIES, N).
-        exponent: Of torque.
         low, high: Torque at the gear's output [N m], (N,); both the same for one history.
 
     Returns:
@@ -200,9 +196,6 @@ def magnitude(values: Array) -> float:
 
     Args:
         values: Any unit, (N,).
-
-    Returns:
-        In that unit.
     """
     peak = 0.0
     for t in range(len(values)):

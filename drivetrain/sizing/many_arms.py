@@ -44,16 +44,7 @@ class Figures:
 
 
 def judged(ready: Bench, draws: Draws, *, threads: int = 1) -> Iterator[Figures]:
-    """The arms judged, chunk by chunk.
-
-    Args:
-        ready: The set of drives.
-        draws: The arms.
-        threads: How many chunks are judged at once; no number depends on it, as every arm is judged by itself.
-
-    Yields:
-        Figures of the next arms, in their order.
-    """
+    """The arms judged, chunk by chunk."""
     task = ready.task if ready.slow else aimed(ready, draws)
     parts = [slice(first, min(first + CHUNK, len(draws))) for first in range(0, len(draws), CHUNK)]
     if threads <= 1 or len(parts) <= 1:
@@ -90,9 +81,6 @@ def _slowly(ready: Bench, draws: Draws, sample: int, found: Figures, at: int) ->
 
 def figures_of(evaluation: Evaluation) -> tuple[Array, Array]:
     """Utilisations of an evaluation.
-
-    Args:
-        evaluation: Of ``evaluate``.
 
     Returns:
         As one arm in ``Figures``: (n, CHECKS) and (3,).

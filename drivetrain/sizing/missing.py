@@ -54,14 +54,7 @@ class Gap:
 
 
 def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
-    """Gaps in words, those of the same columns together.
-
-    Args:
-        found: From ``gaps``.
-
-    Returns:
-        Sentences.
-    """
+    """Gaps in words, those of the same columns together."""
     alike: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Gap]] = {}
     for gap in found:
         alike.setdefault((gap.columns, gap.checks), []).append(gap)
@@ -93,30 +86,14 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
 
 
 def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...]:
-    """The joints whose drives load the arm by masses that are not known.
-
-    Args:
-        study: The task.
-        results: By joint name.
-
-    Returns:
-        Their names.
-    """
+    """The joints whose drives load the arm by masses that are not known."""
     joints = {task.name: joint for joint, task in enumerate(study.joints)}
     unknown = [name for name, result in results.items() if drive_mass(result.drive) is None]
     return tuple(name for name in unknown if mass_counts(study, joints[name]))
 
 
 def row_of(study: Study, part: Motor | Gear) -> str:
-    """Where a sheet stands.
-
-    Args:
-        study: Whose catalogue has it.
-        part: Motor or gear.
-
-    Returns:
-        File and row; for a row that the study itself holds, its place there.
-    """
+    """Where a sheet stands."""
     row = _ROW.match(part.source)
     if row is not None:
         return row.group()
@@ -153,31 +130,14 @@ def _of_column(study: Study, joint: JointResult, column: str, checks: tuple[str,
 
 
 def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear, ...]:
-    """The parts of a drive whose sheets lack a number that both should have.
-
-    Args:
-        drive: Motor and gear.
-        column: ``mass`` or ``price``; a direct drive's gear costs nothing, an ideal one weighs nothing.
-
-    Returns:
-        Motor, gear, both or none.
-    """
+    """The parts of a drive whose sheets lack a number that both should have."""
     free = drive.gear.key == "" if column == "price" else drive.gear.kind == "ideal"
     parts: tuple[Motor | Gear, ...] = (drive.motor,) if free else (drive.motor, drive.gear)
     return tuple(part for part in parts if getattr(part, column) is None)
 
 
 def cells_to_fill(study: Study, pairs: Iterable[tuple[str, str]], column: str) -> str:
-    """How many rows of the catalogue lack a number that counts.
-
-    Args:
-        study: Whose catalogue it is.
-        pairs: Keys of motors and gears.
-        column: ``mass`` or ``price``.
-
-    Returns:
-        Such as ``fill the column price: 12 of 14 motors, 3 of 3 gears have none``.
-    """
+    """How many rows of the catalogue lack a number that counts."""
     motors, gears = (list(dict.fromkeys(keys)) for keys in zip(*pairs, strict=True))
     rows: list[tuple[str, list[Motor | Gear]]] = [
         ("motors", [study.catalog.motors[key] for key in motors]),
@@ -194,14 +154,7 @@ def cells_to_fill(study: Study, pairs: Iterable[tuple[str, str]], column: str) -
 
 
 def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
-    """What counts in the objective and is not known.
-
-    Args:
-        evaluation: Of a set.
-
-    Returns:
-        One sentence a term, without its full stop, that names the joints and the cells to fill.
-    """
+    """What counts in the objective and is not known."""
     study, joints = evaluation.study, evaluation.joints.values()
     found = []
     for term, weight in study.wanted.weights:

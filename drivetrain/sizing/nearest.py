@@ -35,14 +35,7 @@ class Nearest:
 
 
 def nearest_set(problem: Problem) -> Nearest:
-    """From the tip to the base the first candidate that holds, where none does the nearest one.
-
-    Args:
-        problem: What is chosen from.
-
-    Returns:
-        The set.
-    """
+    """From the tip to the base the first candidate that holds, where none does the nearest one."""
     pairs: dict[int, int] = {}
     blocked = SUPPLY
     for joint in range(problem.n - 1, -1, -1):

@@ -11,14 +11,7 @@ from drivetrain.study.verdicts import Check, Verdict
 
 
 def nothing_to_choose(problem: Problem) -> tuple[Check, ...]:
-    """What keeps joints from having any candidate, as checks that fail; none has a utilisation, as no limit is met.
-
-    Args:
-        problem: What is chosen from.
-
-    Returns:
-        One a joint; none where every joint has candidates.
-    """
+    """What keeps joints from having any candidate, as checks that fail; none has a utilisation, as no limit is met."""
     return tuple(
         Check(
             f"candidates of {task.name}", 1.0, 0.0, "1", None, Verdict.FAIL,
@@ -29,14 +22,7 @@ def nothing_to_choose(problem: Problem) -> tuple[Check, ...]:
 
 
 def why_nothing(problem: Problem) -> tuple[tuple[str, str], ...]:
-    """The reasons in words, each with all joints that it holds for.
-
-    Args:
-        problem: What is chosen from.
-
-    Returns:
-        Of each a sentence without its full stop, and what would mend it: cells to fill, or rules that may be loosened.
-    """
+    """The reasons in words, each with all joints that it holds for."""
     joints: dict[tuple[str, str], list[str]] = {}
     for joint, task in enumerate(problem.packed.study.joints):
         if not len(problem.known[joint]):

@@ -18,9 +18,6 @@ TERMS = ("mass", "price", "energy")
 def drive_price(drive: Drive) -> float | None:
     """Price of motor and gear together; a direct drive's gear costs nothing.
 
-    Args:
-        drive: Motor and gear.
-
     Returns:
         In the catalogue's currency; None when one is unknown.
     """
@@ -30,11 +27,6 @@ def drive_price(drive: Drive) -> float | None:
 
 def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[Check]) -> dict[str, float]:
     """The figures by which sets of drives are compared.
-
-    Args:
-        study: The task: the time each sample stands for.
-        joints: Results by joint name.
-        shared: Checks of all joints together.
 
     Returns:
         ``mass`` [kg] and ``price`` of all drives; ``energy`` drawn by all over one cycle [J], what a drive feeds back
@@ -55,10 +47,6 @@ def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[C
 def weighted(wanted: Wanted, found: Mapping[str, float]) -> float:
     """The objective: the weighted sum of the criteria that count.
 
-    Args:
-        wanted: Its weights.
-        found: From ``criteria``.
-
     Returns:
         What a selection minimises; NaN where a criterion that counts is not known.
     """
@@ -66,15 +54,7 @@ def weighted(wanted: Wanted, found: Mapping[str, float]) -> float:
 
 
 def weight_of(wanted: Wanted, term: str) -> float:
-    """What one unit of a term counts.
-
-    Args:
-        wanted: Its weights.
-        term: One of ``TERMS``.
-
-    Returns:
-        The weight; 0 for a term that does not count.
-    """
+    """What one unit of a term counts."""
     return math.fsum(weight for name, weight in wanted.weights if name == term)
 
 

@@ -190,17 +190,7 @@ class Operation:
 
 
 def operation(study: Study, joint: int, demand: JointDemand, drive: Drive) -> Operation:
-    """A drive doing the work of a study's joint.
-
-    Args:
-        study: The task: supply, ambient, safety.
-        joint: Index of the joint.
-        demand: What the joint asks.
-        drive: What answers, assumptions filled in.
-
-    Returns:
-        The operation, nothing computed yet.
-    """
+    """A drive doing the work of a study's joint."""
     return Operation(demand, drive, study.joints[joint], study.supply, study.ambient, study.safety)
 
 
@@ -212,7 +202,6 @@ def current_rate(demand: JointDemand, current: Array) -> Array:
     which no voltage of the model tells. There the slope of the nearer side is taken.
 
     Args:
-        demand: Its time, speed and payload tell where the steps are.
         current: [A], (N,).
 
     Returns:

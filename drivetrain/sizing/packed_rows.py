@@ -39,7 +39,6 @@ def motor_row(motor: Motor, ambient: float, housing_to_ambient: float | None, fr
     """A motor at a joint.
 
     Args:
-        motor: The sheet, assumptions filled in.
         ambient: Air temperature [C].
         housing_to_ambient: Of the joint's mounting; None: the sheet's [K/W].
         friction: Of the joint's motor shaft; None: the sheet's.
@@ -69,9 +68,6 @@ def motor_row(motor: Motor, ambient: float, housing_to_ambient: float | None, fr
 def gear_row(gear: Gear) -> Array:
     """A gear.
 
-    Args:
-        gear: The sheet, assumptions filled in.
-
     Returns:
         The columns above in SI, (GEAR_COLUMNS,); lossless and UNKNOWN where the motor's torque cannot be computed.
     """
@@ -100,7 +96,6 @@ def rows(parts: Sequence[Array], columns: int) -> Array:
 
     Args:
         parts: (columns,) each, in SI.
-        columns: How many there are, for a table without rows.
 
     Returns:
         (rows, columns).

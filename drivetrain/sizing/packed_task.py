@@ -111,11 +111,7 @@ class PackedTask(NamedTuple):
 
 
 def empty_task() -> PackedTask:
-    """A task of one joint and two samples with nothing in it, which tells compilers what kind of arrays there are.
-
-    Returns:
-        Zeros.
-    """
+    """A task of one joint and two samples with nothing in it, which tells compilers what kind of arrays there are."""
     whole = {"offsets": 2, "exponent_of": 1, "first": 1, "pairs": 2, "rests": 2, "mix": 1, "sharp": 2}
     real = {"series": 3, "bare_wrench": 3, "wrench": 3, "motors": 3, "exponents": 1, "shares": 1}
     arrays: dict[str, Any] = {name: np.zeros((1,) * whole[name], dtype=np.int64) for name in whole}
@@ -147,28 +143,13 @@ class Packed:
     power_known: bool = True
 
     def keys(self, pair: int) -> tuple[str, str]:
-        """The catalogue keys of a pair.
-
-        Args:
-            pair: Index into ``task.pairs``.
-
-        Returns:
-            Of motor and gear.
-        """
+        """The catalogue keys of a pair."""
         motor, gear = self.task.pairs[pair]
         return self.motors[motor], self.gears[gear]
 
 
 def pack(study: Study, work: Workload | None = None) -> Packed:
-    """A study as plain arrays.
-
-    Args:
-        study: The task; a joint with a given drive has that one pair.
-        work: Of the study, where it is already there.
-
-    Returns:
-        The arrays, pairs in the order of the study, each once.
-    """
+    """A study as plain arrays."""
     work = workload(study) if work is None else work
     shelf = Shelf(study)
     motor_keys, gear_keys, first, pairs = _pairs(study)
@@ -384,10 +365,6 @@ def _or_zeros(values: Array | None, like: Array) -> Array:
 
 def chosen_numbers(packed: Packed, chosen: Mapping[int, int]) -> Array:
     """The numbers of chosen pairs, for ``load_joint``.
-
-    Args:
-        packed: The study.
-        chosen: Index of the pair by joint.
 
     Returns:
         (n, NUMBERS), the units of ``drive_numbers``; zeros where nothing is chosen.

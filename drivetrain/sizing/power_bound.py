@@ -124,11 +124,6 @@ def power_range(task: PackedTask, setting: Setting, choices: Choices, memory: Me
     """Bounds of the power of all joints together.
 
     Args:
-        task: The packed study.
-        setting: Which drives load which joints.
-        choices: The candidates left.
-        memory: The numbers that are left; the rest is filled again.
-        most: Whether the upper bound is asked for as well.
         total: Takes the bounds at each sample [W], the upper one infinite where it is not known, (2, N).
     """
     ends, samples = memory.load.scratch, total.shape[1]

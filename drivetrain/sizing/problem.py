@@ -76,36 +76,17 @@ class Problem:
     def numbers(self, drives: Mapping[int, int]) -> Array:
         """The numbers through which drives load joints.
 
-        Args:
-            drives: Index of the pair by joint.
-
         Returns:
             (n, NUMBERS), the units of ``drive_numbers``; zeros where nothing is chosen.
         """
         return chosen_numbers(self.packed, drives)
 
     def holds(self, joint: int, pair: int, drives: Mapping[int, int]) -> bool:
-        """Whether a pair holds at a joint, by the Python road.
-
-        Args:
-            joint: Index of the joint.
-            pair: Of it.
-            drives: Pairs of the other joints, by joint.
-
-        Returns:
-            True when no check fails and no essential one is missing.
-        """
+        """Whether a pair holds at a joint, by the Python road."""
         return judged(self.packed, joint, pair, drives).holds
 
     def supply_holds(self, pairs: Sequence[int]) -> bool:
-        """Whether a set that holds at every joint asks no more of the supply than it gives.
-
-        Args:
-            pairs: One a joint.
-
-        Returns:
-            False when a limit of the study is passed.
-        """
+        """Whether a set that holds at every joint asks no more of the supply than it gives."""
         study = self.packed.study
         supply = study.supply
         limits = (supply.peak_power, supply.mean_power, supply.regenerated_power)
@@ -121,14 +102,7 @@ class Problem:
         return all(one <= 1.0 for one in used)
 
     def supply_may_hold(self, choices: Choices) -> bool:
-        """Whether some set of what is left may ask no more of the supply than it gives.
-
-        Args:
-            choices: The candidates left, to which the memory belongs.
-
-        Returns:
-            False only if the least that all sets draw, or feed back, is too much.
-        """
+        """Whether some set of what is left may ask no more of the supply than it gives."""
         study, supply = self.packed.study, self.packed.study.supply
         if not self.packed.power_known:
             return True
@@ -144,21 +118,11 @@ class Problem:
         return back is None or float(fed_back @ weights) / duration <= back * over
 
     def evaluation(self, pairs: Sequence[int]) -> Evaluation:
-        """A set of drives with every check, by the Python road.
-
-        Args:
-            pairs: One a joint.
-
-        Returns:
-            The evaluation, as ``evaluate`` gives it.
-        """
+        """A set of drives with every check, by the Python road."""
         return evaluated(self.packed.work, self.keys(dict(enumerate(pairs))))
 
     def keys(self, pairs: Mapping[int, int]) -> dict[str, tuple[str, str]]:
         """A set of drives by names.
-
-        Args:
-            pairs: Index of the pair by joint.
 
         Returns:
             Keys of (motor, gear) by joint name.
@@ -168,15 +132,7 @@ class Problem:
 
 
 def problem(packed: Packed, wanted: Wanted) -> Problem:
-    """What a search chooses from.
-
-    Args:
-        packed: The study.
-        wanted: What is minimised and must be respected.
-
-    Returns:
-        The candidates in order of their cost, then of the study.
-    """
+    """What a search chooses from."""
     task, study = packed.task, packed.study
     share, unknown = _shares(packed, wanted)
     known_by, unknown_by = [], []

@@ -71,13 +71,7 @@ def range_of_numbers(task: PackedTask, choices: Choices, joint: int, low: Array,
     """The smallest and largest numbers of the candidates left at a joint.
 
     Args:
-        task: The packed study.
-        choices: The candidates.
-        joint: Index of the joint.
         low, high: Take the numbers, in the units of ``drive_numbers``, (n, NUMBERS).
-
-    Returns:
-        Whether they changed.
     """
     changed = False
     begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
@@ -97,14 +91,8 @@ def interval(task: PackedTask, setting: Setting, joint: int, low: Array, high: A
     """The interval of torque that open choices leave on a joint, without what its own drive adds.
 
     Args:
-        task: The packed study.
-        setting: Which drives load which joints.
-        joint: Index of the joint.
         low, high: Numbers of all joints' drives, (n, NUMBERS).
         torque: Takes both ends, at the gear's output, joint friction not in it [N m], (2, N).
-
-    Returns:
-        Whether it has no width: every drive that loads the joint is decided.
     """
     bottom, top = torque[0], torque[1]
     bare = task.bare[joint]
@@ -158,19 +146,7 @@ def _cheapest(choices: Choices, joint: int) -> int:
 
 @njit_leaf
 def settle(task: PackedTask, setting: Setting, choices: Choices, joint: int, alone: bool, memory: Memory) -> int:
-    """Judge the cheapest candidates of a joint whose load is decided, until the cheapest is known to hold.
-
-    Args:
-        task: The packed study.
-        setting: What pairs cost, and which drives load which joints.
-        choices: The candidates; those of the joint that fall are taken out, the costs of those that hold become exact.
-        joint: Index of the joint.
-        alone: Whether no other drive loads it, so that what is judged holds for good.
-        memory: Its numbers; the load is filled.
-
-    Returns:
-        OPEN, EMPTY, or ASKED: then ``known`` holds -2 less the pair that is to be asked of the Python road.
-    """
+    """Judge the cheapest candidates of a joint whose load is decided, until the cheapest is known to hold."""
     pool, cost, exact, found, loaded = choices.pool, choices.cost, choices.exact, OPEN, False
     choices.known[joint] = -1
     while True:
@@ -273,20 +249,7 @@ def _new_range(task: PackedTask, setting: Setting, choices: Choices, joint: int,
 def propagate(
     task: PackedTask, setting: Setting, choices: Choices, limit: float, full: int, passes: int, memory: Memory
 ) -> tuple[int, int]:
-    """Rule out candidates until nothing changes.
-
-    Args:
-        task: The packed study.
-        setting: What pairs cost, and which drives load which joints.
-        choices: The candidates; they are closed up, their least costs brought up to date.
-        limit: Sets that cost as much or more are of no interest.
-        full: Joints with at most so many candidates have all of them tested.
-        passes: At most so many.
-        memory: It holds the numbers for which the candidates were tested, and afterwards those that are left.
-
-    Returns:
-        OPEN; EMPTY and the joint at which nothing is left; TOO_DEAR; ASKED and the joint.
-    """
+    """Rule out candidates until nothing changes."""
     n = task.first.size - 1
     for joint in range(n):
         _new_range(task, setting, choices, joint, memory)
@@ -334,9 +297,7 @@ def set_power(task: PackedTask, pairs: Indices, memory: Memory, total: Array) ->
     """Electrical power of all drives of a set that holds.
 
     Args:
-        task: The packed study.
         pairs: One a joint, (n,).
-        memory: Filled again.
         total: Takes it at each sample, negative when regenerating [W], (N,).
     """
     for t in range(total.size):

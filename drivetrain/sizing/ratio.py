@@ -151,9 +151,6 @@ def ratio_studies(study: Study, *, drives: Mapping[str, Pair] | None = None) -> 
 def chosen_drives(study: Study) -> dict[str, Pair]:
     """The drives that the study gives, or those that are selected for it.
 
-    Args:
-        study: The task.
-
     Returns:
         Keys of (motor, gear) by joint name; when nothing fits, of the nearest set.
     """

@@ -185,9 +185,6 @@ class RatioStudy:
     def utilisation_of(self, check: str) -> Array:
         """One check over the ratio.
 
-        Args:
-            check: Its name.
-
         Returns:
             Its utilisation; NaN where it could not be judged, (M,).
         """

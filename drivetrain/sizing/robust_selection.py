@@ -313,18 +313,7 @@ def _searched(judge: _Judge) -> RobustSelection:
 
 
 def tried(ready: Bench, drives: DriveSet, wanted: float, error: float, *, seed: int) -> Trial:
-    """One set, arms drawn until it is plain whether it holds often enough.
-
-    Args:
-        ready: The set at its work.
-        drives: The same by name.
-        wanted: Probability.
-        error: Probability of a wrong decision, at most; half is kept for what is said of single joints.
-        seed: Of the random numbers.
-
-    Returns:
-        What became of it; OPEN after ``MOST_SAMPLES``.
-    """
+    """One set, arms drawn until it is plain whether it holds often enough."""
     study, names = ready.study, [task.name for task in ready.study.joints]
     held = samples = look = 0
     by_joint = np.zeros(len(names), dtype=np.int64)
@@ -346,14 +335,6 @@ def tried(ready: Bench, drives: DriveSet, wanted: float, error: float, *, seed: 
 
 def decided(chance: Chance, wanted: float, error: float) -> Decision:
     """Whether a probability is above or below a wanted one; may be asked after any sample.
-
-    Args:
-        chance: As counted so far.
-        wanted: Probability between 0 and 1.
-        error: Probability that a wrong answer is ever given, at most.
-
-    Returns:
-        HOLDS or FALLS where the count can hardly come from the wanted probability, OPEN otherwise.
 
     Reference:
         Ville's inequality for the likelihood ratio mixed over a beta law; Robbins, Ann. Math. Stat. 41 (1970) 1397.

@@ -59,14 +59,7 @@ class Draws:
 
 
 def sources(study: Study) -> tuple[Source, ...]:
-    """What scatters in a study, each by itself.
-
-    Args:
-        study: Its tolerances.
-
-    Returns:
-        Joint by joint, then payloads with a mass, then the air.
-    """
+    """What scatters in a study, each by itself."""
     given = study.tolerances.given
     found = [Source(name, task.name) for task in study.joints for name in PARTS if name in given]
     if "payload" in given and study.arm is not None:
@@ -75,31 +68,12 @@ def sources(study: Study) -> tuple[Source, ...]:
 
 
 def drawn(study: Study, samples: int, seed: int | tuple[int, ...]) -> Draws:
-    """Arms drawn at random.
-
-    Args:
-        study: Its tolerances.
-        samples: How many.
-        seed: Of the random numbers.
-
-    Returns:
-        Their numbers; the first arms of more samples are those of fewer.
-    """
+    """Arms drawn at random."""
     return from_uniform(study, np.random.default_rng(seed).random((samples, len(sources(study)))))
 
 
 def streamed(study: Study, samples: int, seed: int | tuple[int, ...], *, most: int) -> Iterator[Draws]:
-    """The same arms, some at a time, so that a million of them need no more memory than the first.
-
-    Args:
-        study: Its tolerances.
-        samples: How many in all.
-        seed: Of the random numbers.
-        most: How many at once.
-
-    Yields:
-        The next arms of ``drawn``, whatever ``most`` is.
-    """
+    """The same arms, some at a time, so that a million of them need no more memory than the first."""
     stream, columns = np.random.default_rng(seed), len(sources(study))
     for first in range(0, samples, most):
         yield from_uniform(study, stream.random((min(most, samples - first), columns)))
@@ -109,11 +83,7 @@ def from_uniform(study: Study, uniform: Array) -> Draws:
     """Arms by the probabilities of smaller deviations.
 
     Args:
-        study: Its tolerances.
         uniform: Numbers between 0 and 1, one column a source, (samples, sources).
-
-    Returns:
-        Their numbers.
     """
     found, edge = sources(study), 2.0**-53  # neither 0 nor 1: no law has an end at infinity
     columns = np.clip(uniform, edge, 1.0 - edge).T
@@ -125,12 +95,7 @@ def deviated(study: Study, samples: int, deviations: Mapping[Source, Array]) -> 
     """Arms with given deviations.
 
     Args:
-        study: The nominal numbers.
-        samples: How many.
         deviations: Of some sources, in the unit of their tolerance, (samples,) each; the rest is nominal.
-
-    Returns:
-        Their numbers.
     """
     names = [task.name for task in study.joints]
     bodies = [body.name for body in study.payloads]
@@ -153,13 +118,7 @@ def built(study: Study, drives: Mapping[str, Pair], draws: Draws, sample: int) -
     """The study of one arm as it is built: catalogue rows, payload and air of its own.
 
     Args:
-        study: The nominal one.
         drives: Keys of (motor, gear) by joint name.
-        draws: Many arms.
-        sample: Which.
-
-    Returns:
-        A study with those drives given, for ``evaluate``; its catalogue has one motor and one gear a joint.
     """
     shelf = Shelf(study)
     motors: dict[str, Motor] = {}
@@ -192,11 +151,7 @@ def built_drive(drive: Drive, factors: Array) -> Drive:
     the numbers that scatter follows them. Heat capacities stay, so thermal time constants follow the resistances.
 
     Args:
-        drive: With nominal numbers.
         factors: On them, in the order of ``PARTS``, (5,).
-
-    Returns:
-        The drive.
     """
     constant, resistance, friction, efficiency, thermal = (float(value) for value in factors)
     motor, gear = drive.motor, drive.gear

@@ -48,11 +48,7 @@ def blocks_of(time: Array, parts: Sequence[slice], fastest: Sequence[float]) -> 
 
     Args:
         time: Never decreasing [s], (M,).
-        parts: Samples that repeat by themselves.
         fastest: Sum of the rates of heat flow of the fastest node of each motor [1/s]; 0: nothing moves.
-
-    Returns:
-        The blocks; an interval that is longer is one by itself. Rows are filled up with empty blocks.
     """
     step = np.append(np.diff(time), 0.0)
     for one in parts:
@@ -96,8 +92,6 @@ def loss_moments(blocks: Blocks, joint: int, loss: Array) -> Array:
     """Sum and first moment of a loss in each block.
 
     Args:
-        blocks: Of samples.
-        joint: Whose.
         loss: From each sample to the next [W], (M,).
 
     Returns:

@@ -17,15 +17,7 @@ SHORT = 0.05  # rate times step below which a few terms of the exponential are e
 def matrix_exponential(
     l00: Lanes, l01: Lanes, l10: Lanes, l11: Lanes, v0: Lanes, v1: Lanes, g0: Lanes, g1: Lanes
 ) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]:
-    """e^L, and what two sources v and g within it end as.
-
-    Args:
-        l00, l01, l10, l11: A matrix with real eigenvalues.
-        v0, v1, g0, g1: The sources.
-
-    Returns:
-        Four numbers of the matrix and two of each source; each lane halved as often as it needs by itself.
-    """
+    """e^L, and what two sources v and g within it end as."""
     norm = highest(magnitude(l00), magnitude(l11)) + highest(magnitude(l01), magnitude(l10))
     halves, top, scale = 0, largest_of(norm), spread(1.0)
     while top > SMALL and halves < 60:

@@ -44,15 +44,7 @@ class Ground:
 
 
 def ground(study: Study, work: Workload | None = None) -> Ground:
-    """What benches of all sets of drives of a study share.
-
-    Args:
-        study: The task.
-        work: Of the study, where it is already prepared.
-
-    Returns:
-        The ground.
-    """
+    """What benches of all sets of drives of a study share."""
     own = workload(study) if work is None else replace(work, study=study)
     return Ground(study, own, _payload_rows(study, own))
 
@@ -87,12 +79,5 @@ def bearing_rows(wrench: Array | None) -> Array:
 
 
 def loads_scatter(study: Study) -> bool:
-    """Whether bearings and inertias are loaded otherwise in every arm.
-
-    Args:
-        study: The task.
-
-    Returns:
-        True where an arm carries a payload that scatters.
-    """
+    """Whether bearings and inertias are loaded otherwise in every arm."""
     return study.arm is not None and "payload" in study.tolerances.given and bool(study.payloads)

@@ -50,10 +50,6 @@ MEAN = -1.0  # a model whose temperatures do not move; a float like all kinds, s
 def interval_square(memory: Memory, t: int) -> Lanes:
     """The mean square of a torque, linear from a sample to the next.
 
-    Args:
-        memory: Its torque.
-        t: The sample.
-
     Returns:
         [N^2 m^2].
     """
@@ -324,13 +320,7 @@ def _settled(
 # long kernel: guess, settling and what is left for those that run away are one chain
 @njit_lanes
 def settle(task: ScatterTask, joint: int, memory: Memory) -> None:
-    """The periodic state of one motor.
-
-    Args:
-        task: The set of drives at its work.
-        joint: Index of the joint.
-        memory: Torque and the arms' numbers are read; takes magnet temperatures, who runs away, and heat.
-    """
+    """The periodic state of one motor."""
     p, lane, heat = task.numbers[joint], memory.lane, memory.heat
     kind, ambient = p[k.KIND], row(lane, k.AMBIENT)
     for i in range(len(heat)):

@@ -160,11 +160,9 @@ def judge_arms(
     """Every check of many arms.
 
     Args:
-        task: The set of drives at its work.
         factors: On the numbers of each joint, (S, n, 5).
         ambient: Air temperature [C], (S,).
         shares: Of the payloads' masses, (S, P).
-        memory: Scratch.
         used: Takes the utilisations, NaN where not checked, (S, n, CHECKS).
         supply: Takes those of the supply, (S, 3).
     """

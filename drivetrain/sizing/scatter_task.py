@@ -58,11 +58,7 @@ class Bench:
     inertia: Array
 
     def memory(self) -> k.Memory:
-        """What one run writes into.
-
-        Returns:
-            Nothing in it yet.
-        """
+        """What one run writes into."""
         samples, parts = len(self.task.weight), len(self.task.share)
         rows = (
             k.ROWS, self.task.payload.shape[1], samples, samples, samples, 4 * self.task.loss.shape[1],
@@ -75,12 +71,7 @@ def bench(study: Study, drives: Mapping[str, Pair], *, on: Ground | None = None)
     """A set of drives made ready for many arms.
 
     Args:
-        study: The task.
         drives: Keys of (motor, gear) by joint name.
-        on: Of the study, where it is already prepared.
-
-    Returns:
-        The bench.
     """
     base = ground(study) if on is None else on
     nominal, shelf = evaluated(base.work, given_drives(study, drives)), Shelf(study)
@@ -115,15 +106,7 @@ def bench(study: Study, drives: Mapping[str, Pair], *, on: Ground | None = None)
 
 
 def aimed(ready: Bench, draws: Draws) -> k.ScatterTask:
-    """The task with the samples at which bearing loads can be largest for some arms.
-
-    Args:
-        ready: The set of drives.
-        draws: The arms.
-
-    Returns:
-        For ``judge_arms``, good for these arms.
-    """
+    """The task with the samples at which bearing loads can be largest for some arms."""
     if not loads_scatter(ready.study):
         return ready.task
     reach = np.abs(draws.payload - 1.0).max(axis=0, initial=0.0)
@@ -155,9 +138,6 @@ def possible_peaks(low: Array, high: Array) -> Indices:
 
     Args:
         low, high: Between which each magnitude lies, any unit, (N,).
-
-    Returns:
-        Their indices.
     """
     most = float(np.max(low))
     return np.flatnonzero(high >= most * (1.0 - ROUNDING)).astype(np.int64)

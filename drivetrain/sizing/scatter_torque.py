@@ -33,14 +33,7 @@ TINY = 1e-250  # the cube root of less is none: its cube would be lost
 
 @njit_lanes
 def cube_root(x: Lanes) -> Lanes:
-    """The cube root of what is not negative.
-
-    Args:
-        x: One number an arm.
-
-    Returns:
-        To rounding: each of Halley's steps triples the digits of the guess.
-    """
+    """The cube root of what is not negative."""
     y = third_guess(x)
     for _ in range(3):
         cube = y * y * y
@@ -83,13 +76,7 @@ def _starting(task: ScatterTask, joint: int, t: int, force: Lanes, memory: Memor
 # long kernel: one pass over the motion, so that every number is loaded once
 @njit_lanes
 def work(task: ScatterTask, joint: int, memory: Memory) -> None:
-    """The motor's torque over the motion, with the peaks and means that it decides.
-
-    Args:
-        task: The set of drives at its work.
-        joint: Index of the joint.
-        memory: The arms' numbers and shares of payloads are read; takes torque, starting torque and what was found.
-    """
+    """The motor's torque over the motion, with the peaks and means that it decides."""
     series, p, lane = task.series[joint], task.numbers[joint], memory.lane
     base, loss, way, friction = series[k.FORCE], series[k.LOSS_FRICTION], series[k.WAY], series[k.JOINT_FRICTION]
     rotor, shaft, travel, rest = series[k.ROTOR_TORQUE], series[k.SHAFT], series[k.TRAVEL], series[k.REST]
@@ -138,13 +125,7 @@ def _loaded(parts: Array, at: int, shares: Array) -> Lanes:
 
 @njit_lanes
 def masses(task: ScatterTask, joint: int, memory: Memory) -> None:
-    """Largest loads on the output bearing and of the inertia, where the payload scatters.
-
-    Args:
-        task: The set of drives at its work.
-        joint: Index of the joint.
-        memory: Shares of payloads are read; takes what was found.
-    """
+    """Largest loads on the output bearing and of the inertia, where the payload scatters."""
     limits, parts, lane = task.bearing_limits[joint], task.bearing[joint], memory.lane
     for group in range(3):
         if np.isnan(limits[group]):

@@ -75,14 +75,7 @@ def _stepped(
 # long kernel: one pass over the motion, so that every number is loaded once
 @njit_lanes
 def watch(task: ScatterTask, joint: int, powered: bool, memory: Memory) -> None:
-    """The largest rise and voltage over the motion, and the electrical power.
-
-    Args:
-        task: The set of drives at its work.
-        joint: Index of the joint.
-        powered: Whether the supply asks for the power.
-        memory: Torque, heat and the arms' numbers are read; takes what was found, and the power more.
-    """
+    """The largest rise and voltage over the motion, and the electrical power."""
     p, lane, series, torques = task.numbers[joint], memory.lane, task.series[joint], memory.torque
     speed, behind, at_it, ahead, rest = series[k.SPEED], series[k.BEHIND], series[k.AT], series[k.AHEAD], series[k.REST]
     ohms, slope, cold, inductance = row(lane, k.OHMS), row(lane, k.SLOPE), row(lane, k.COLD), p[k.INDUCTANCE]

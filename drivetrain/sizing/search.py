@@ -36,13 +36,7 @@ class Progress(Protocol):
     """Something that shows how far a search is."""
 
     def advance(self, done: int, total: int, text: str) -> None:
-        """Show it.
-
-        Args:
-            done: Steps done.
-            total: Steps at most.
-            text: What is being done.
-        """
+        """Show it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,11 +96,7 @@ class Tree:
     counters: Counter[str] = field(default_factory=Counter)
 
     def copied(self) -> Tree:
-        """The same search, to go on without touching this one.
-
-        Returns:
-            A search of its own; it shares what never changes.
-        """
+        """The same search, to go on without touching this one."""
         return replace(
             self, best=list(self.best), open=list(self.open), asks=dict(self.asks), counters=Counter(self.counters)
         )
@@ -135,7 +131,6 @@ class Tree:
 
         Args:
             deadline: On the clock of ``time.perf_counter`` [s]; one step is made whatever it says.
-            tell: Told how far the search is.
         """
         self.begin()
         while not self.finished:

@@ -125,14 +125,7 @@ class Memory(NamedTuple):
 
 
 def new_memory(task: PackedTask) -> Memory:
-    """Memory for the propagation of one task.
-
-    Args:
-        task: The packed study.
-
-    Returns:
-        Nothing in it yet.
-    """
+    """Memory for the propagation of one task."""
     memory = _room(task)
     memory.units[:SIEVE] = judge_units(task, memory.load)
     memory.units[SIEVE] = _sieve_unit(task, memory)
@@ -174,11 +167,7 @@ def compile_sieve() -> None:
 
 
 def empty_search() -> tuple[PackedTask, Setting, Choices, Memory]:
-    """A search with nothing in it, which tells compilers what kind of arrays there are.
-
-    Returns:
-        Task, setting, choices and memory.
-    """
+    """A search with nothing in it, which tells compilers what kind of arrays there are."""
     task = empty_task()
     memory = _room(task)
     return task, *_unused(task, memory), memory
@@ -189,20 +178,7 @@ def empty_search() -> tuple[PackedTask, Setting, Choices, Memory]:
 def sieve(
     task: PackedTask, setting: Setting, choices: Choices, joint: int, limit: float, full: bool, memory: Memory
 ) -> bool:
-    """Rule out the candidates of one joint that cannot be part of a set within a limit.
-
-    Args:
-        task: The packed study.
-        setting: What pairs cost, and which drives load which joints.
-        choices: The candidates; those of the joint are closed up.
-        joint: Index of the joint, its bounds in memory.
-        limit: Candidates that cost as much or more are out.
-        full: Test all candidates; else only those that may be the cheapest.
-        memory: Bounds.
-
-    Returns:
-        Whether any is left.
-    """
+    """Rule out the candidates of one joint that cannot be part of a set within a limit."""
     begin, end = choices.first[joint], choices.first[joint] + choices.size[joint]
     pool, cost, exact = choices.pool, choices.cost, choices.exact
     kept, least = begin, np.inf

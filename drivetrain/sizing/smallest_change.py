@@ -65,10 +65,6 @@ class _Search:
 def first_passing(at: Callable[[float], Worst], steps: Steps) -> Edge | None:
     """The edge nearest to the first step beyond which something passes.
 
-    Args:
-        at: The worst check at a factor.
-        steps: Factors from no change outwards; a window narrower than a step may be passed over.
-
     Returns:
         Both sides of the edge, within EDGE of each other; None when no step passes.
     """
@@ -85,16 +81,7 @@ def first_passing(at: Callable[[float], Worst], steps: Steps) -> Edge | None:
 
 
 def smallest_changes(bench: Bench, joint: int, partners: Sequence[str] = ()) -> tuple[SmallestChange, ...]:
-    """The smallest change of ratio, of payload, of cycle time and of supply voltage that lets a joint's drive pass.
-
-    Args:
-        bench: The set of drives; the joint's own falls.
-        joint: Index of the joint.
-        partners: Keys of the gears that may sit behind the joint's motor.
-
-    Returns:
-        One a kind, each evaluated at both sides of its edge, or with the reason why no change helps.
-    """
+    """The smallest change of ratio, of payload, of cycle time and of supply voltage that lets a joint's drive pass."""
     return (
         _ratio(bench, joint, partners), _payload(bench, joint), _time(bench, joint), _voltage(bench, joint)
     )  # fmt: skip

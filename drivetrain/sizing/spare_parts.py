@@ -42,23 +42,12 @@ class Rule:
     most: int
 
     def allows(self, pairs: Sequence[int]) -> bool:
-        """Whether a set keeps the rule.
-
-        Args:
-            pairs: One a joint.
-
-        Returns:
-            False when it has too many labels.
-        """
+        """Whether a set keeps the rule."""
         return len({int(self.label[pairs[joint]]) for joint in self.joints} - {FREE}) <= self.most
 
 
 def rules_of(packed: Packed, wanted: Wanted) -> tuple[Rule, ...]:
     """The rules that a selection must keep.
-
-    Args:
-        packed: The study.
-        wanted: What is asked.
 
     Returns:
         None where nothing is limited.
@@ -82,11 +71,6 @@ def rules_of(packed: Packed, wanted: Wanted) -> tuple[Rule, ...]:
 
 def narrowed_by(rule: Rule, choices: Choices, limit: float) -> Choices | None:
     """The choices without what the rule alone rules out.
-
-    Args:
-        rule: What must hold.
-        choices: Of all joints.
-        limit: Sets that cost as much or more are of no interest.
 
     Returns:
         The same object where nothing is ruled out; None where no set is left.
@@ -116,14 +100,6 @@ def least_under(rule: Rule, choices: Choices, limit: float) -> float:
 
     Joints that choose their labels together are a median problem: choose a few labels, then the cheapest of them for
     each joint. Its Lagrangian relaxation is a lower bound at any multipliers; a few steps make it a good one.
-
-    Args:
-        rule: What must hold.
-        choices: Of all joints.
-        limit: Sets that cost as much or more are of no interest.
-
-    Returns:
-        The bound.
     """
     cost, _, free = _costs(rule, choices)
     rest = float(choices.least.sum() - choices.least[list(rule.joints)].sum())
@@ -148,15 +124,7 @@ def least_under(rule: Rule, choices: Choices, limit: float) -> float:
 
 
 def parted_by(rule: Rule, choices: Choices) -> list[Choices]:
-    """Two parts of some choices whose cheapest candidates break the rule.
-
-    Args:
-        rule: What they break.
-        choices: Of all joints.
-
-    Returns:
-        With a label at a joint, and without it; a rule of one label takes it from all joints at once.
-    """
+    """Two parts of some choices whose cheapest candidates break the rule."""
     cost, labels, free = _costs(rule, choices)
     if rule.most == 1:
         label = labels[int(np.argmin(np.minimum(cost, free).sum(axis=1)))]

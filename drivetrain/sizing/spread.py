@@ -29,10 +29,6 @@ class Spread:
 def spread(evaluation: Evaluation, choice: RobustSelection | None = None) -> Spread | None:
     """What scatter means for evaluated drives.
 
-    Args:
-        evaluation: Of the drives with nominal numbers.
-        choice: How they were chosen, where that is known.
-
     Returns:
         The probabilities and tornadoes; None where the study states no tolerance.
     """
@@ -43,9 +39,6 @@ def spread(evaluation: Evaluation, choice: RobustSelection | None = None) -> Spr
 
 def robustly(selection: Selection) -> tuple[Selection, RobustSelection | None]:
     """A selection whose set holds with the wanted probability.
-
-    Args:
-        selection: Of the search with nominal numbers.
 
     Returns:
         The selection with the best set that holds often enough, and how it was found; where none does, one that is not

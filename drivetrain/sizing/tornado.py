@@ -92,15 +92,7 @@ class Effects:
     arms_supply: Array
 
     def of(self, joint: str, check: str) -> Tornado:
-        """The tornado of one check.
-
-        Args:
-            joint: Name, or ``supply``.
-            check: Its name.
-
-        Returns:
-            The bars; none where the check is not made.
-        """
+        """The tornado of one check."""
         joints, supply = figures_of(self.evaluation)
         names = list(self.evaluation.joints)
         if joint == SUPPLY:
@@ -119,11 +111,7 @@ class Effects:
         return Tornado(joint, check, nominal, tuple(sorted(bars, key=lambda bar: (-bar.span, str(bar.source)))))
 
     def worst(self) -> tuple[Tornado, ...]:
-        """The tornado of the binding check of every joint and of the supply, most loaded first.
-
-        Returns:
-            One each, where something was judged.
-        """
+        """The tornado of the binding check of every joint and of the supply, most loaded first."""
         places = [(name, result.binding) for name, result in self.evaluation.joints.items()]
         shared = [check for check in self.evaluation.shared if check.utilisation is not None]
         places.append((SUPPLY, max(shared, key=lambda check: check.utilisation or 0.0, default=None)))
@@ -156,14 +144,7 @@ def variance_share(values: Array) -> float:
 
 
 def effects(evaluation: Evaluation) -> Effects:
-    """What each tolerance alone does to every check.
-
-    Args:
-        evaluation: Of the drives with nominal numbers; its study states the tolerances.
-
-    Returns:
-        Utilisations at both ends of each.
-    """
+    """What each tolerance alone does to every check."""
     study, found = evaluation.study, sources(evaluation.study)
     count = 2 * len(found)
     deviations = {}

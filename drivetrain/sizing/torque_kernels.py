@@ -62,7 +62,6 @@ def resistance(m: Array, temperature: float) -> float:
     """``winding_resistance``.
 
     Args:
-        m: The motor's row.
         temperature: Of the winding [C].
 
     Returns:
@@ -76,7 +75,6 @@ def constant_at(m: Array, temperature: float) -> float:
     """``torque_constant``.
 
     Args:
-        m: The motor's row.
         temperature: Of the magnets [C].
 
     Returns:
@@ -88,10 +86,6 @@ def constant_at(m: Array, temperature: float) -> float:
 @njit_leaf
 def breakaway(m: Array, way: float) -> float:
     """``breakaway_torque`` of a motor's shaft.
-
-    Args:
-        m: The motor's row.
-        way: Its sign is that of the motion that would follow.
 
     Returns:
         [N m].
@@ -106,8 +100,6 @@ def curved_friction(m: Array, ratio: float, speed: Array, out: Array) -> None:
     """``friction_torque`` of a motor's shaft, added to what is there.
 
     Args:
-        m: The motor's row.
-        ratio: Of the gear.
         speed: Of the gear's output [rad/s], (N,).
         out: Takes the sum [N m], (N,).
     """
@@ -128,8 +120,6 @@ def pair_torque(row: Array, m: Array, g: Array, curved: bool, series: Array, tot
 
     Args:
         row: The joint's series, (SERIES, N).
-        m, g: Rows of motor and gear.
-        curved: Whether the shaft's friction is more than two straight lines: it is added apart.
         series: The load's, (LOAD_SERIES, N).
         total: Takes it [N m], (N,).
     """
@@ -156,14 +146,9 @@ def first_look(
 
     Args:
         row: The joint's series, (SERIES, N).
-        m, g: Rows of motor and gear.
-        curved: Whether the shaft's friction is more than two straight lines: the motor's torque is not told then.
         low, high: Torque at the gear's output [N m], (N,); both the same for one history.
         rows: What a unit of each number of each drive adds to it, (R, N).
-        at: First of the rows of the joint's own drive, -1 where it adds nothing.
         numbers: Of all pairs, (P, NUMBERS).
-        pair: Which of them.
-        instants: The samples.
 
     Returns:
         Load torque and motor torque [N m].
@@ -216,9 +201,7 @@ def start_torque(row: Array, rests: Indices, m: Array, g: Array, series: Array, 
     Args:
         row: The joint's series, (SERIES, N).
         rests: Samples at rest, -1 after the last, (N,).
-        m, g: Rows of motor and gear.
         series: The load's, (LOAD_SERIES, N).
-        scratch: The load's, TOTAL filled.
 
     Returns:
         The largest [N m].
@@ -243,10 +226,7 @@ def heat_losses(row: Array, m: Array, ratio: float, curved: bool, scratch: Array
 
     Args:
         row: The joint's series, (SERIES, N).
-        m: The motor's row.
-        ratio: Of the gear.
         curved: Whether the shaft's friction stands in GROWTH already [N m].
-        scratch: The load's, TOTAL filled.
     """
     total, square, loss = scratch[TOTAL], scratch[HEAT + heat_state.SQUARE], scratch[HEAT + heat_state.LOSS]
     each, steps, speed = scratch[HEAT + heat_state.GROWTH], scratch[HEAT + heat_state.STEP], row[SPEED]
@@ -267,9 +247,7 @@ def heat_numbers(m: Array, ambient: float, shares: Array, x: Array) -> None:
     """What ``heat_state`` asks of a motor.
 
     Args:
-        m: The motor's row.
         ambient: Air temperature [C].
-        shares: Of the parts in the time of use.
         x: Takes them in its order, (SHARES + parts,).
     """
     square = m[CONSTANT] * m[CONSTANT]
@@ -288,12 +266,8 @@ def voltage_peak(row: Array, m: Array, ratio: float, scratch: Array, warm: float
 
     Args:
         row: The joint's series, (SERIES, N).
-        m: The motor's row.
-        ratio: Of the gear.
-        scratch: The load's, TOTAL and WINDING filled.
         warm: Torque constant of the warm motor [N m/A]; 0: the cold motor alone is asked.
         cold: Torque constant at ambient temperature [N m/A].
-        ohms: Resistance at ambient temperature.
 
     Returns:
         [V].
@@ -327,10 +301,7 @@ def start_voltage(rests: Indices, m: Array, scratch: Array, warm: float, moves: 
 
     Args:
         rests: Samples at rest, -1 after the last, (N,).
-        m: The motor's row.
-        scratch: The load's, TOTAL, START and WINDING filled.
         warm: Torque constant of the warm motor [N m/A].
-        moves: Whether the joint ever starts; else TOTAL counts.
 
     Returns:
         [V].
@@ -351,9 +322,6 @@ def electrical_power(row: Array, m: Array, ratio: float, scratch: Array, warm: f
 
     Args:
         row: The joint's series, (SERIES, N).
-        m: The motor's row.
-        ratio: Of the gear.
-        scratch: The load's, TOTAL and WINDING filled.
         warm: Torque constant of the warm motor [N m/A].
         power: Takes it, negative when regenerating [W], (N,).
 

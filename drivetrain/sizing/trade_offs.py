@@ -54,9 +54,6 @@ def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFo
 def check_trade_offs(study: Study) -> None:
     """Refuse a front or a curve that cannot be found, before anything is searched.
 
-    Args:
-        study: The task with what it asks for beside the best set.
-
     Raises:
         InputError: Every fault at once: a payload that the study does not carry, criteria without any data.
     """
@@ -81,10 +78,6 @@ def check_trade_offs(study: Study) -> None:
 
 def usual_span(study: Study, vary: Vary) -> tuple[float, float]:
     """The range of a curve where none is named: around the study's own value.
-
-    Args:
-        study: The task.
-        vary: What is varied.
 
     Returns:
         Its ends: [kg], [s], [V] or [C].

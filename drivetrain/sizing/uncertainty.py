@@ -94,9 +94,6 @@ class Robustness:
 def drives_of(evaluation: Evaluation) -> dict[str, Pair]:
     """The drives that were evaluated.
 
-    Args:
-        evaluation: Of ``evaluate``.
-
     Returns:
         Keys of (motor, gear) by joint name.
     """

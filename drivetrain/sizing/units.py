@@ -20,16 +20,7 @@ _intrinsic: Any = intrinsic  # what it decorates is called with one argument les
 
 
 def address_of_unit(step: str, unit: Any, *given: Any) -> int:
-    """Where a compiled kernel lies, for arguments of some kinds.
-
-    Args:
-        step: What compiles it ahead, see ``compile_ahead.py``.
-        unit: The kernel; it is compiled if it is not yet.
-        given: Arguments as it will be called with.
-
-    Returns:
-        The address, good for this process.
-    """
+    """Where a compiled kernel lies, for arguments of some kinds."""
     take(step)
     kinds = tuple(nb.typeof(one) for one in given)
     unit.compile(kinds)
@@ -61,62 +52,25 @@ _VERDICT = types.Tuple((types.int64, types.int64, types.float64))
 
 @_intrinsic
 def call_judge(typing: Any, address: Any, task: Any, joint: Any, pair: Any, load: Any, mode: Any) -> Any:
-    """Inside compiled code: the verdict on a pair.
-
-    Args:
-        typing: Filled in by the compiler.
-        address: Of the kernel.
-        task, joint, pair, load, mode: What it takes.
-
-    Returns:
-        What the compiler needs to know.
-    """
+    """Inside compiled code: the verdict on a pair."""
     return _called(_VERDICT, address, task, joint, pair, load, mode)
 
 
 @_intrinsic
 def call_power(typing: Any, address: Any, task: Any, joint: Any, pair: Any, load: Any, power: Any) -> Any:
-    """Inside compiled code: the electrical power of a pair.
-
-    Args:
-        typing: Filled in by the compiler.
-        address: Of the kernel.
-        task, joint, pair, load, power: What it takes.
-
-    Returns:
-        What the compiler needs to know.
-    """
+    """Inside compiled code: the electrical power of a pair."""
     return _called(types.float64, address, task, joint, pair, load, power)
 
 
 @_intrinsic
 def call_load(typing: Any, address: Any, task: Any, joint: Any, drives: Any, load: Any) -> Any:
-    """Inside compiled code: what is asked of a joint.
-
-    Args:
-        typing: Filled in by the compiler.
-        address: Of the kernel.
-        task, joint, drives, load: What it takes.
-
-    Returns:
-        What the compiler needs to know.
-    """
+    """Inside compiled code: what is asked of a joint."""
     return _called(types.none, address, task, joint, drives, load)
 
 
 @_intrinsic
 def call_sieve(typing: Any, address: Any, task: Any, joint: Any, wanted: Any, memory: Any) -> Any:
-    """Inside compiled code: rule out the candidates of a joint.
-
-    Args:
-        typing: Filled in by the compiler.
-        address: Of the kernel.
-        task, joint, memory: What it takes.
-        wanted: Setting, choices, limit, and whether all are tested.
-
-    Returns:
-        What the compiler needs to know.
-    """
+    """Inside compiled code: rule out the candidates of a joint."""
     kinds = (task, *wanted.types[:2], unliteral(joint), *wanted.types[2:], memory)
     write = _generator(types.boolean, kinds)
 

@@ -63,9 +63,6 @@ def least_warm_voltage(
 
     Args:
         row: The joint's series, (SERIES, N).
-        m: The motor's row.
-        ratio: Of the gear.
-        ohms: Resistance of the winding at its coolest and at its hottest.
         constants: Torque constant of magnets at their warmest and at their coolest [N m/A].
         least, most: Ends of the interval of the motor's torque [N m], (N,).
 
@@ -96,12 +93,7 @@ def resting_share(m: Array, parts: int, duration: float) -> float:
     two exponentials: least just when the burst comes. No distribution of the same heat keeps it cooler.
 
     Args:
-        m: Row of the motor.
-        parts: Of the mix.
         duration: Of the cycle [s].
-
-    Returns:
-        0 to 1; 1 where the temperatures are taken as means, 0 where it is not known.
     """
     winding, housing, inner, outer = m[WINDING_CAPACITY], m[HOUSING_CAPACITY], m[INNER], m[OUTER]
     if np.isnan(winding):
@@ -156,9 +148,7 @@ def least_warmth(m: Array, g: Array, limits: Array, parts: int, between: float) 
     """Temperatures that no torque within an interval lets a motor stay below.
 
     Args:
-        m, g: Rows of motor and gear.
         limits: The joint's numbers, (TASK,).
-        parts: Of the mix.
         between: Mean square of the motor's torque at the least [N^2 m^2], from ``least_figures``.
 
     Returns:

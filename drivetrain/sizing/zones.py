@@ -35,10 +35,6 @@ class Zones:
 
         Args:
             point: (p,).
-            key: What it stands for.
-
-        Returns:
-            Whether it was taken; those that it dominates are out then.
         """
         if self.matched(point):
             return False
@@ -54,19 +50,12 @@ class Zones:
 
         Args:
             point: (p,).
-
-        Returns:
-            True also for an equal one, within the tolerance.
         """
         slack = self._tolerance * np.maximum(np.abs(point), 1e-300)
         return bool(len(self.points) and (self.points <= point + slack).all(axis=1).any())
 
     def copied(self) -> Zones:
-        """The same zones, to go on without touching these.
-
-        Returns:
-            Zones of their own.
-        """
+        """The same zones, to go on without touching these."""
         other = Zones(self._highest, self._tolerance)
         other.points, other.keys, other.corners = self.points, list(self.keys), self.corners
         return other

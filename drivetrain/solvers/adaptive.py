@@ -52,14 +52,6 @@ class _ScipyStepper(Stepper):
         self.work.steps += 1
 
     def within(self, t: float) -> Array:
-        """The state at an instant of the last step, on the method's own curve.
-
-        Args:
-            t: Instant [s].
-
-        Returns:
-            The state [its own units].
-        """
         if t == self.t:
             return self.y
         if self._curve is None:
@@ -67,11 +59,6 @@ class _ScipyStepper(Stepper):
         return np.asarray(self._curve(t))
 
     def resume(self, y: Array) -> None:
-        """Go on from another state; a method with a memory starts afresh.
-
-        Args:
-            y: The state [its own units].
-        """
         last = float(self._inner.step_size)
         self.y = y
         self.work.restarts += 1
@@ -109,18 +96,6 @@ class Adaptive(Solver):
         """The class of scipy that steps."""
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
-        """A stepper; see Solver.
-
-        Args:
-            rates: The right-hand side f(t, y) [per s].
-            t: Where to start [s].
-            y: State to start from [its own units], (m,).
-            end: Where to stop [s].
-            work: Counters to add to.
-
-        Returns:
-            The stepper.
-        """
         return _ScipyStepper(self._method(), self, rates, t, y, end, work)
 
 
@@ -132,14 +107,7 @@ class DormandPrince54(Adaptive):
         return RK45
 
     def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
-        """What the compiled loop needs to know.
-
-        Args:
-            size: Number of states.
-
-        Returns:
-            Method, atol a state, settings; see ``layout``.
-        """
+        """What the compiled loop needs to know."""
         largest = np.inf if self.largest_step is None else self.largest_step
         return DORMAND_PRINCE, np.full(size, self.atol), np.array([self.rtol, largest, 0.0, 0.0, 0.0, 0.0])
 

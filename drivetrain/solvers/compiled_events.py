@@ -28,11 +28,7 @@ def event_values(
     """The values of all events at a row of the block, counted.
 
     Args:
-        address: Of the event values.
         t: Instant [s].
-        block, row: Where the state stands.
-        values, goal: Where the values go.
-        data, count: See ``rosenbrock_kernel.advance``.
     """
     call_rows(address, t, block, row, values, goal, data)
     count[EVENT_VALUES] += 1
@@ -40,15 +36,7 @@ def event_values(
 
 @nb.njit(**PART)
 def fires(kind: int, before: float, after: float) -> bool:
-    """Whether a change of value is the event.
-
-    Args:
-        kind: FALLING, EITHER, RISING or GUARD of ``layout``.
-        before, after: Values at two instants.
-
-    Returns:
-        Whether it is.
-    """
+    """Whether a change of value is the event."""
     if kind == GUARD:
         return after < 0.0 and (before > 0.0 or after < before)
     falls, rises = before > 0.0 and after <= 0.0, before < 0.0 and after >= 0.0
@@ -124,13 +112,7 @@ def first_event(
     """The share of the step at which the first event happens, 2 when none does; count[FIRED] says which.
 
     Args:
-        address: Of the event values.
         h: Step [s].
-        kinds: Of the events, see ``layout``.
-        block, values, data, clock, count: See ``rosenbrock_kernel.advance``; row OLD holds the values at its beginning.
-
-    Returns:
-        The share; row NEW holds the values at the end of the step when it is 2.
     """
     t, limit, m = clock[TIME], clock[LIMIT], len(kinds)
     count[FIRED] = -1

@@ -33,15 +33,7 @@ SIGNATURE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, types.CPoint
 
 
 def compiled(function: Callable[..., None]) -> Any:
-    """A function (t, x, result, numbers, words) compiled with an address, and kept on disk for the next start.
-
-    Args:
-        function: Its arguments are a float and four pointers, which are indexed like arrays but have no length.
-            A division by zero in it gives infinity, not an error.
-
-    Returns:
-        The compiled function; ``.address`` is where it lies as long as it lives.
-    """
+    """A function (t, x, result, numbers, words) compiled with an address, and kept on disk for the next start."""
     return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(function)
 
 
@@ -50,11 +42,6 @@ def address_of(function: Any, place: str, *, needed: bool = False) -> int:
 
     Args:
         function: What ``compiled`` gave, or an address; None: none.
-        place: What to call it in an error.
-        needed: Whether there must be one.
-
-    Returns:
-        The address, 0 for none.
 
     Raises:
         InputError: Neither a compiled function nor an address.
@@ -81,15 +68,7 @@ def call(typing: Any, address: Any, t: Any, x: Any, result: Any, numbers: Any, w
     """Inside compiled code: call the function at an address.
 
     Args:
-        typing: Filled in by the compiler.
-        address: Where it lies.
         t: Instant [s].
-        x: State, a contiguous array.
-        result: Where the answer goes, a contiguous array.
-        numbers, words: The function's data, contiguous arrays of float64 and of int64.
-
-    Returns:
-        What the compiler needs to know.
     """
     arrays = (x, result, numbers, words)
     if any(kind.layout != "C" for kind in arrays):
@@ -109,15 +88,7 @@ def call_rows(typing: Any, address: Any, t: Any, block: Any, row: Any, target: A
     """Inside compiled code: call the function at an address, state and answer being rows of contiguous blocks.
 
     Args:
-        typing: Filled in by the compiler.
-        address: Where it lies.
         t: Instant [s].
-        block, row: Where the state stands.
-        target, goal: Block and row for the answer.
-        data: The function's numbers and words: a pair of contiguous arrays of float64 and of int64.
-
-    Returns:
-        What the compiler needs to know.
     """
     signature = types.void(types.int64, types.float64, block, types.int64, target, types.int64, data)
 
@@ -141,16 +112,7 @@ def call_step(typing: Any, stepper: Any, address: Any, h: Any, room: Any, data: 
     """Inside compiled code: call a step at an address (``steppers.py``), so that no loop compiles it in again.
 
     Args:
-        typing: Filled in by the compiler.
-        stepper: Where the step lies.
-        address: Where the right-hand side lies.
         h: Step [s].
-        room: Vectors of the length of the state, Jacobian, room for its factors, for them packed, for their order.
-        data: Numbers and words of the right-hand side.
-        clock, count: Of the run.
-
-    Returns:
-        What the compiler needs to know.
     """
     signature = types.void(types.int64, types.int64, types.float64, room, data, clock, count)
 
@@ -176,10 +138,7 @@ def evaluate(address: int, t: float, x: Array, result: Array, numbers: Array, wo
     """From Python: call the function at an address.
 
     Args:
-        address: Where it lies.
         t: Instant [s].
         x: State [its own units].
-        result: Where the answer goes.
-        numbers, words: The function's data.
     """
     call(address, t, x, result, numbers, words)

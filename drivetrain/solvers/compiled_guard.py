@@ -51,12 +51,7 @@ def find_jump(address: int, h: float, block: Array, data: Any, clock: Array, cou
     and less; one that jumps does not. The rows RATES_AT, PROBE, F1 and INNER are overwritten.
 
     Args:
-        address: Of the right-hand side.
         h: The refused step [s]; its end is row NEXT.
-        block, data, clock, count: See ``rosenbrock_kernel.advance``.
-
-    Returns:
-        Whether it jumps. ARGUMENT is -1 when it does with time alone.
     """
     n = block.shape[1]
     for j in range(n):

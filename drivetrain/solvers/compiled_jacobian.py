@@ -45,7 +45,6 @@ def increments(h: float, block: Array, atol: Array, rtol: float) -> None:
 
     Args:
         h: Step that will be tried [s].
-        block, atol, rtol: See ``rosenbrock_kernel.advance``.
     """
     for j in range(block.shape[1]):
         size = max(abs(block[X, j]), h * abs(block[F0, j]))
@@ -62,12 +61,7 @@ def by_differences(
     """Fill the Jacobian by differences; False when the rates jump at this very state.
 
     Args:
-        address: Of the right-hand side.
         h: Step that will be tried [s].
-        block, jacobian, pattern, data, clock, count: See ``rosenbrock_kernel.advance``.
-
-    Returns:
-        Whether the differences can be trusted.
     """
     starts, columns, row_starts, rows, _, ranks = pattern
     n, t, look = block.shape[1], clock[TIME], count[JACOBIANS] % _LOOK == 1
@@ -113,9 +107,7 @@ def time_derivative(address: int, h: float, block: Array, data: Any, clock: Arra
     """Row FT gets df/dt, by a difference that stays within the step.
 
     Args:
-        address: Of the right-hand side.
         h: Step that will be tried [s].
-        block, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
     t = clock[TIME]
     later = min(t + min(h, _SMALL * max(abs(t), h)), clock[LIMIT])
@@ -142,12 +134,7 @@ def fill_jacobian(
     """Fill the Jacobian and df/dt at row X; False when the rates jump there.
 
     Args:
-        addresses: Of the right-hand side and of its Jacobian, 0 when it has none.
         h: Step that will be tried [s].
-        block, jacobian, exact, pattern, atol, rtol, data, clock, count: See ``rosenbrock_kernel.advance``.
-
-    Returns:
-        Whether the Jacobian can be trusted.
     """
     n, states = block.shape[1], pattern[4]
     count[JACOBIANS] += 1

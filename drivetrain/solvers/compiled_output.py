@@ -26,8 +26,6 @@ def account(
     """Let the owner add up over a part of the step: called at two Gauss points, each standing for half of it.
 
     Args:
-        addresses, carried, block, data, clock: See ``rosenbrock_kernel.advance``.
-        start, end: Shares of the step.
         h: Step [s].
     """
     if addresses[ACCOUNT] == 0 or end <= start:
@@ -69,7 +67,6 @@ def emit(
     """Rows at the wanted instants before the end of the step, and the account of the whole step; X is its beginning.
 
     Args:
-        addresses, wanted, rows, carried, block, data, clock, count: See ``rosenbrock_kernel.advance``.
         until: End of the step [s].
         h: Step [s].
     """
@@ -87,11 +84,7 @@ def emit(
 
 @nb.njit(**PART)
 def emit_here(addresses: Any, wanted: Array, rows: Array, block: Array, data: Any, clock: Array, count: Any) -> None:
-    """Rows at the wanted instants that are now.
-
-    Args:
-        addresses, wanted, rows, block, data, clock, count: See ``rosenbrock_kernel.advance``.
-    """
+    """Rows at the wanted instants that are now."""
     until = clock[TIME] + _SLACK * max(1.0, abs(clock[TIME]))
     while count[ROWS] < len(wanted) and wanted[count[ROWS]] <= until:
         _row(addresses, min(wanted[count[ROWS]], clock[TIME]), X, rows, block, data, count)

@@ -46,14 +46,7 @@ class Events:
                 raise InputError(Fault(f"events.{name}", f"must have {len(self.kinds)} entries, as kinds has", given))
 
     def name(self, index: int) -> str:
-        """What to call an event.
-
-        Args:
-            index: Of the event.
-
-        Returns:
-            Its name, or its number.
-        """
+        """What to call an event."""
         return self.names[index] if self.names else f"event {index}"
 
 
@@ -142,23 +135,11 @@ class CompiledProblem:
             raise InputError(Fault("problem.names", f"must have {self.size} entries", self.names))
 
     def name(self, index: int) -> str:
-        """What to call a state.
-
-        Args:
-            index: Of the state.
-
-        Returns:
-            Its name, or its number.
-        """
+        """What to call a state."""
         return f"state {self.names[index]!r}" if self.names else f"state {index}"
 
     def pattern(self) -> tuple[Any, ...]:
-        """Columns that are differenced together, see ``column_groups``, and states in the order of elimination.
-
-        Returns:
-            Where each group starts, the columns, where the rows of each start, the rows, none of them where the problem
-            has a Jacobian of its own; the states in order, and the place of each in it.
-        """
+        """Columns that are differenced together, see ``column_groups``, and states in the order of elimination."""
         if self._groups is None:
             sparse = None if self.sparsity is None else np.asarray(self.sparsity, dtype=bool)
             kept = _pattern(None if sparse is None else sparse.tobytes(), self.size, self.jacobian is not None)
@@ -190,9 +171,6 @@ def _own_numbers(given: Any) -> Array:
 def python_rates(problem: CompiledProblem) -> Rates:
     """A compiled right-hand side as one for solvers in Python, such as scipy's.
 
-    Args:
-        problem: The right-hand side.
-
     Returns:
         f(t, y) [per s]; numbers and words are a copy of the problem's.
     """
@@ -213,7 +191,6 @@ def detect_sparsity(problem: CompiledProblem, t: float, states: Array) -> Any:
     is not seen either, nor has it a derivative.
 
     Args:
-        problem: The right-hand side.
         t: Instant [s].
         states: Some states [their own units], (k, n).
 
@@ -244,11 +221,9 @@ def elimination_order(sparsity: Any, size: int) -> Any:
 
     Args:
         sparsity: (n, n) of bool, or None for a full Jacobian.
-        size: n.
 
     Returns:
         The states in order, (n,) of int64.
-
     Reference: Markowitz, Management Science 3 (1957) 255.
     """
     if sparsity is None:
@@ -268,13 +243,6 @@ def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
 
     Args:
         sparsity: (n, n) of bool, or None for a full Jacobian.
-        size: n.
-
-    Returns:
-        Where each group starts in the list of columns, that list, where each column starts in the list of rows, and
-        that list; all of int64.
-
-    Reference: Curtis, Powell, Reid, J. Inst. Maths Applics 13 (1974) 117; the largest columns first.
     """
     if sparsity is None:
         one = np.arange(size + 1, dtype=np.int64)

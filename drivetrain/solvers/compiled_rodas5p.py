@@ -65,9 +65,7 @@ def rodas5p_step(
     """A step of RODAS5P from row X with rates F0, df/dt FT and the Jacobian; fills NEXT, ERROR and the polynomial.
 
     Args:
-        address: Of the right-hand side.
         h: Step [s].
-        block, jacobian, matrix, packed, order, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
     b = block
     t, limit, over, diagonal = clock[TIME], clock[LIMIT], 1.0 / h, 1.0 / (h * r.GAMMA)

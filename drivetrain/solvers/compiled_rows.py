@@ -20,16 +20,7 @@ _WIDTH = 4
 
 @_intrinsic
 def mix(typing: Any, block: Any, goal: Any, rows: Any, factors: Any) -> Any:
-    """Inside compiled code: a row becomes the sum of rows, each times a factor; it may be one of them.
-
-    Args:
-        typing: Filled in by the compiler.
-        block, goal: Contiguous block, and the row for the answer.
-        rows, factors: Tuples of one length.
-
-    Returns:
-        What the compiler needs to know.
-    """
+    """Inside compiled code: a row becomes the sum of rows, each times a factor; it may be one of them."""
     count = len(rows)
     told = types.UniTuple(types.int64, count), types.UniTuple(types.float64, count)
     signature = types.void(block, types.int64, *told)

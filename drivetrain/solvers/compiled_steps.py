@@ -59,10 +59,7 @@ def rates(address: int, t: float, row: int, goal: int, block: Array, data: Any, 
     """The right-hand side at a row of the block, counted.
 
     Args:
-        address: Of the right-hand side.
         t: Instant [s].
-        row, goal: Rows of the state and of the answer.
-        block, data, count: See ``rosenbrock_kernel.advance``.
     """
     call_rows(address, t, block, row, block, goal, data)
     count[RATES] += 1
@@ -77,12 +74,8 @@ def factor(jacobian: Array, diagonal: float, matrix: Array, packed: Array, order
 
     Args:
         jacobian: (n, n), its rows and columns in the order of elimination.
-        diagonal: The number.
         matrix: Room for the factors, (n, n).
         packed: Takes the entries below the diagonal and above, behind them the inverse pivots; (n n,).
-        order: Filled with the states whose rates stand in the rows (n), how many entries are below the diagonal (1),
-            where those above it end in each column (n), and of each the state it changes and the one it is multiplied
-            by in one word, from 3 n + 1 on (n n - n); at its end the states in the order of elimination (n).
     """
     n = len(matrix)
     found, states = 3 * n + 1, n * n + 2 * n + 1  # the first as scratch: the columns of the pivot's row
@@ -134,13 +127,7 @@ def factor(jacobian: Array, diagonal: float, matrix: Array, packed: Array, order
 
 @nb.njit(**SHARED)
 def solve(packed: Array, order: Any, block: Array, row: int, goal: int) -> None:
-    """Solve with the factors.
-
-    Args:
-        packed, order: From ``factor``.
-        block: Rows of vectors.
-        row, goal: Right-hand side and answer, different rows.
-    """
+    """Solve with the factors."""
     n = np.uint64(block.shape[1])  # indices without a sign are not looked at whether they count from the end
     one, half, low = np.uint64(1), np.uint64(_HALF), np.uint64(_LOW)
     found, states, pivots = n + n + n + one, n * n + n + n + one, n * n - n
@@ -176,9 +163,7 @@ def rodas_step(
     """A step of RODAS from row X with rates F0, df/dt FT and the Jacobian; fills NEXT, ERROR and the polynomial.
 
     Args:
-        address: Of the right-hand side.
         h: Step [s].
-        block, jacobian, matrix, packed, order, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
     n, b = block.shape[1], block
     t, limit, inverse, diagonal = clock[TIME], clock[LIMIT], 1.0 / h, 1.0 / (h * r.GAMMA)
@@ -237,9 +222,7 @@ def dormand_prince_step(address: int, h: float, block: Array, data: Any, clock: 
     """A step of Dormand and Prince's method from row X with rates F0; F1 gets the rates at its end.
 
     Args:
-        address: Of the right-hand side.
         h: Step [s].
-        block, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
     b, c, a = block, _C, _A
     t, limit = clock[TIME], clock[LIMIT]
@@ -275,10 +258,7 @@ def fixed_step(method: int, address: int, h: float, block: Array, data: Any, clo
     """A step of the classical Runge-Kutta method (a cubic between its ends) or of Euler's (a straight line).
 
     Args:
-        method: RUNGE_KUTTA or EULER of ``layout``.
-        address: Of the right-hand side.
         h: Step [s].
-        block, data, clock, count: See ``rosenbrock_kernel.advance``.
     """
     n, b = block.shape[1], block
     t, limit = clock[TIME], clock[LIMIT]
@@ -306,13 +286,7 @@ def fixed_step(method: int, address: int, h: float, block: Array, data: Any, clo
 
 @nb.njit(**PART)
 def within(share: float, block: Array, goal: int) -> None:
-    """The state at a share of the step, on its polynomial.
-
-    Args:
-        share: 0 at the beginning, 1 at the end.
-        block: See ``rosenbrock_kernel.advance``.
-        goal: Row for the answer.
-    """
+    """The state at a share of the step, on its polynomial."""
     for i in range(block.shape[1]):
         curve = block[C2, i] + share * (block[C3, i] + share * block[C4, i])
         block[goal, i] = block[X, i] + share * (block[C1, i] + share * curve)

@@ -34,7 +34,6 @@ class FixedStepper(Stepper):
         self._slope: Array | None = None  # at (t, y), once it is known
 
     def step(self) -> None:
-        """One step further."""
         self._count += 1
         # Multiples of the step, not sums: a million additions lose five digits of the time.
         later = self.end if self._count >= self._total else self._start + self._count * self._step
@@ -48,23 +47,10 @@ class FixedStepper(Stepper):
         """The state a step later."""
 
     def within(self, t: float) -> Array:
-        """The state at an instant of the last step, on a straight line.
-
-        Args:
-            t: Instant [s].
-
-        Returns:
-            The state [its own units].
-        """
         share = self._share(t)
         return self.y if share == 1.0 else self._from + share * (self.y - self._from)
 
     def resume(self, y: Array) -> None:
-        """Go on from another state.
-
-        Args:
-            y: The state [its own units].
-        """
         self.y, self._slope = y, None
         self.work.restarts += 1
 
@@ -97,14 +83,6 @@ class _RungeKuttaStepper(FixedStepper):
         return y + h / 6.0 * (first + 2.0 * (second + third) + fourth)
 
     def within(self, t: float) -> Array:
-        """The state at an instant of the last step, on a cubic.
-
-        Args:
-            t: Instant [s].
-
-        Returns:
-            The state [its own units].
-        """
         s = self._share(t)
         if s == 1.0:
             return self.y
@@ -142,18 +120,6 @@ class Euler(Solver):
         return EULER, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step, 0.0])
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
-        """A stepper; see Solver.
-
-        Args:
-            rates: The right-hand side f(t, y) [per s].
-            t: Where to start [s].
-            y: State to start from [its own units], (m,).
-            end: Where to stop [s].
-            work: Counters to add to.
-
-        Returns:
-            The stepper.
-        """
         return _EulerStepper(rates, t, y, end, work, self.step)
 
 
@@ -174,18 +140,6 @@ class SemiImplicitEuler(Solver):
         check_positive("SemiImplicitEuler.step", self.step, "s")
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
-        """A stepper; see Solver.
-
-        Args:
-            rates: The right-hand side f(t, y) [per s].
-            t: Where to start [s].
-            y: State to start from [its own units], (m,).
-            end: Where to stop [s].
-            work: Counters to add to.
-
-        Returns:
-            The stepper.
-        """
         return _SemiImplicitStepper(rates, t, y, end, work, self.step)
 
 
@@ -216,16 +170,4 @@ class RungeKutta4(Solver):
         return RUNGE_KUTTA, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step, 0.0])
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
-        """A stepper; see Solver.
-
-        Args:
-            rates: The right-hand side f(t, y) [per s].
-            t: Where to start [s].
-            y: State to start from [its own units], (m,).
-            end: Where to stop [s].
-            work: Counters to add to.
-
-        Returns:
-            The stepper.
-        """
         return _RungeKuttaStepper(rates, t, y, end, work, self.step)

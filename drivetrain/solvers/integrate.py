@@ -55,17 +55,12 @@ def integrate(
     there, and has its new value from there on, is never seen on the wrong side by any stage of any method.
 
     Args:
-        solver: The method.
         rates: f(t, y) [per s].
         start: State at the first instant [its own units], (m,).
         times: Wanted instants, rising [s], (N,), N >= 2.
         breakpoints: Where f or its derivatives jump [s].
         correct: Called with (t, y) after each step; gives the state to go on from, or None to leave it.
         most_steps: Stop after so many [-].
-
-    Returns:
-        The states; ``stopped`` says if they end early, for a state that is no number, a solver at its limit, or too
-        many steps.
 
     Raises:
         InputError: Times that do not rise, a start that is no finite vector, breakpoints that are no numbers, a solver
@@ -120,9 +115,6 @@ def wanted_and_start(times: Any, start: Any) -> tuple[Array, Array]:
     Args:
         times: Wanted instants, rising [s], (N,), N >= 2.
         start: State at the first instant [its own units], (m,).
-
-    Returns:
-        Both as arrays.
 
     Raises:
         InputError: Times that do not rise, a start that is no finite vector.

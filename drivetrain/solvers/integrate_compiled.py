@@ -133,18 +133,12 @@ def integrate_compiled(
     is told the number of the segment if it wants it (``CompiledProblem.segment_word``).
 
     Args:
-        problem: The right-hand side.
-        solver: Rodas4, Rodas5P, DormandPrince54, RungeKutta4 or Euler; they run compiled.
         start: State at the first instant [its own units], (n,).
         times: Wanted instants, rising [s], (N,), N >= 2.
         breakpoints: Where the rates or their derivatives jump [s].
         most_steps: Stop after so many [-].
         pause_after: Come back after so many tried steps more, with a checkpoint to go on from; None: do not.
-        resume: Go on from there; all other arguments must be what they were.
         progress: Called now and then with the instant reached [s].
-
-    Returns:
-        The states; ``stopped`` says if they end early and why.
 
     Raises:
         InputError: Times that do not rise, a start that is no finite vector, a solver that does not run compiled, a

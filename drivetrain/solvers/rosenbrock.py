@@ -125,18 +125,6 @@ class Rodas4(Solver):
         return self._table.method, self.tolerances(size), np.array(settings)
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
-        """A stepper; see Solver.
-
-        Args:
-            rates: The right-hand side f(t, y) [per s].
-            t: Where to start [s].
-            y: State to start from [its own units], (m,).
-            end: Where to stop [s].
-            work: Counters to add to.
-
-        Returns:
-            The stepper.
-        """
         return _RodasStepper(self, rates, t, y, end, work)
 
 
@@ -186,14 +174,6 @@ class _RodasStepper(Stepper):
         self.work.steps += 1
 
     def within(self, t: float) -> Array:
-        """The state at an instant of the last step, on the method's own polynomial.
-
-        Args:
-            t: Instant [s].
-
-        Returns:
-            The state [its own units].
-        """
         if t == self.t:
             return self.y
         s = (t - self._before) / (self.t - self._before)
@@ -201,11 +181,6 @@ class _RodasStepper(Stepper):
         return np.asarray(self._from + s * (a + s * (b + s * (c + s * d))))
 
     def resume(self, y: Array) -> None:
-        """Go on from another state at the same instant.
-
-        Args:
-            y: The state [its own units].
-        """
         self.y = y
         self.work.restarts += 1
 

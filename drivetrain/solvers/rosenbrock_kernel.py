@@ -279,28 +279,18 @@ def advance(
     """Go on from where the arrays say, until the end, the budget of steps, a terminal event or a reason to stop.
 
     Args:
-        method: RODAS4, RODAS5P, DORMAND_PRINCE, RUNGE_KUTTA or EULER of ``layout``.
         addresses: Of the right-hand side, its Jacobian, the event values, their handler, the account, what tells a
             row, what opens a segment, and of the method's step, (8,); 0 for none.
-        data: The functions' numbers and words.
         block: Vectors of the length of the state, (BLOCK_ROWS, n); row X is the state.
         matrices: Jacobian in the order of elimination (n, n), its factors (n, n), room for the exact one (n + 1, n),
             and the factors packed (n n).
         order: Room for the factors' order, at its end the states in that of elimination, (n n + 3 n + 1,).
-        pattern: Groups of columns that are differenced together, and the rows of each column: starts and indices;
-            states in the order of elimination, and the place of each in it.
-        carried: Indices of states that no rate moves, but the account may.
         atol: Error allowed in a step where a state is near zero [the state's own unit], (n,).
-        settings: See ``layout``.
         segments: Ends of the segments [s], and the last instant that each may see [s].
         wanted, rows: Instants wanted [s], and what is told there, (N, ...).
         kinds, terminal: Of the events, see ``layout``, (m,).
         values: Event values, (VALUE_ROWS, m).
         log: Instants [s] and indices of events.
-        clock, count: See ``layout``.
-
-    Returns:
-        Why it came back, see ``layout``.
     """
     address, rtol, adaptive = addresses[0], settings[RTOL], method <= DORMAND_PRINCE
     room = (block, matrices[0], matrices[1], matrices[3], order)

@@ -108,10 +108,6 @@ class Solver(ABC):
             t: Where to start [s].
             y: State to start from [its own units], (m,).
             end: Where to stop [s], later than t.
-            work: Counters to add to.
-
-        Returns:
-            The stepper, no step taken yet.
         """
 
 
@@ -119,9 +115,7 @@ def check_positive(place: str, value: float, unit: str) -> None:
     """Refuse a setting that is not a positive, finite number.
 
     Args:
-        place: What to call it, such as ``Euler.step``.
         value: What was given [unit].
-        unit: Of the value.
 
     Raises:
         InputError: It is none.

@@ -62,7 +62,6 @@ def largest_error(block: Array, atol: Array, rtol: float, count: Any) -> float:
     """The largest error in units of its tolerance; infinite when anything is no number.
 
     Args:
-        block, atol, count: See ``rosenbrock_kernel.advance``; NEXT and ERROR are those of the step tried.
         rtol: Share of the state allowed [-].
 
     Returns:
@@ -86,13 +85,10 @@ def first_step(address: int, settings: Array, block: Array, end: float, data: An
     """A first step for an adaptive method.
 
     Args:
-        address: Of the right-hand side.
-        settings, block, data, clock, count: See ``rosenbrock_kernel.advance``.
         end: Of the segment [s].
 
     Returns:
         [s].
-
     Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section II.4.
     """
     if settings[FIRST] > 0.0:
@@ -118,9 +114,7 @@ def choose(method: int, end: float, settings: Array, clock: Array, count: Any) -
     """The step to try, so that the end of the segment is met and no tiny step is left before it.
 
     Args:
-        method: See ``layout``.
         end: Of the segment [s].
-        settings, clock, count: See ``rosenbrock_kernel.advance``.
 
     Returns:
         [s].
@@ -150,8 +144,6 @@ def next_step(method: int, h: float, error: float, clock: Array, count: Any) -> 
         method: See ``layout``.
         h, error: The step [s], and its error in units of what is allowed.
         clock, count: See ``rosenbrock_kernel.advance``.
-
-    Reference: Gustafsson's predictive control; Hairer, Wanner, Solving Ordinary Differential Equations II (1996), IV.8.
     """
     small = max(error, 1e-10)
     factor = _SAFETY / _root_of(small, method)
@@ -184,12 +176,7 @@ def refuse(
     """A step is refused: propose a shorter one, or say why there can be none.
 
     Args:
-        address: Of the right-hand side.
         h, error: The step [s], and its error in units of what is allowed.
-        settings, block, data, clock, count: See ``rosenbrock_kernel.advance``.
-
-    Returns:
-        DONE to try again; a reason to stop, see ``layout``.
     """
     count[REJECTED] += 1
     count[FAILURES] += 1

@@ -82,14 +82,7 @@ def _euler(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any,
 
 @lru_cache(maxsize=5)
 def stepper(method: int) -> Any:
-    """The step of a method, compiled at the first call (some seconds) or taken from numba's disk cache.
-
-    Args:
-        method: One of ``layout``.
-
-    Returns:
-        The compiled function, with ``.address``.
-    """
+    """The step of a method, compiled at the first call (some seconds) or taken from numba's disk cache."""
     take("drivetrain.solvers.ahead:compile_solver")
     steps = {
         RODAS4: _rodas, RODAS5P: _rodas5p, DORMAND_PRINCE: _dormand_prince, RUNGE_KUTTA: _runge_kutta, EULER: _euler,

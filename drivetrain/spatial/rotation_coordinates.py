@@ -73,40 +73,15 @@ class RotationVector(RotationCoordinates):
     """
 
     def values(self, rotation: Array) -> Array:
-        """The rotation vector.
-
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-
-        Returns:
-            [rad], (3,).
-        """
         return log_rotation(rotation)
 
     def rate_matrix(self, rotation: Array) -> Array:
-        """The inverse of the book's A(r).
-
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-
-        Returns:
-            [-], (3, 3).
-        """
         vector = log_rotation(rotation)
         turn = skew(vector)
         factor, _ = _factors(math.hypot(*vector))
         return np.asarray(np.eye(3) + 0.5 * turn + factor * (turn @ turn))
 
     def rate_matrix_rate(self, rotation: Array, spin: Array) -> Array:
-        """Its time derivative.
-
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-            spin: Angular velocity in the body frame [rad/s], (3,).
-
-        Returns:
-            [1/s], (3, 3).
-        """
         vector = log_rotation(rotation)
         rate = self.rate_matrix(rotation) @ spin
         turn, turning = skew(vector), skew(rate)
@@ -120,44 +95,13 @@ class RollPitchYaw(RotationCoordinates):
     """Roll about x, then pitch about y, then yaw about z, axes fixed, as in URDF; singular at a pitch of 90 degrees."""
 
     def values(self, rotation: Array) -> Array:
-        """Roll, pitch and yaw.
-
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-
-        Returns:
-            [rad], (3,).
-        """
         return rpy_from_rotation(rotation)
 
     def rate_matrix(self, rotation: Array) -> Array:
-        """The matrix that takes the body's angular velocity to the rates of roll, pitch and yaw.
-
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-
-        Returns:
-            [-], (3, 3).
-
-        Raises:
-            InputError: The pitch is 90 degrees.
-        """
         (sr, cr), (sp, cp) = _roll_and_pitch(rotation)
         return np.array([[1.0, sr * sp / cp, cr * sp / cp], [0.0, cr, -sr], [0.0, sr / cp, cr / cp]])
 
     def rate_matrix_rate(self, rotation: Array, spin: Array) -> Array:
-        """Its time derivative.
-
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-            spin: Angular velocity in the body frame [rad/s], (3,).
-
-        Returns:
-            [1/s], (3, 3).
-
-        Raises:
-            InputError: The pitch is 90 degrees.
-        """
         (sr, cr), (sp, cp) = _roll_and_pitch(rotation)
         roll, pitch, _ = self.rate_matrix(rotation) @ spin
         by_roll = np.array([[0.0, cr * sp / cp, -sr * sp / cp], [0.0, -sr, -cr], [0.0, cr / cp, -sr / cp]])

@@ -21,15 +21,7 @@ SHIPPED = Path(__file__).with_name("assumptions.yaml")
 def resolve_assumptions(
     own: AssumptionsForm, ledger: Ledger
 ) -> tuple[dict[str, GearAssumption], dict[str, MotorAssumption]]:
-    """The assumptions by gear kind and by motor group: the study's own entry replaces the shipped one as a whole.
-
-    Args:
-        own: What the study says.
-        ledger: Takes unknown kinds as faults.
-
-    Returns:
-        Of gears, and of motors.
-    """
+    """The assumptions by gear kind and by motor group: the study's own entry replaces the shipped one as a whole."""
     shipped = shipped_assumptions()
     for part, known in (("gears", GEAR_KINDS), ("motors", MOTOR_GROUPS)):
         for kind in getattr(own, part):

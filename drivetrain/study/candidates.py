@@ -32,12 +32,6 @@ def candidate_pairs(
 ) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
     """The pairs that may drive a joint, lightest first, and what was put aside.
 
-    Args:
-        form: The rules.
-        catalog: The rows.
-        ledger: Takes names that no row has as faults.
-        place: Of the rules in the study file.
-
     Returns:
         (motor key, gear key) by combined mass, then by keys, rows of unknown mass last; and in words how many rows
         each rule put aside.
@@ -65,25 +59,12 @@ def _lightest_first(catalog: Catalog, pairs: list[Pair]) -> tuple[Pair, ...]:
 
 
 def frameless_rule(form: CandidatesForm) -> FramelessRule:
-    """The geometric rule with the study's changes.
-
-    Args:
-        form: The study's rules for a joint.
-
-    Returns:
-        The rule.
-    """
+    """The geometric rule with the study's changes."""
     return replace(FramelessRule(), **form.frameless_rule.model_dump(exclude_none=True))
 
 
 def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place) -> Pair | None:
     """The keys of a drive that the study names, when the catalogue has them.
-
-    Args:
-        drive: As written.
-        catalog: The rows.
-        ledger: Takes unknown keys as faults.
-        place: Of the drive in the study file.
 
     Returns:
         (motor key, gear key), gear "" for a direct drive; None when one is unknown.
@@ -161,13 +142,7 @@ def keeps(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
     """Whether a row keeps one rule; a row whose value is unknown does not.
 
     Args:
-        name: Of the column, or ``keys``.
         wanted: What the study allows there: a range in SI, names, or yes and no.
-        key: Of the row.
-        row: Of the catalogue.
-
-    Returns:
-        True when it does.
     """
     value: Any = key if name == "keys" else getattr(row, name)
     if isinstance(wanted, bool):
@@ -200,10 +175,6 @@ def limits_in_words(wanted: object, unit: str) -> str:
 
     Args:
         wanted: A range in SI, names, or yes and no.
-        unit: Of the range, as the catalogue writes it.
-
-    Returns:
-        Such as ``40 to 60 V``.
     """
     if isinstance(wanted, bool):
         return "yes" if wanted else "no"

@@ -79,28 +79,12 @@ def changed(study: Study, change: TaskChange) -> Study:
 
 
 def scales(payloads: Collection[str], name: str) -> bool:
-    """Whether a change of some payloads is one of a certain payload.
-
-    Args:
-        payloads: Names of those that change; empty: all.
-        name: Of the payload.
-
-    Returns:
-        True when it changes.
-    """
+    """Whether a change of some payloads is one of a certain payload."""
     return not payloads or name in payloads
 
 
 def slowed(cycle: Cycle, factor: float) -> Cycle:
-    """The same path in more time, or less.
-
-    Args:
-        cycle: The repeated task.
-        factor: Of its length; 1 keeps it as it is.
-
-    Returns:
-        The cycle: time times the factor, speed over it, acceleration over its square; given torques are kept.
-    """
+    """The same path in more time, or less."""
     if factor == 1.0:
         return cycle
     return replace(

@@ -31,11 +31,7 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
         path: CSV file; columns ``name``, ``kind`` (revolute or prismatic), ``a [mm]``, ``alpha [deg]``, ``d [mm]``,
             ``theta [deg]``, ``mass [kg]``, ``com_x [mm]`` to ``com_z``, ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``,
             ``upper [deg]``, ``speed_limit [deg/s]``. A cell may carry its own unit.
-        convention: ``classic`` or ``modified``.
         gravity: In the base frame [m/s^2], (3,); None: straight down.
-
-    Returns:
-        The arm.
 
     Raises:
         InputError: Every fault of the file.

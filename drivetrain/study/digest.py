@@ -11,15 +11,7 @@ from drivetrain.study.document import Document
 
 
 def study_digest(document: Document, files: Iterable[Path]) -> str:
-    """SHA-256 over the study file and the files it names, their paths left out.
-
-    Args:
-        document: The study file.
-        files: Named by it, in a fixed order; of a folder, the CSV files in it. The shipped assumptions are added.
-
-    Returns:
-        Hexadecimal digits.
-    """
+    """SHA-256 over the study file and the files it names, their paths left out."""
     digest = hashlib.sha256()
     for content in (document.content, SHIPPED.read_bytes(), *_contents(files)):
         digest.update(len(content).to_bytes(8, "big"))  # so that bytes cannot move from one file to the next unseen

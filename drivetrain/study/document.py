@@ -40,14 +40,7 @@ class Document:
         return self.path.parent
 
     def where(self, place: Place) -> str:
-        """File and line of an entry, or of the nearest entry around it.
-
-        Args:
-            place: Of the entry.
-
-        Returns:
-            Such as ``study.yaml:12``.
-        """
+        """File and line of an entry, or of the nearest entry around it."""
         for end in range(len(place), 0, -1):
             line = self.lines.get(place[:end])
             if line is not None:
@@ -55,25 +48,12 @@ class Document:
         return str(self.path)
 
     def fault(self, place: Place, problem: str, value: object = None, hint: str = "") -> Fault:
-        """A fault of this file, with its line.
-
-        Args:
-            place: Of the entry at fault.
-            problem: What is wrong and what is allowed.
-            value: What was found.
-            hint: The mend.
-
-        Returns:
-            The fault.
-        """
+        """A fault of this file, with its line."""
         return Fault(spelled(place), problem, value, hint, self.where(place))
 
 
 def spelled(place: Place) -> str:
     """A place as text.
-
-    Args:
-        place: Keys and positions.
 
     Returns:
         Such as ``motions.pick.waypoints[2]``; ``the file`` for its top.
@@ -86,12 +66,6 @@ def spelled(place: Place) -> str:
 
 def read_document(path: str | Path) -> Document:
     """A YAML file with the line of each entry.
-
-    Args:
-        path: Of the file.
-
-    Returns:
-        Its content.
 
     Raises:
         InputError: No such file, not UTF-8, not YAML, not a mapping, or a key given twice; all doubles are listed.

@@ -15,16 +15,7 @@ Interval = tuple[float | None, float | None]
 
 
 def refused(problem: str, hint: str = "", found: object = None) -> PydanticCustomError:
-    """The error a field type raises, carrying words of our own.
-
-    Args:
-        problem: What is wrong and what is allowed.
-        hint: The mend.
-        found: The part of the value that is wrong, when it is not the whole.
-
-    Returns:
-        The error, to be raised.
-    """
+    """The error a field type raises, carrying words of our own."""
     return PydanticCustomError("study", "{problem}", {"problem": problem, "hint": hint, "found": found})
 
 
@@ -44,14 +35,7 @@ class Quantity:
     above: float | None = None
 
     def read(self, value: Any) -> float:
-        """The SI value.
-
-        Args:
-            value: As it stands in the file.
-
-        Returns:
-            The value in ``unit``.
-        """
+        """The SI value."""
         try:
             return quantity(value, self.unit, "", minimum=self.minimum, maximum=self.maximum, above=self.above)
         except InputError as error:
@@ -78,9 +62,6 @@ class Between:
 
     def read(self, value: Any) -> Interval:
         """Both ends in SI.
-
-        Args:
-            value: As it stands in the file.
 
         Returns:
             Smallest and largest [unit]; None where open.
@@ -113,9 +94,6 @@ class Vector:
 
     def read(self, value: Any) -> tuple[float, float, float]:
         """The three values in SI.
-
-        Args:
-            value: As it stands in the file.
 
         Returns:
             The values [unit].
@@ -150,14 +128,7 @@ class _Names:
 
 
 def read_name(value: Any) -> str:
-    """A name; a number, such as a bare part number, is taken as its text.
-
-    Args:
-        value: As it stands in the file.
-
-    Returns:
-        The name without blanks around it.
-    """
+    """A name; a number, such as a bare part number, is taken as its text."""
     if isinstance(value, bool) or not isinstance(value, str | int) or not str(value).strip():
         raise refused("must be a name", "put it in quotes" if isinstance(value, bool | float) else "", value)
     return str(value).strip()

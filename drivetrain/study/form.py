@@ -22,25 +22,11 @@ class Form(BaseModel):
         return data
 
     def given(self, name: str) -> bool:
-        """Whether a field stands in the file.
-
-        Args:
-            name: Of the field.
-
-        Returns:
-            False when its value is only the default, or was taken back with null.
-        """
+        """Whether a field stands in the file."""
         return name in self.model_fields_set and getattr(self, name) is not None
 
     def over(self, default: Self) -> Self:
-        """This form with what it does not say filled from another: mappings are merged name by name.
-
-        Args:
-            default: What holds where this form is silent.
-
-        Returns:
-            The merged form; a null in this form takes the default back.
-        """
+        """This form with what it does not say filled from another: mappings are merged name by name."""
         merged = {name: getattr(self, name) for name in self.model_fields_set}
         for name, value in merged.items():
             base = getattr(default, name)

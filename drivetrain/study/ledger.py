@@ -29,47 +29,22 @@ class Ledger:
     notes: list[str] = field(default_factory=list)
 
     def fault(self, place: Place, problem: str, value: object = None, hint: str = "") -> None:
-        """Notes down a fault of the study file, unless it can only be the consequence of one already known.
-
-        Args:
-            place: Of the entry at fault.
-            problem: What is wrong and what is allowed.
-            value: What was found.
-            hint: The mend.
-        """
+        """Notes down a fault of the study file, unless it can only be the consequence of one already known."""
         if not self.spoiled(place):
             self.faults.append(self.document.fault(place, problem, value, hint))
             self.faulty.add(place)
 
     def note(self, notes: Iterable[str]) -> None:
-        """Notes down remarks for the report.
-
-        Args:
-            notes: In words; those already there are left out.
-        """
+        """Notes down remarks for the report."""
         self.notes.extend(note for note in dict.fromkeys(notes) if note not in self.notes)
 
     def spoiled(self, place: Place) -> bool:
-        """Whether an entry has a fault already, so that what depends on it need not be looked at.
-
-        Args:
-            place: Of the entry.
-
-        Returns:
-            True when a fault lies at the place, below it or around it.
-        """
+        """Whether an entry has a fault already, so that what depends on it need not be looked at."""
         return touches(place, self.faulty)
 
     @contextmanager
     def gather(self, place: Place) -> Iterator[None]:
-        """Takes up the faults and physics warnings of what is done inside, and goes on.
-
-        Args:
-            place: The entry of the study file that asked for it.
-
-        Yields:
-            Nothing.
-        """
+        """Takes up the faults and physics warnings of what is done inside, and goes on."""
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             try:

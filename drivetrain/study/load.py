@@ -42,12 +42,6 @@ def load_study(path: str | Path) -> Study:
 def study_from(document: Document) -> Study:
     """A study from its file as read, or as changed since.
 
-    Args:
-        document: The file.
-
-    Returns:
-        The study; doubts are in its notes.
-
     Raises:
         InputError: As ``load_study``.
     """
@@ -97,14 +91,6 @@ def _tolerances(form: StudyForm) -> Tolerances:
 
 
 def named_files(form: StudyForm, document: Document) -> list[Path]:
-    """The files and folders a study names.
-
-    Args:
-        form: The study.
-        document: Its file.
-
-    Returns:
-        Arm, motions, catalogue folders, in that order.
-    """
+    """The files and folders a study names."""
     folder = document.folder
     return [*arm_files(form, folder), *motion_files(form, folder), *catalog_folders(form, folder)]

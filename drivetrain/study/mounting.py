@@ -27,11 +27,6 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
     inertia is unknown and stays: a small excess on the safe side); ``added`` and ``replaced`` put each drive in as
     solid cylinders; ``included`` moves no mass. The rotor turns behind its gear in all three.
 
-    Args:
-        study: Of which the arm, the mounts and the payloads are taken; it must have an arm.
-        drives: By joint name; joints without one are left as direct drives without mass.
-        payload_index: Into the study's payloads, -1 for an empty tip.
-
     Returns:
         The arm with masses [kg], inertias [kg m^2] and rotors in place.
 
@@ -55,11 +50,6 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
 def carrying(study: Study, arm: Arm, payload_index: int) -> Arm:
     """An arm with one of the study's payloads at its tip.
 
-    Args:
-        study: Of which the payloads are taken.
-        arm: The arm.
-        payload_index: Into the study's payloads, -1 for an empty tip.
-
     Returns:
         The arm with the payload's mass [kg] and inertia [kg m^2] on its last link.
     """
@@ -74,9 +64,6 @@ def carrying(study: Study, arm: Arm, payload_index: int) -> Arm:
 def drive_mass(drive: Drive) -> float | None:
     """Mass of motor and gear together; an ideal gear weighs nothing.
 
-    Args:
-        drive: Motor and gear.
-
     Returns:
         [kg]; None when one of them is unknown.
     """
@@ -85,15 +72,7 @@ def drive_mass(drive: Drive) -> float | None:
 
 
 def mass_counts(study: Study, joint: int) -> bool:
-    """Whether the mass of a joint's drive loads the arm.
-
-    Args:
-        study: Whose mass the drives are, and where they sit.
-        joint: Index of the joint whose drive it is.
-
-    Returns:
-        False where the links hold it already, where the base carries it, and without an arm.
-    """
+    """Whether the mass of a joint's drive loads the arm."""
     if study.arm is None or study.drive_mass not in (DriveMass.ADDED, DriveMass.REPLACED):
         return False
     return carrier_link(joint, study.joints[joint].mount) >= 0
@@ -104,9 +83,6 @@ def drive_body(drive: Drive) -> tuple[float, float, float]:
 
     That part belongs to the rotor, which is a body of its own; counted here too it would count twice. Sizes that a
     sheet does not print follow from DRIVE_DENSITY, with both unknown from a cylinder as long as wide.
-
-    Args:
-        drive: Motor and gear; a part of unknown mass counts nothing.
 
     Returns:
         Mass [kg]; inertia about the centre, across the axis and along it [kg m^2].
@@ -122,7 +98,6 @@ def rotor_ratio(drive: Drive, task: JointTask) -> float:
     """Rotor angle over the joint's coordinate.
 
     Args:
-        drive: Its gear's ratio.
         task: Of the joint: its travel a radian, where it slides.
 
     Returns:
@@ -132,29 +107,13 @@ def rotor_ratio(drive: Drive, task: JointTask) -> float:
 
 
 def carrier_link(joint: int, mount: Mount) -> int:
-    """Index of the link that holds the stator.
-
-    Args:
-        joint: Index of the joint.
-        mount: Where its drive sits.
-
-    Returns:
-        The link before the joint, the one after it, or -1 for the base.
-    """
+    """Index of the link that holds the stator."""
     at = seat(joint, mount)
     return {"parent": at - 1, "child": at, "base": -1}[mount.carrier]
 
 
 def seat(joint: int, mount: Mount) -> int:
-    """Index of the joint at which a drive sits.
-
-    Args:
-        joint: Index of the joint whose drive it is.
-        mount: Where it sits.
-
-    Returns:
-        The joint's own; another where the mount says so.
-    """
+    """Index of the joint at which a drive sits."""
     return joint if mount.joint is None else mount.joint
 
 
@@ -162,14 +121,8 @@ def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: floa
     """A rotor where its drive sits, along the axis of the joint there.
 
     Args:
-        arm: The arm.
-        joint: Index of the joint whose drive it is.
-        mount: Where it sits.
         ratio: Of the gear behind it [-, rad/m].
         inertia: About its axis [kg m^2].
-
-    Returns:
-        The rotor, without mass.
     """
     axis = joint_axis(arm, seat(joint, mount))
     line = np.concatenate([axis, np.cross(arm.joint_points[seat(joint, mount)], axis)])
@@ -180,9 +133,6 @@ def emptied(study: Study) -> Arm:
     """The study's arm without rotors, and without the drives that its links hold where these are to be replaced.
 
     Rotors that an arm states are those of its own drives; those that the study judges bring theirs.
-
-    Args:
-        study: Of which the arm and the contained drives are taken; it must have an arm.
 
     Returns:
         The arm; as a point is taken out, the drives' own inertia [kg m^2] stays in the links.
@@ -219,10 +169,6 @@ def _without(arm: Arm, joint: int, task: JointTask) -> Arm:
 def joint_axis(arm: Arm, joint: int) -> Array:
     """Direction of a joint's axis, or of its travel, base frame, all joints at zero.
 
-    Args:
-        arm: The arm.
-        joint: Index of the joint.
-
     Returns:
         Unit vector, (3,).
     """
@@ -233,11 +179,6 @@ def joint_axis(arm: Arm, joint: int) -> Array:
 
 def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
     """Where a drive's centre of mass sits, base frame, all joints at zero.
-
-    Args:
-        arm: The arm.
-        joint: Index of the joint.
-        mount: Its offset along the axis.
 
     Returns:
         The point [m], (3,).

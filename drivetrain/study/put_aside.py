@@ -17,13 +17,8 @@ def put_aside(task: JointTask, catalog: Catalog, motor: str | None, gear: str | 
     """By which rules of the study a part or a pair may not drive a joint.
 
     Args:
-        task: Of the joint.
-        catalog: The rows.
         motor: Key; None: only the gear is asked after.
         gear: Key, "" for a direct drive; None: only the motor is asked after.
-
-    Returns:
-        One sentence a rule that is broken; empty when none is.
     """
     if (motor, gear) in task.pairs or (motor, gear) == task.drive:
         return ()

@@ -23,15 +23,7 @@ DRIVE_MASS_HINT = (
 
 
 def arm_files(form: StudyForm, folder: Path) -> list[Path]:
-    """The files an arm is read from.
-
-    Args:
-        form: The study.
-        folder: What relative names start from.
-
-    Returns:
-        One file, or none for a built-in arm or without an arm.
-    """
+    """The files an arm is read from."""
     if form.arm is None:
         return []
     name = form.arm.dh or form.arm.source or ""
@@ -40,10 +32,6 @@ def arm_files(form: StudyForm, folder: Path) -> list[Path]:
 
 def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
     """The arm of a study.
-
-    Args:
-        form: The study.
-        ledger: Takes faults, and the arm's notes and doubts.
 
     Returns:
         The arm; None without one, or when it cannot be read.
@@ -68,15 +56,7 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
 
 
 def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
-    """The bodies the tip may carry.
-
-    Args:
-        form: The study.
-        ledger: Takes a note for every point mass, and inertias no body can have as doubts.
-
-    Returns:
-        By name, in file order.
-    """
+    """The bodies the tip may carry."""
     payloads = {}
     for name, body in form.payloads.items():
         if body.inertia is None:

@@ -18,12 +18,7 @@ def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | 
     """The arm with its motors coupled to its joints as the study says.
 
     Args:
-        form: The study.
         arm: None without one, or when it cannot be read.
-        ledger: Takes faults, and a note of what the coupled joints' numbers mean.
-
-    Returns:
-        The arm; coupled as its own source says where the study says nothing of couplings.
     """
     if arm is None:
         if form.coupling and form.arm is None:

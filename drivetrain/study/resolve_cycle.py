@@ -28,15 +28,7 @@ Motions = dict[str, Motion | LoadTable]
 
 
 def motion_files(form: StudyForm, folder: Path) -> list[Path]:
-    """The files the motions are read from.
-
-    Args:
-        form: The study.
-        folder: What relative names start from.
-
-    Returns:
-        In the order of the motions.
-    """
+    """The files the motions are read from."""
     names = [motion.file or motion.table for motion in form.motions.values()]
     return [folder / name for name in names if name is not None]
 
@@ -45,12 +37,7 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
     """Every motion of a study, held against the arm's ranges.
 
     Args:
-        form: The study.
         arm: None when the motions are load tables (or the arm could not be read).
-        ledger: Takes faults and doubts.
-
-    Returns:
-        By name; those at fault are left out.
     """
     motions: Motions = {}
     default = form.motions.get(DEFAULT, MotionForm())
@@ -72,11 +59,6 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
 
 def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | None:
     """The repeated task.
-
-    Args:
-        form: The study; without a cycle its one motion is repeated, with its one payload.
-        motions: By name.
-        ledger: Takes faults and doubts.
 
     Returns:
         The cycle; None when it cannot be built.

@@ -15,9 +15,6 @@ def resolve_free_ratio(form: FreeRatioForm | None, catalog: Catalog, ledger: Led
 
     Args:
         form: As written; None where nothing is.
-        catalog: The rows.
-        ledger: Takes faults.
-        place: Of the form in the study file.
 
     Returns:
         The range; None without a form or with a faulty one.

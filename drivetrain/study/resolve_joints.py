@@ -43,15 +43,7 @@ class Surroundings:
 
 
 def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTask, ...]:
-    """Every joint's task.
-
-    Args:
-        around: Study file, arm, catalogue, ledger.
-        names: Of the joints, in the arm's or the load tables' order.
-
-    Returns:
-        One a joint, in that order.
-    """
+    """Every joint's task."""
     forms, ledger = around.form.joints, around.ledger
     for name in forms:
         if names and name not in (*names, DEFAULT):
@@ -73,10 +65,6 @@ def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm 
 
     An own drive is not joined by the default's candidates, nor own candidates by the default's drive.
 
-    Args:
-        own: The joint's entry.
-        default: The entry for all joints.
-
     Returns:
         The merged entry; None when there is neither.
     """
@@ -91,17 +79,7 @@ def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm 
 
 
 def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledger, place: Place) -> Amplifier:
-    """An amplifier with its limits in DC-equivalent ampere, each converted by the basis that stands beside it.
-
-    Args:
-        form: Of the joint.
-        default: Of the study.
-        ledger: Takes currents without a basis as faults.
-        place: Of the joint's entry in the study file.
-
-    Returns:
-        The amplifier.
-    """
+    """An amplifier with its limits in DC-equivalent ampere, each converted by the basis that stands beside it."""
     study = _limits(default, default.current_basis, ledger, ("amplifier",))
     own = _limits(form, form.current_basis or default.current_basis, ledger, (*place, "amplifier"))
     return Amplifier(**{**study, **own})

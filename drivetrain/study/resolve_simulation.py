@@ -18,16 +18,7 @@ Named = TypeVar("Named", bound=Form)
 
 
 def resolve_simulation(form: StudyForm, joints: Sequence[str], ledger: Ledger) -> Simulation:
-    """The simulation that a study states.
-
-    Args:
-        form: The study.
-        joints: All names; empty while they are not known.
-        ledger: Takes faults.
-
-    Returns:
-        The simulation; control and cogging by joint, those at fault left out.
-    """
+    """The simulation that a study states."""
     told = form.simulation
     control = {
         name: Control(**one.model_dump())

@@ -14,16 +14,7 @@ from drivetrain.study.trade_offs import TradeOffs
 
 
 def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> Wanted:
-    """The objective and the constraints.
-
-    Args:
-        form: The study.
-        names: Of the joints; empty where they are not known because of other faults.
-        ledger: Takes names in groups that are no joints as faults.
-
-    Returns:
-        What is wanted, terms that count nothing left out.
-    """
+    """The objective and the constraints."""
     told, chosen = form.objective, form.selection
     weights = {told: 1.0} if isinstance(told, str) else {name: getattr(told, name) for name in TERMS}
     for index, group in enumerate(chosen.same_family if names else ()):
@@ -43,13 +34,7 @@ def resolve_trade_offs(
     """What the report shall tell beside the best set.
 
     Args:
-        form: The study.
         cycle: None where other faults keep it from being built.
-        payloads: By name.
-        ledger: Takes a curve that this study cannot have, or has twice, as a fault.
-
-    Returns:
-        Front and curves, each criterion once.
     """
     curves = form.selection.curves
     carried = () if cycle is None else cycle.payload_names

@@ -42,13 +42,6 @@ class JointAxes:
 def resolve_waypoints(name: str, form: MotionForm, axes: JointAxes, ledger: Ledger, place: Place) -> Motion | None:
     """The motion through the waypoints.
 
-    Args:
-        name: Of the motion.
-        form: Its entry, the default entry filled in.
-        axes: The arm's joints.
-        ledger: Takes faults.
-        place: Of the entry in the study file.
-
     Returns:
         The motion; None when it cannot be made.
     """

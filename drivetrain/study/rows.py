@@ -22,28 +22,12 @@ Sheet = TypeVar("Sheet", Motor, Gear)
 
 
 def catalog_folders(form: StudyForm, folder: Path) -> list[Path]:
-    """The catalogue folders a study names.
-
-    Args:
-        form: The study.
-        folder: What relative names start from.
-
-    Returns:
-        In the order given.
-    """
+    """The catalogue folders a study names."""
     return [shipped("catalogs") if name == SHIPPED else folder / name for name in form.catalogs]
 
 
 def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
-    """The rows of a study: a row of the study itself replaces one of the same key in a folder.
-
-    Args:
-        form: The study.
-        ledger: Takes faults, and which rows the study replaces; the catalogue keeps its own notes.
-
-    Returns:
-        The rows; empty folders where they could not be read.
-    """
+    """The rows of a study: a row of the study itself replaces one of the same key in a folder."""
     catalog = Catalog()
     folders = catalog_folders(form, ledger.document.folder)
     with ledger.gather(("catalogs",)):

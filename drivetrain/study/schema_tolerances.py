@@ -24,14 +24,7 @@ class _Scatter:
         self.relative = relative
 
     def read(self, value: Any) -> Tolerance:
-        """The tolerance.
-
-        Args:
-            value: As it stands in the file.
-
-        Returns:
-            With its width as a share, or in the unit.
-        """
+        """The tolerance."""
         law, width = "uniform", value
         if isinstance(value, dict):
             if len(value) != 1 or next(iter(value)) not in LAWS:

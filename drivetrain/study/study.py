@@ -221,14 +221,7 @@ class Wanted:
 
 
 def family(row: Motor | Gear) -> str:
-    """What parts share a family: those of one maker and series; a part whose sheet names no series stands alone.
-
-    Args:
-        row: Of the catalogue.
-
-    Returns:
-        A text that is equal for parts of one family.
-    """
+    """What parts share a family: those of one maker and series; a part whose sheet names no series stands alone."""
     return f"{row.maker} {row.series}".strip() if row.series else f"{row.maker} {row.key}".strip()
 
 

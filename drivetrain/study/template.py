@@ -119,12 +119,6 @@ joints:
 def study_template(arm: str = "ur5-corrected") -> str:
     """The text of a study that loads and runs, with comments on what to change.
 
-    Args:
-        arm: Name of a built-in arm, or path of a URDF file.
-
-    Returns:
-        The text of the YAML file.
-
     Raises:
         InputError: No such arm.
     """

@@ -41,14 +41,7 @@ class Tolerance:
     absolute: bool = False
 
     def deviation(self, uniform: Array) -> Array:
-        """The deviation with a given probability of a smaller one.
-
-        Args:
-            uniform: Probabilities between 0 and 1, any shape.
-
-        Returns:
-            From the nominal value, in the unit of ``width``, that shape.
-        """
+        """The deviation with a given probability of a smaller one."""
         if self.normal:
             from scipy.special import ndtri  # 0.3 s that only a study with tolerances needs
 

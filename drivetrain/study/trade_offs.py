@@ -46,13 +46,6 @@ class TradeOffs:
 def read_criterion(name: object, place: str = "front") -> str:
     """A criterion of a front.
 
-    Args:
-        name: As written.
-        place: Where it stands, for the fault.
-
-    Returns:
-        The name.
-
     Raises:
         InputError: Another name.
     """
@@ -63,13 +56,6 @@ def read_criterion(name: object, place: str = "front") -> str:
 
 def read_curve(text: object, place: str = "curves") -> CurveWanted:
     """A curve as it is written on one line, ``payload`` or ``payload: 0 kg..8 kg``.
-
-    Args:
-        text: As written; in a study file also a mapping of that one name.
-        place: Where it stands, for the faults.
-
-    Returns:
-        What is varied, and its span.
 
     Raises:
         InputError: Another quantity, or ends that are no rising range of it: every fault at once.
@@ -91,11 +77,6 @@ def read_curve(text: object, place: str = "curves") -> CurveWanted:
 
 def read_span(vary: str, ends: tuple[str, str], places: tuple[str, str]) -> tuple[float, float]:
     """The ends of a curve.
-
-    Args:
-        vary: Name of what is varied.
-        ends: Smallest and largest value, with their units.
-        places: Where each stands, for the faults.
 
     Returns:
         The range in SI, temperatures in [C].

@@ -31,14 +31,7 @@ _WORDS = {
 
 
 def read_form(document: Document) -> tuple[StudyForm, list[Fault], set[Place]]:
-    """The study file as a form, as far as it can be read.
-
-    Args:
-        document: The file.
-
-    Returns:
-        The form without what is at fault, the faults, and their places.
-    """
+    """The study file as a form, as far as it can be read."""
     data: dict[str, Any] = copy.deepcopy(document.data)
     faults: list[Fault] = []
     places: set[Place] = set()
@@ -56,15 +49,7 @@ def read_form(document: Document) -> tuple[StudyForm, list[Fault], set[Place]]:
 
 
 def touches(place: Place, faulty: set[Place]) -> bool:
-    """Whether a fault at a place may only be the consequence of one already known.
-
-    Args:
-        place: Of the new fault.
-        faulty: Of the known ones.
-
-    Returns:
-        True when a known one lies at the place, below it or around it.
-    """
+    """Whether a fault at a place may only be the consequence of one already known."""
     return any(known[: len(place)] == place or place[: len(known)] == known for known in faulty)
 
 

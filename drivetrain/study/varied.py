@@ -15,13 +15,6 @@ from drivetrain.study.document import Document, Place, spelled
 def place_of(document: Document, text: str) -> Place:
     """The place in a study file that a text such as ``payloads.box.mass`` names.
 
-    Args:
-        document: The file.
-        text: Names from the top, with dots between; a number names an entry of a list, from 0.
-
-    Returns:
-        The place; its last name may be new, for an entry that has a default.
-
     Raises:
         InputError: A name before the last that the file does not have, with those it has there.
     """
@@ -42,15 +35,7 @@ def place_of(document: Document, text: str) -> Place:
 
 
 def varied(document: Document, entries: Mapping[Place, Any]) -> Document:
-    """A study file with entries replaced.
-
-    Args:
-        document: The file; it stays as it is.
-        entries: New values by place; every place but its last name must be there.
-
-    Returns:
-        The changed file: lines of the old one, content that differs, so that its digest does.
-    """
+    """A study file with entries replaced."""
     if not entries:
         return document
     data = copy.deepcopy(document.data)

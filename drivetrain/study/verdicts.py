@@ -45,14 +45,7 @@ class Check:
 
 
 def worst(verdicts: object) -> Verdict:
-    """The worst of some verdicts: FAIL, then MARGINAL, then PASS; NOT CHECKED only when nothing was checked.
-
-    Args:
-        verdicts: An iterable of verdicts.
-
-    Returns:
-        One verdict for all.
-    """
+    """The worst of some verdicts: FAIL, then MARGINAL, then PASS; NOT CHECKED only when nothing was checked."""
     found = set(verdicts)  # type: ignore[call-overload]
     for verdict in (Verdict.FAIL, Verdict.MARGINAL, Verdict.PASS):
         if verdict in found:
@@ -66,26 +59,12 @@ ESSENTIAL = ("gear repeated peak torque", "motor peak torque", "motor voltage", 
 
 
 def lacking(checks: Iterable[Check]) -> tuple[Check, ...]:
-    """The essential checks that could not be made.
-
-    Args:
-        checks: Of one drive, or of all together; a direct drive has none of a gear, so it lacks none.
-
-    Returns:
-        Those of ``ESSENTIAL`` that are NOT CHECKED.
-    """
+    """The essential checks that could not be made."""
     return tuple(check for check in checks if check.name in ESSENTIAL and check.verdict is Verdict.NOT_CHECKED)
 
 
 def verdict_of(checks: Iterable[Check]) -> Verdict:
-    """What checks say together: the one law of what missing data mean.
-
-    Args:
-        checks: Of one drive, or of a whole set.
-
-    Returns:
-        FAIL where one failed; NOT CHECKED where an essential one could not be made; else the worst of those made.
-    """
+    """What checks say together: the one law of what missing data mean."""
     made = tuple(checks)
     found = worst(check.verdict for check in made)
     return Verdict.NOT_CHECKED if found is not Verdict.FAIL and lacking(made) else found

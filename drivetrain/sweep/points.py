@@ -76,14 +76,7 @@ class Sweep:
         return -(-len(self) // self.points_per_shard)
 
     def points(self, shard: int) -> Iterator[Point]:
-        """The points of one file.
-
-        Args:
-            shard: Its number, from 0.
-
-        Yields:
-            In the order of their index.
-        """
+        """The points of one file."""
         first = shard * self.points_per_shard
         last = min(first + self.points_per_shard, len(self))
         for index, chosen in enumerate(itertools.islice(itertools.product(*self.values), first, last), first):
@@ -99,11 +92,7 @@ class Sweep:
         return self.names[len(self.places) :]
 
     def digest(self) -> str:
-        """What results depend on besides the files that the study names: two sweeps with the same one are one.
-
-        Returns:
-            Hexadecimal digits of a SHA-256.
-        """
+        """What results depend on besides the files that the study names: two sweeps with the same one are one."""
         told = [__version__, self.run, self.points_per_shard, self.names, self.values]
         text = json.dumps(told, default=str).encode()
         return hashlib.sha256(self.document.content + b"\0" + text).hexdigest()
@@ -155,13 +144,6 @@ def read_sweep(path: str | Path) -> Sweep:
 def study_of(sweep: Sweep, point: Point) -> Study:
     """The study of one point, its task not yet changed.
 
-    Args:
-        sweep: With the study file.
-        point: Its entries.
-
-    Returns:
-        The study.
-
     Raises:
         InputError: What is wrong with the study at this point.
     """
@@ -169,15 +151,7 @@ def study_of(sweep: Sweep, point: Point) -> Study:
 
 
 def task_of(study: Study, point: Point) -> Study:
-    """The study of one point with its task changed.
-
-    Args:
-        study: From ``study_of``.
-        point: Its change.
-
-    Returns:
-        The study to be judged.
-    """
+    """The study of one point with its task changed."""
     return changed(study, point.change)
 
 

@@ -19,15 +19,7 @@ WORDS = ("verdict", "proof", "binding_joint", "binding_check", "drives", "fault"
 
 
 def rows_of(sweep: Sweep, work: Sequence[tuple[Point, Study | str]]) -> list[Row]:
-    """The rows of some points.
-
-    Args:
-        sweep: What is done at each.
-        work: Each point with its study, or in words why it has none.
-
-    Returns:
-        One row a point, in the same order.
-    """
+    """The rows of some points."""
     return [_row(sweep, point, study) for point, study in work]
 
 

@@ -19,28 +19,12 @@ _DIGEST = b"drivetrain.sweep"
 
 
 def shard_path(out: Path, shard: int) -> Path:
-    """Where the file of a shard lies.
-
-    Args:
-        out: Folder of the sweep's results.
-        shard: Its number.
-
-    Returns:
-        Such as ``out/shards/00012.parquet``.
-    """
+    """Where the file of a shard lies."""
     return out / FOLDER / f"{shard:05d}.parquet"
 
 
 def write_shard(out: Path, shard: int, sweep: Sweep, digest: str, rows: Sequence[Row]) -> None:
-    """Write the rows of one shard, whole or not at all.
-
-    Args:
-        out: Folder of the sweep's results.
-        shard: Its number.
-        sweep: Its columns.
-        digest: Of the sweep and the files it rests on.
-        rows: One a point.
-    """
+    """Write the rows of one shard, whole or not at all."""
     schema = _schema(sweep).with_metadata({_DIGEST: f"{digest}:{shard}".encode()})
     table = pa.Table.from_pylist(list(rows), schema=schema)
     place = shard_path(out, shard)
@@ -50,14 +34,6 @@ def write_shard(out: Path, shard: int, sweep: Sweep, digest: str, rows: Sequence
 
 def done_shards(out: Path, sweep: Sweep, digest: Callable[[int], str]) -> set[int]:
     """The shards that need no more work.
-
-    Args:
-        out: Folder of the sweep's results.
-        sweep: How many there are.
-        digest: Of a shard: the sweep and the files it rests on.
-
-    Returns:
-        Their numbers.
 
     Raises:
         InputError: The folder holds results of another sweep.

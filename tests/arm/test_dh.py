@@ -17,17 +17,13 @@ from drivetrain.spatial.rotations import exp_rotation
 def classic_matrix(a: float, alpha: float, d: float, theta: float) -> np.ndarray:
     """Written out as in Spong, Hutchinson and Vidyasagar, equation 3.10."""
     ct, st, ca, sa = cos(theta), sin(theta), cos(alpha), sin(alpha)
-    return np.array(
-        [[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1.0]]
-    )
+    return np.array([[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1.0]])
 
 
 def modified_matrix(a: float, alpha: float, d: float, theta: float) -> np.ndarray:
     """Written out as in Craig, Introduction to Robotics, equation 3.6."""
     ct, st, ca, sa = cos(theta), sin(theta), cos(alpha), sin(alpha)
-    return np.array(
-        [[ct, -st, 0, a], [st * ca, ct * ca, -sa, -sa * d], [st * sa, ct * sa, ca, ca * d], [0, 0, 0, 1.0]]
-    )
+    return np.array([[ct, -st, 0, a], [st * ca, ct * ca, -sa, -sa * d], [st * sa, ct * sa, ca, ca * d], [0, 0, 0, 1.0]])
 
 
 MATRIX = {DHConvention.CLASSIC: classic_matrix, DHConvention.MODIFIED: modified_matrix}

@@ -61,9 +61,7 @@ def test_the_phase_margin_is_what_the_crossover_has() -> None:
     assert design.stable
     # A factor of that gain margin brings the loop to the edge: minus one where the phases add up to half a turn.
     at = brentq(
-        lambda w: (
-            0.5 * math.pi - math.atan(1.0 / (w * design.integral_time)) - w * timing.lag - math.atan(w / 6000.0)
-        ),
+        lambda w: 0.5 * math.pi - math.atan(1.0 / (w * design.integral_time)) - w * timing.lag - math.atan(w / 6000.0),
         crossing,
         8.0 * crossing,
     )

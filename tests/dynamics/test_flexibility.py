@@ -154,9 +154,7 @@ def test_frequencies_grow_with_the_root_of_stiffness() -> None:
     arm, q = random_arm(4), np.full(6, 0.3)
     base = np.array([2e4, 3e4, 1e4, 6e3, 5e3, 4e3])
     for frequencies in (locked_frequencies, free_frequencies):
-        np.testing.assert_allclose(
-            frequencies(arm, q, 16 * base), 4 * frequencies(arm, q, base), rtol=1e-8
-        )
+        np.testing.assert_allclose(frequencies(arm, q, 16 * base), 4 * frequencies(arm, q, base), rtol=1e-8)
 
 
 def test_reflected_level_has_no_coupling() -> None:

@@ -1,4 +1,4 @@
-"""Every public name says what it is; every argument is named in the docstring, and nothing that is not an argument."""
+"""What ``dt`` shows says what it is, names every argument and nothing else; inside, a module says what it is for."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ from pathlib import Path
 
 import pytest
 
+import drivetrain as dt
+
 PACKAGE = Path(__file__).resolve().parents[2] / "drivetrain"
 FILES = sorted(PACKAGE.rglob("*.py"))
 SECTION = re.compile(r"^(Args|Returns|Raises|Reference|References|Attributes|Yields|Example|Examples|Note|Notes):")
 
 
-def public_definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.ClassDef]:
+def public_definitions(tree: ast.Module, shown: set[str]) -> Iterator[ast.FunctionDef | ast.ClassDef]:
+    """What the package root shows of a module, with the methods of its classes; an override inherits its docstring."""
     for node in tree.body:
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name in shown:
             yield node
-            if isinstance(node, ast.ClassDef):
+            if isinstance(node, ast.ClassDef) and not node.bases:
                 yield from (
                     item for item in node.body if isinstance(item, ast.FunctionDef) and not item.name.startswith("_")
                 )
@@ -54,7 +57,8 @@ def named(lines: list[str]) -> set[str]:
 def faults(path: Path) -> list[str]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     found = [] if ast.get_docstring(tree) else ["the module has no docstring"]
-    for node in public_definitions(tree):
+    home = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+    for node in public_definitions(tree, {name for name, place in dt._HOME.items() if place == home}):
         doc = ast.get_docstring(node)
         if not doc:
             found.append(f"{node.name} has no docstring")

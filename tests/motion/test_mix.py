@@ -37,9 +37,7 @@ def test_averages_of_a_mix_are_those_of_its_parts_by_share():
     assert mix.duration == pytest.approx(4.0) and mix.weights.sum() == pytest.approx(4.0)
     for share in (0.6, 0.1):
         mix = build_mix([slow, fast], [share, 1.0 - share])
-        means = [
-            sample_weights(one.time) @ one.velocity[:, 0] ** 2 / one.duration for one in (slow, fast)
-        ]
+        means = [sample_weights(one.time) @ one.velocity[:, 0] ** 2 / one.duration for one in (slow, fast)]
         got = mix.weights @ mix.velocity[:, 0] ** 2 / mix.weights.sum()
         assert got == pytest.approx(share * means[0] + (1.0 - share) * means[1], rel=1e-12)
 

@@ -102,8 +102,6 @@ def test_what_cannot_be_simulated_is_told_with_the_mend(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-
-
 def test_the_mesh_carries_the_table_whatever_effects_there_are(door: dt.Evaluation) -> None:
     """What a recording calls the mesh torque is load and joint friction, also where nothing is lost in the mesh."""
     drives = {name: joint.drive for name, joint in door.joints.items()}

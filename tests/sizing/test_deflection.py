@@ -158,9 +158,7 @@ def test_lost_motion_by_trying_everything() -> None:
 def test_a_sliding_joint_gives_way_along_its_travel(make) -> None:
     tip = np.eye(4)
     mass, travel = 4.0, 0.01
-    arm = Arm.from_screws(
-        [np.eye(4)], [[0, 0, 0, 0, 0, 1]], [mass], [1e-3 * np.eye(3)], tip=tip, joint_names=["j1"]
-    )
+    arm = Arm.from_screws([np.eye(4)], [[0, 0, 0, 0, 0, 1]], [mass], [1e-3 * np.eye(3)], tip=tip, joint_names=["j1"])
     sliding = make.task(travel_per_turn=travel)
     study = flexible_study(make, arm, still(make, 0.0), joints=(sliding,))
     evaluation = evaluate(study)

@@ -115,7 +115,7 @@ def fails(evaluation) -> bool:
 
 def unranked(study: Study, evaluation) -> set[str]:
     """Joints whose share of the objective is not known."""
-    (term, _), = study.wanted.weights
+    ((term, _),) = study.wanted.weights
     if term == "energy":
         return {name for name, joint in evaluation.joints.items() if not joint.torque_known}
     found = set()
@@ -160,7 +160,7 @@ HOLES = [
 
 def holed(study: Study, table: str, **holes) -> Study:
     """The study with a row that lacks numbers, as if it were read from a file."""
-    (key, row), = getattr(study.catalog, table).items()
+    ((key, row),) = getattr(study.catalog, table).items()
     row = replace(row, source=f"mine/{table}.csv row 7: printed 2019", **holes)
     return replace(study, catalog=replace(study.catalog, **{table: {key: row}}))
 

@@ -37,9 +37,7 @@ def one_axis(make, **changes):
     speed = 3.0 * np.sin(np.pi * time)
     acceleration = 3.0 * np.pi * np.cos(np.pi * time)
     task = make.task(motor_friction=Friction(0.002, viscous=1e-6))
-    return make.study(
-        make.table_cycle(time, 0.4 * acceleration + 3.0, speed, acceleration), joints=(task,), **changes
-    )
+    return make.study(make.table_cycle(time, 0.4 * acceleration + 3.0, speed, acceleration), joints=(task,), **changes)
 
 
 def evaluated(study, joint, ratio):

@@ -91,9 +91,7 @@ def feasible_study(make, joints=3, seed=0):
     rng = np.random.default_rng(seed)
     catalog = random_catalog(make, rng, motors=4, gears=4, strong=3.0)
     study = random_study(make, 1, joints=joints)
-    tasks = tuple(
-        replace(task, pairs=tuple(itertools.product(catalog.motors, catalog.gears))) for task in study.joints
-    )
+    tasks = tuple(replace(task, pairs=tuple(itertools.product(catalog.motors, catalog.gears))) for task in study.joints)
     slow = make.sines(joints, samples=41, duration=6.0, size=0.4)
     return replace(study, catalog=catalog, joints=tasks, cycle=slow, supply=Supply(48.0))
 
@@ -155,9 +153,7 @@ def test_heavier_wrist_drive_loads_the_shoulder(make):
         before, after = (np.abs(e.joints[joint].series.gear_torque).max() for e in (light, heavy))
         assert (after > before * 1.05) if grows else after == before
     included = evaluate(replace(study, drive_mass=DriveMass.INCLUDED), drives)
-    assert np.abs(included.joints["j1"].series.gear_torque).max() < np.abs(
-        light.joints["j1"].series.gear_torque
-    ).max()
+    assert np.abs(included.joints["j1"].series.gear_torque).max() < np.abs(light.joints["j1"].series.gear_torque).max()
 
 
 def test_nothing_fits_names_place_margin_and_mend(make):

@@ -120,9 +120,7 @@ def of_peak_current(study, tolerance, name="torque_constant", limit=None):
     current = float(np.abs(result.series.motor_torque).max() / torque_constant(result.drive.motor, study.ambient))
     motors = {key: replace(one, peak_current=limit * current, magnet_coefficient=0.0)
               for key, one in study.catalog.motors.items()}  # fmt: skip
-    changed = replace(
-        study, catalog=replace(study.catalog, motors=motors), tolerances=Tolerances(**{name: tolerance})
-    )
+    changed = replace(study, catalog=replace(study.catalog, motors=motors), tolerances=Tolerances(**{name: tolerance}))
     return evaluate(changed)
 
 

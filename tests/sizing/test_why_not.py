@@ -25,15 +25,23 @@ from drivetrain.study.verdicts import Check, Verdict
 def weak_catalog(make):
     """A strong pair, a weak motor, a weak gear, a motor without data, and ratios to choose from."""
     motors = {
-        "strong": replace(make.motor, key="strong", mass=0.8, nominal_current=18.0, peak_current=60.0,
-                          part_number="S-1"),
+        "strong": replace(
+            make.motor, key="strong", mass=0.8, nominal_current=18.0, peak_current=60.0, part_number="S-1"
+        ),
         "weak": replace(make.motor, key="weak", mass=0.3, nominal_current=4.0, peak_current=8.0),
         "unknown": replace(make.motor, key="unknown", rotor_inertia=None),
         "massless": replace(make.motor, key="massless", mass=None, nominal_current=18.0, peak_current=60.0),
     }
     gears = {
-        f"g{ratio}": replace(make.gear, key=f"g{ratio}", ratio=float(ratio), series="G", size=1.0,
-                             repeated_peak_torque=60.0, average_torque_limit=40.0)
+        f"g{ratio}": replace(
+            make.gear,
+            key=f"g{ratio}",
+            ratio=float(ratio),
+            series="G",
+            size=1.0,
+            repeated_peak_torque=60.0,
+            average_torque_limit=40.0,
+        )
         for ratio in (20, 50, 80, 120)
     }
     gears["tiny"] = replace(make.gear, key="tiny", mass=0.1, repeated_peak_torque=0.5, momentary_torque=2.0)
@@ -192,7 +200,7 @@ def test_first_passing_finds_the_nearest_edge():
 def test_what_runs_away_is_named_only_when_nothing_else_is_over():
     hot = Check("heat", math.inf, 100.0, "C", math.inf, Verdict.FAIL)
     over, under = (Check("x", used, 1.0, "", used, Verdict.FAIL) for used in (1.2, 0.9))
-    assert worst_of([hot, over]) [:2] == ("x", 1.2)
-    assert worst_of([hot, under]) [:2] == ("heat", math.inf)
-    assert worst_of([Check("x", None, None, "", None, Verdict.NOT_CHECKED)]) [:2] == ("", 0.0)
+    assert worst_of([hot, over])[:2] == ("x", 1.2)
+    assert worst_of([hot, under])[:2] == ("heat", math.inf)
+    assert worst_of([Check("x", None, None, "", None, Verdict.NOT_CHECKED)])[:2] == ("", 0.0)
     assert worst_of([Check("x", 1.0, 1.0, "", math.nan, Verdict.FAIL)]).utilisation == math.inf
