@@ -11,7 +11,6 @@ from drivetrain.commands.shared import (
     DOES_NOT_FIT,
     FITS,
     Together,
-    compiling,
     report_folder,
     say,
     told,
@@ -38,7 +37,7 @@ def _accuracy(
     ] = None,
 ) -> None:
     """Show on the study's own motion what every effect changes and costs, and which may go within a tolerance."""
-    with told(), compiling("sizing.compiling", "simulation.ahead", "solvers.ahead"):
+    with told():
         from dataclasses import replace
 
         from drivetrain.accuracy.auto import choose_effects

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.shared import FITS, Together, compiling, say, told, working, writable
+from drivetrain.commands.shared import FITS, Together, say, told, working, writable
 
 if TYPE_CHECKING:
     from drivetrain.arm.arm import Arm
@@ -72,8 +72,7 @@ def _simulate(
             asked = Asked(duration, None if solver is None else solver.value, step, effects, tolerance, resume, out)
             whose = "an arm without drives; the study says where it starts"
             misplaced = _not_of(whose, {"--from": start != "0 rad", "--tip": tip})
-            with compiling("sizing.compiling", "simulation.ahead"):
-                raise typer.Exit(simulate_study(Path(what), asked, misplaced))
+            raise typer.Exit(simulate_study(Path(what), asked, misplaced))
         from drivetrain.arm.load import load_arm
         from drivetrain.simulation.passive import simulate_passive
         from drivetrain.units import quantity

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -130,24 +130,6 @@ def listed(heading: str, texts: list[str], *, most: int) -> None:
 
 
 @contextmanager
-def compiling(*modules: str) -> Iterator[None]:
-    """Shares what a command must compile among the cores, where the cache lacks it.
-
-    Args:
-        modules: Whose ``STEPS`` it needs, within this package.
-
-    Yields:
-        Nothing.
-    """
-    from importlib import import_module
-
-    from drivetrain.compile_ahead import compiled_ahead
-
-    with compiled_ahead([step for name in modules for step in import_module(f"drivetrain.{name}").STEPS]):
-        yield
-
-
-@contextmanager
 def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
     """Says what takes time, and shows how far it is; the first run also compiles.
 
@@ -157,32 +139,14 @@ def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
     Yields:
         Called with (done, total, text) to show progress.
     """
-    from numba.core import event
-
+    from drivetrain.jit import cold
     from drivetrain.report.terminal import console, progress
 
     screen = console(errors=True)
-    listener = _compile_listener(lambda: screen.print(COMPILING, soft_wrap=True))
-    with event.install_listener("numba:compile", listener), progress(screen, text) as step:
+    if cold():
+        screen.print(COMPILING, soft_wrap=True)
+    with progress(screen, text) as step:
         yield step
-
-
-def _compile_listener(tell: Callable[[], None]) -> Any:
-    """Something that tells once when the first function is compiled, because none was found in the cache."""
-    from numba.core.event import Event, Listener
-
-    class Once(Listener):  # type: ignore[misc]
-        told = False
-
-        def on_start(self, event: Event) -> None:
-            if not self.told:
-                self.told = True
-                tell()
-
-        def on_end(self, event: Event) -> None:
-            pass
-
-    return Once()
 
 
 def report_folder(name: str) -> Path:

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from drivetrain.jit import kernel
 
 Loop = tuple[float, float, float, float, float, float, float]
 SMALLEST = 1.0 / 512.0  # of the step: a change of the limit is enclosed this closely
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def exponential(m11: float, m12: float, m21: float, m22: float, h: float) -> tuple[float, float, float, float]:
     """The exponential of a two by two matrix times a step.
 
@@ -47,7 +47,7 @@ def exponential(m11: float, m12: float, m21: float, m22: float, h: float) -> tup
     return even + odd * (m11 - middle), odd * m12, odd * m21, even + odd * (m22 - middle)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def stretch(current: float, integral: float, h: float, limit: float, loop: Loop) -> tuple[float, float, float]:
     """The state after a stretch in which the voltage is free (limit 0) or at one limit.
 
@@ -77,7 +77,7 @@ def stretch(current: float, integral: float, h: float, limit: float, loop: Loop)
     return rest_i + end_i, rest_z + end_z, rest_i + mean
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def held_at(current: float, integral: float, volts: float, kp: float, command: float, forward: float) -> float:
     """At which limit the voltage is.
 
@@ -95,7 +95,7 @@ def held_at(current: float, integral: float, volts: float, kp: float, command: f
     return volts if asked > volts else -volts if asked < -volts else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def loop_step(current: float, integral: float, h: float, volts: float, loop: Loop) -> tuple[float, float, float]:
     """The state after a step, through any number of changes at the limit.
 

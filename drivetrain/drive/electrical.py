@@ -12,16 +12,12 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from drivetrain.arrays import Array, axes_of, checked_array, checked_number, checked_numbers
 from drivetrain.drive.exponentials import first, second
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
 from drivetrain.errors import Fault, InputError
-
-# Numba's disk cache looks at this file alone. A test holds the CRC-32 of the other file compiled into it, so that who
-# changes it must change this line, and the cache is renewed.
-SOURCES = {"exponentials.py": 4137605713}
+from drivetrain.jit import kernel
 
 ABSOLUTE_ZERO = -273.15  # C
 
@@ -99,7 +95,7 @@ def _faults_of(check: Callable[[], object]) -> tuple[Fault, ...]:
     return ()
 
 
-@njit(cache=True)
+@kernel
 def current_reach(resistance: float, inductance: float, step: float) -> tuple[float, float]:
     """By how much the current grows over a step for each volt that ``V - R I - k_t w`` is off at its start.
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from drivetrain.jit import kernel
 
 
-@njit(cache=True)
+@kernel
 def first(x: float) -> float:
     """(e^x - 1) / x.
 
@@ -26,7 +26,7 @@ def first(x: float) -> float:
     return math.expm1(x) / x
 
 
-@njit(cache=True)
+@kernel
 def second(x: float, first_of_x: float) -> float:
     """((e^x - 1) / x - 1) / x.
 

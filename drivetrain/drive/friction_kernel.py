@@ -1,15 +1,11 @@
-"""The friction curve for compiled code: the law of ``friction.py`` with its unknowns filled in.
-
-Compiled into effects; a change here must be told there, see their ``SOURCES``.
-"""
+"""The friction curve for compiled code: the law of ``friction.py`` with its unknowns filled in."""
 
 from __future__ import annotations
 
 import math
 
-import numba as nb
-
 from drivetrain.drive.friction import Friction
+from drivetrain.jit import law
 
 
 def friction_numbers(friction: Friction) -> tuple[float, float, float, float, float, float]:
@@ -28,7 +24,7 @@ def friction_numbers(friction: Friction) -> tuple[float, float, float, float, fl
     return forward, backward, *hold, speed, friction.stribeck_exponent
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def sliding_torque(coulomb: float, static: float, fall: float, exponent: float, speed: float) -> float:
     """Dry friction while sliding in one direction, a positive number.
 

@@ -8,27 +8,15 @@ nearly vanish, so that neither zero-length intervals nor a momentary balance of 
 from __future__ import annotations
 
 import math
-from functools import partial
-from typing import Any
 
 import numpy as np
-from numba import njit
 
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledLoop, CompiledPart, CompiledWhole
 from drivetrain.drive.exponentials import first, second
-
-# Numba's disk cache looks at this file alone. A test holds the CRC-32 of the other file compiled into it, so that who
-# changes it must change this line, and the cache is renewed.
-SOURCES = {"exponentials.py": 4137605713}
+from drivetrain.jit import kernel, law
 
 
-_njit: Any = njit  # whose annotations do not know all of its options
-_part = partial(_njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=CompiledPart)
-_loop = partial(_njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=CompiledLoop)
-
-
-@_part()
+@law
 def _integrals(step: float, m00: float, b: float, c: float, m11: float) -> tuple[float, float, float, float]:
     """Coefficients (p, q, u, v): S = p I + q (M - m I) and Q = u I + v (M - m I), m the mean of M's diagonal.
 
@@ -48,7 +36,7 @@ def _integrals(step: float, m00: float, b: float, c: float, m11: float) -> tuple
 SMALL = 0.05  # rate times step below which seven terms of the exponential's series are exact to rounding
 
 
-@_part(error_model="numpy")
+@law(error_model="numpy")
 def _small(steps: Array, growth: Array, rates: Array) -> bool:
     """Whether every interval is short against every rate."""
     longest, fastest = 0.0, rates[2] + rates[3]
@@ -59,7 +47,7 @@ def _small(steps: Array, growth: Array, rates: Array) -> bool:
 
 
 # long kernel: straight-line series, so that the loop becomes vector instructions
-@_loop(error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
+@law(error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
 def _short_integrals(steps: Array, growth: Array, rates: Array, out: Array) -> None:
     """``_integrals`` of intervals that are short against every rate: rows p, q, u, v, (4, M)."""
     a, cross, d = rates[0], rates[1] * rates[2], rates[3]
@@ -82,7 +70,7 @@ def _short_integrals(steps: Array, growth: Array, rates: Array, out: Array) -> N
         v[k] = square * h * (1.0 / 6.0 + o2 / 24.0 + o3 / 120.0 + o4 / 720.0 + o5 / 5040.0 + o6 / 40320.0)
 
 
-@_part(error_model="numpy")
+@law(error_model="numpy")
 def _all_integrals(steps: Array, growth: Array, rates: Array) -> Array:
     """``_integrals`` of every interval, (4, M)."""
     out = np.empty((4, len(steps)))
@@ -96,7 +84,7 @@ def _all_integrals(steps: Array, growth: Array, rates: Array) -> Array:
 
 
 # long kernel: one pass over the cycle, split it would carry fourteen numbers from call to call
-@_njit(cache=True, pipeline_class=CompiledWhole)
+@kernel
 def cycle_map(steps: Array, growth: Array, winding_source: Array, housing_source: Array, rates: Array) -> Array:
     """What one cycle does to the two temperature rises, as an affine map, and their integrals over it.
 
@@ -135,7 +123,7 @@ def cycle_map(steps: Array, growth: Array, winding_source: Array, housing_source
 
 
 # long kernel: one pass over the cycle with finer steps inside long intervals
-@_njit(cache=True, pipeline_class=CompiledWhole)
+@kernel
 def cycle_trace(
     steps: Array, growth: Array, winding_source: Array, housing_source: Array, rates: Array, start: Array
 ) -> tuple[Array, float, float]:

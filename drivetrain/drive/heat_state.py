@@ -15,13 +15,9 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compile_ahead import take
-from drivetrain.compiled_parts import CompiledPart, CompiledWhole
 from drivetrain.drive.heat_kernels import cycle_map, cycle_trace
 from drivetrain.drive.periodic_rise import GROWN_BEYOND, STEADY
-
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"exponentials.py": 4137605713, "heat_kernels.py": 2292142800, "periodic_rise.py": 2837073585}
+from drivetrain.jit import callback, law
 
 MAGNET_TOLERANCE = 1e-6  # K, as in heat.py
 MOST_STEPS = 40
@@ -37,14 +33,8 @@ MAGNETS, RUNAWAY, MEAN_WINDING, MEAN_HOUSING, PEAK_WINDING, STATE = range(6)
 # Rows of the series that go in, of the winding temperature that comes out, and of memory.
 SQUARE, LOSS, STEP, WINDING, GROWTH, SOURCE, OUTSIDE, ROWS = range(8)
 
-_njit: Any = nb.njit  # whose annotations do not know all of its options
-_compiled = _njit(
-    error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=CompiledPart
-)
-_part = _njit(error_model="numpy", nogil=True, inline="always")
 
-
-@_part
+@law
 def _capacity(motor: Array, length: float) -> float:
     """Of the housing [J/K]; of the whole motor where winding and housing are one."""
     if motor[INNER] == 0.0:
@@ -54,7 +44,7 @@ def _capacity(motor: Array, length: float) -> float:
     return motor[HOUSING_CAPACITY]
 
 
-@_part
+@law
 def _rates(motor: Array, housing: float, rates: Array) -> None:
     """Rates of heat flow as the kernels take them."""
     if motor[INNER] == 0.0:
@@ -66,7 +56,7 @@ def _rates(motor: Array, housing: float, rates: Array) -> None:
         rates[2], rates[3] = exchange / housing, (exchange + 1.0 / motor[OUTER]) / housing
 
 
-@_compiled
+@law
 def _sources(motor: Array, series: Array, first: int, last: int, scale: float, housing: float, brought: float) -> None:
     """Growth and the two sources of each interval of a part, over the capacities."""
     winding, one = motor[WINDING_CAPACITY], motor[INNER] == 0.0
@@ -79,7 +69,7 @@ def _sources(motor: Array, series: Array, first: int, last: int, scale: float, h
         series[OUTSIDE, k] = outside * loss
 
 
-@_compiled
+@law
 def _part_means(series: Array, first: int, last: int, means: Array) -> None:
     """Length, mean square and mean loss of a part."""
     means[:] = 0.0
@@ -91,7 +81,7 @@ def _part_means(series: Array, first: int, last: int, means: Array) -> None:
     means[2] /= means[0]
 
 
-@_part
+@law
 def _large(cycle: Array) -> bool:
     """Whether a map has grown beyond all bounds, or is no number."""
     for i in range(2):
@@ -102,7 +92,7 @@ def _large(cycle: Array) -> bool:
 
 
 # long kernel: one part's answer and the balance of all parts share a dozen numbers
-@_compiled
+@law
 def _rise(motor: Array, edges: Array, series: Array, magnets: float, moving: bool, states: Array) -> float:
     """Mean housing rise with magnets of a temperature, infinite in a runaway; states of the parts.
 
@@ -191,7 +181,7 @@ def _rise(motor: Array, edges: Array, series: Array, magnets: float, moving: boo
     return rise
 
 
-@_part
+@law
 def _settled(motor: Array, edges: Array, series: Array, moving: bool, start: float, states: Array) -> float:
     """The magnet temperature that the mean housing temperature confirms, as ``heat.settled`` finds it."""
     ambient, previous, reached, magnets = motor[AMBIENT], 0.0, 0.0, start
@@ -214,7 +204,7 @@ def _settled(motor: Array, edges: Array, series: Array, moving: bool, start: flo
     return magnets
 
 
-@_part
+@law
 def _state(motor: Array, edges: Array, series: Array, found: Array) -> None:
     """The whole answer; ``steady_state`` without pointers."""
     ambient, parts = motor[AMBIENT], len(edges) - 1
@@ -289,5 +279,4 @@ def steady_state() -> Any:
     Returns:
         The compiled function, with ``.address``.
     """
-    take("drivetrain.drive.heat_state:steady_state")
-    return nb.cfunc(_SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(_steady_state)
+    return callback(_SIGNATURE, _steady_state)

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
+from drivetrain.jit import kernel
 
 TERMS = 14  # of the series; up to 1/2 the next is below rounding
 Matrix = tuple[float, float, float, float]  # its entries, row after row
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def times(a: Matrix, b: Matrix) -> Matrix:
     """The product of two matrices.
 
@@ -32,7 +32,7 @@ def times(a: Matrix, b: Matrix) -> Matrix:
     )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def held_step(a: Matrix, h: float) -> tuple[Matrix, Matrix, Matrix]:
     """E, F and G of a step.
 
@@ -72,7 +72,7 @@ def held_step(a: Matrix, h: float) -> tuple[Matrix, Matrix, Matrix]:
     return whole, first, second
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def put_matrix(numbers: Any, at: int, matrix: Matrix) -> None:
     """Write a matrix down.
 

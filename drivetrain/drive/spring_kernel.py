@@ -4,7 +4,6 @@ And flanks that a spring and a damper press apart: what they answer at an instan
 mean is along the way that the twist goes in the step, kinks and all, so that what it does is to the last digit what the
 spring stores: no step across a kink gains energy, and none passes a flank without touching it.
 
-Compiled into effects; a change here must be told there, see their ``SOURCES``.
 
 Reference: McLachlan, Quispel and Robidoux, Geometric integration using discrete gradients, Phil. Trans. R. Soc. A 357
 (1999) 1021: the mean of the force along the step keeps the energy.
@@ -14,12 +13,12 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.gear_stiffness import tangent_stiffness
 from drivetrain.errors import Fault, InputError
+from drivetrain.jit import law
 
 
 def spring_numbers(gear: Gear) -> tuple[float, float, float, float, float]:
@@ -48,7 +47,7 @@ def spring_numbers(gear: Gear) -> tuple[float, float, float, float, float]:
     )  # type: ignore[return-value]
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def spring(k1: float, k2: float, k3: float, bend1: float, bend2: float, twist: float) -> tuple[float, float, float]:
     """What a spring of three pieces answers.
 
@@ -82,7 +81,7 @@ Pieces = tuple[float, float, float, float, float]
 KINKS = 7  # flanks and bends of both sides, and where a damped flank lets go
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def touch(
     pieces: Pieces, flanks: tuple[float, float], damping: float, twist: float, rate: float
 ) -> tuple[float, float, float]:
@@ -115,7 +114,7 @@ def touch(
     return side * whole, slope, damping
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def depth(pieces: Pieces, torque: float) -> float:
     """The twist at which a spring answers with a torque.
 
@@ -134,7 +133,7 @@ def depth(pieces: Pieces, torque: float) -> float:
     return at
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _kink(pieces: Pieces, flanks: tuple[float, float], loose: float, way: float, j: int) -> float:
     """Where the j-th kink lies; ``loose``: how deep a flank is where it lets go."""
     low, high = flanks
@@ -154,7 +153,7 @@ def _kink(pieces: Pieces, flanks: tuple[float, float], loose: float, way: float,
 
 
 # long kernel: one way along all kinks
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def mean_touch(
     pieces: Pieces, flanks: tuple[float, float], damping: float, twist: float, rate: float, h: float
 ) -> tuple[float, float, float]:

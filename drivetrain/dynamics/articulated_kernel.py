@@ -21,7 +21,6 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.dynamics.articulated_links import (
     ACCELERATION,
     AXX,
@@ -55,10 +54,7 @@ from drivetrain.dynamics.articulated_links import (
 )  # fmt: skip
 from drivetrain.dynamics.compiled_vectors import add, cross, dot, get, part, put
 from drivetrain.dynamics.passes import SLIDE, TURN
-
-# Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
-# who changes them must change this line, and the cache is renewed.
-SOURCES = {"articulated_links.py": 2212988513, "compiled_vectors.py": 1749102823, "passes.py": 98651109}
+from drivetrain.jit import kernel
 
 # Columns of a far rotor's row: its momentum k for a unit speed of its joint, what couples its open number with the
 # acceleration of the link at hand, the linear term of that number, and at last its value.
@@ -314,7 +310,7 @@ def _far(spins: Array, n: int) -> Array:
     return lists
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@kernel
 def _accelerations(
     rows: Array, spins: Array, gravity: Array, q: Array, qd: Array, tau: Array, tip: Array, qdd: Array
 ) -> tuple[int, int]:

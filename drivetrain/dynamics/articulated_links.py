@@ -3,8 +3,6 @@
 All six-vectors are (angular, linear) and stand at the origin of a link's own frame, but along the axes of the base: so
 moving on to the next link is a shift, never a turn, and no lever is longer than a link. The constants are those of the
 inverse dynamics (``packed.py``), so that both roads hold the same arm.
-
-Compiled into ``articulated_kernel.py``; a change here must be told there, see ``SOURCES``.
 """
 
 from __future__ import annotations

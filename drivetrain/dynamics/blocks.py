@@ -1,38 +1,21 @@
-"""Blocks of samples laid out for vector instructions: transposing in and out, sines and cosines.
-
-Compiled into ``kernels.py``; a change here must be told there, see ``SOURCES``.
-"""
+"""Blocks of samples laid out for vector instructions: transposing in and out, sines and cosines."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledLoop, CompiledPart
+from drivetrain.jit import law
 
 BLOCK = 64  # samples; below 32 and above 128 slower
 FAR = 1e6  # rad; three-part reduction is exact below, libm takes over above
 TWO_OVER_PI = 2.0 / math.pi
 
-_njit: Any = nb.njit  # whose annotations do not know all of its options
-_ALL = {
-    "error_model": "numpy",
-    "nogil": True,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-    "pipeline_class": CompiledLoop,
-}
-# What makes no arrays is compiled without counts of references: there is less to compile.
-fast = _njit(**_ALL, fastmath=True, _nrt=False)
-within = _njit(**{**_ALL, "pipeline_class": CompiledPart}, fastmath=True, _nrt=False)  # taken into the loops of others
-making = _njit(**_ALL, fastmath=True)
+fast = law(fastmath=True)
 # The reduction of an angle, and the test for NaN, are void once the compiler may reorder sums or rule NaN out.
-exact = _njit(**_ALL, fastmath={"contract"}, _nrt=False)
-_copy = _njit(**{**_ALL, "pipeline_class": CompiledPart}, fastmath={"contract"}, _nrt=False)
+exact = law(fastmath={"contract"})
 
 
 @exact
@@ -135,7 +118,7 @@ def write(block: Array, first: int, count: int, n: int, out: Array) -> None:
         _write(block, first, count, n, out)
 
 
-@_copy
+@exact
 def _read(samples: Array, first: int, count: int, n: int, field: int, block: Array) -> None:
     flat = samples.reshape(-1)[first * n :]
     to = block.reshape(-1)[field * BLOCK :]
@@ -147,7 +130,7 @@ def _read(samples: Array, first: int, count: int, n: int, field: int, block: Arr
             to[i * 3 * BLOCK + k] = 0.0
 
 
-@_copy
+@exact
 def _write(block: Array, first: int, count: int, n: int, out: Array) -> None:
     flat = out.reshape(-1)[first * n :]
     values = block.reshape(-1)
@@ -156,7 +139,7 @@ def _write(block: Array, first: int, count: int, n: int, out: Array) -> None:
             flat[k * n + i] = values[i * BLOCK + k]
 
 
-@_njit(**_ALL, fastmath={"contract", "reassoc"}, _nrt=False)
+@law(fastmath={"contract", "reassoc"})
 def sum_of_squares(block: Array) -> float:
     """Of all numbers of a block; not finite when one of them is NaN, infinite, or beyond 1e154.
 

@@ -1,24 +1,14 @@
-"""Vectors of three as tuples, for compiled code: they live in registers, where small arrays would live in memory.
-
-Compiled into ``articulated_kernel.py`` and ``frame_kernels.py``; a change here must be told there, see ``SOURCES``.
-"""
+"""Vectors of three as tuples, for compiled code: they live in registers, where small arrays would live in memory."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numba as nb
-
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledPart
-
-_njit: Any = nb.njit  # whose annotations do not know all of its options
+from drivetrain.jit import law
 
 Vector = tuple[float, float, float]
-part: Any = _njit(
-    error_model="numpy", nogil=True, fastmath={"contract"}, no_cpython_wrapper=True, no_cfunc_wrapper=True,
-    pipeline_class=CompiledPart,
-)  # fmt: skip
+part: Any = law(fastmath={"contract"})
 
 
 @part

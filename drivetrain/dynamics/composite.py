@@ -18,8 +18,6 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compile_ahead import take
-from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.dynamics.blocks import BLOCK, FAR, fast, read, sincos, sum_of_squares, within
 from drivetrain.dynamics.passes import (
     CA,
@@ -37,9 +35,8 @@ from drivetrain.dynamics.passes import (
     SYY,
     TURN,
 )
+from drivetrain.jit import kernel
 
-# Numba's disk cache looks at this file alone: see the same constant in ``kernels.py``.
-SOURCES = {"blocks.py": 1519523007, "passes.py": 98651109}
 BODY = 10 * BLOCK  # mass, first moments (3), second moments (xx, yy, zz, xy, xz, yz)
 WRENCH = 6 * BLOCK  # force, moment
 
@@ -231,7 +228,7 @@ def _mirror(n: int, first: int, count: int, entries: Array, out: Array) -> None:
                 out[first + k, j * n + i] = entries[i * n + j, k]
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@kernel
 def _compose(simple: Array, rows: Array, spins: Array, q: Array, out: Array) -> float:
     """Fill ``out``; NaN if the input is spoiled."""
     n, both = len(simple), len(rows)
@@ -278,7 +275,6 @@ def compiled() -> Any:
         (N, n * n), exactly symmetric; all C order, SI units. It returns 0, or NaN when ``q`` holds a NaN, an infinity,
         or a number beyond 1e154.
     """
-    take("drivetrain.dynamics.composite:compiled")
     kinds = ((nb.bool_, 1), (nb.float64, 2), (nb.int64, 2), (nb.float64, 2))
     given = [nb.types.Array(kind, ndim, "C", readonly=True) for kind, ndim in kinds]
     # One signature, so that read-only arrays do not have it compiled again.

@@ -21,14 +21,14 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledWhole
+from drivetrain.jit import kernel, law
 
 SINGULAR = 1e-12  # of a joint's inertia, left when the joints before it give way; rounding leaves 1e-15 of none
 MOST_SWEEPS = 40  # far more than the six or so that it takes
 ROUNDING = 1e-15  # cosine at which two columns count as at right angles
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _factor(matrix: Array) -> int:
     """Replace a mass matrix by its factor; the first joint that moves no inertia of its own, or -1."""
     for i in range(len(matrix)):
@@ -46,7 +46,7 @@ def _factor(matrix: Array) -> int:
     return -1
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _forward(factor: Array, vector: Array) -> None:
     for i in range(len(vector)):
         for k in range(i):
@@ -54,7 +54,7 @@ def _forward(factor: Array, vector: Array) -> None:
         vector[i] /= factor[i, i]
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _backward(factor: Array, vector: Array) -> None:
     for i in range(len(vector) - 1, -1, -1):
         for k in range(i + 1, len(vector)):
@@ -62,7 +62,7 @@ def _backward(factor: Array, vector: Array) -> None:
         vector[i] /= factor[i, i]
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _dot(a: Array, b: Array) -> float:
     total = 0.0
     for i in range(len(a)):
@@ -70,7 +70,7 @@ def _dot(a: Array, b: Array) -> float:
     return total
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _rotate(a: Array, b: Array, c: float, s: float) -> None:
     for i in range(len(a)):
         x, y = a[i], b[i]
@@ -78,7 +78,7 @@ def _rotate(a: Array, b: Array, c: float, s: float) -> None:
         b[i] = s * x + c * y
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _orthogonal(rows: Array, turns: Array) -> None:
     """Turn rows until they are at right angles; ``turns`` takes what turned them."""
     count = len(rows)
@@ -102,7 +102,7 @@ def _orthogonal(rows: Array, turns: Array) -> None:
             return
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@kernel
 def _solve(
     matrices: Array, jacobians: Array, force: Array, drift: Array, tolerance: float, motion: Array, multipliers: Array,
     found: Array,

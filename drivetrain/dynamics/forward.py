@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.dynamics.doors import finite_samples, run, tip_samples
 from drivetrain.dynamics.mass_matrix import mass_matrices
 from drivetrain.dynamics.packed import packed
 from drivetrain.errors import Fault, InputError
+from drivetrain.jit import kernel
 
 # What is left of a joint's inertia, of its whole, when the joints before it are free to give way. Rounding leaves
 # about 1e-15 of nothing.
@@ -51,7 +50,7 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     return accelerations if np.ndim(q) == 2 else accelerations[0]
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@kernel
 def _solve(matrices: Array, vectors: Array) -> tuple[int, int]:
     """Replace vectors by solutions, and matrices by rubbish; sample and joint of the first that is singular, or -1."""
     n = matrices.shape[1]

@@ -17,11 +17,8 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.dynamics.compiled_vectors import Vector, cross, dot, get, part, put
-
-# Numba's disk cache looks at this file alone: see the same constant in ``kernels.py``.
-SOURCES = {"compiled_vectors.py": 1749102823}
+from drivetrain.jit import kernel
 
 # Columns of a link's row: its displacement since the joints were at zero (rotation row by row, place), its twist, and
 # the rate of its twist; of a joint's, its axis.
@@ -138,7 +135,7 @@ def _row(code: Array, a: Array, b: Array, links: Array, on_a: int, on_b: int, ro
     return dot(u, y), dot(ddu, y) + 2.0 * dot(du, dy) + dot(u, ddy)
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@kernel
 def _close(
     screws: Array,
     homes: Array,
@@ -161,7 +158,7 @@ def _close(
             error[sample, k], drift[sample, k] = _row(codes[k], a, b, links, ends[0], ends[1], jacobian[sample, k])
 
 
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@kernel
 def _move(screws: Array, home: Array, end: int, q: Array, qd: Array, pose: Array, jacobian: Array) -> None:
     """Pose, velocity and drift of a frame (N, 24), and the Jacobian of its velocity (N, 6, n)."""
     links = np.zeros((q.shape[1] + 1, COLUMNS))

@@ -15,9 +15,7 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compile_ahead import take
-from drivetrain.compiled_parts import CompiledWhole
-from drivetrain.dynamics.blocks import BLOCK, FAR, fast, making, read, sincos, sum_of_squares, write
+from drivetrain.dynamics.blocks import BLOCK, FAR, fast, read, sincos, sum_of_squares, write
 from drivetrain.dynamics.passes import (
     CD,
     CHANNELS,
@@ -35,10 +33,8 @@ from drivetrain.dynamics.passes import (
     screw,
     screw_back,
 )
+from drivetrain.jit import kernel
 
-# Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
-# who changes them must change this line, and the cache is renewed.
-SOURCES = {"blocks.py": 1519523007, "passes.py": 98651109}
 _GIVEN = ((nb.bool_, 1), (nb.float64, 2), (nb.int64, 2), (nb.float64, 1), *[(nb.float64, 2)] * 4)
 
 
@@ -56,7 +52,7 @@ def _couple(rows: Array, row: int, x: Array, joint: int, cs: Array, carrier: Arr
         C[2 * BLOCK + k] += zx * u[3 * BLOCK + k] + zy * u[4 * BLOCK + k] + zz * u[5 * BLOCK + k]
 
 
-@making
+@fast
 def _spin(rows: Array, row: int, x: Array, joint: int, cs: Array, carrier: Array, slot: int, torque: Array) -> None:
     """A rotor that is a body of its own: its wrench on the carrier, its torque on its joint."""
     n = len(x)  # the last row of cs and torque is a rotor's
@@ -117,7 +113,7 @@ def _take_wrench(
         out[5] = o[11 * BLOCK + k]
 
 
-@making
+@fast
 def _collect(
     n: int,
     rows: Array,
@@ -148,7 +144,7 @@ def _collect(
 
 
 # long kernel: another layer of calls, each passing arrays field by field, costs a third more
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@kernel
 def _recursion(
     simple: Array,
     rows: Array,
@@ -235,7 +231,6 @@ def compiled() -> Any:
         each with N rows or none, ``gear`` (N, n), ``axial`` (N, n), ``wrench`` (N, n, 6); all C order, SI units. It
         returns 0, or NaN when ``q``, ``qd`` or ``qdd`` hold a NaN, an infinity, or a number beyond 1e154.
     """
-    take("drivetrain.dynamics.kernels:compiled")
     given = [nb.types.Array(kind, ndim, "C", readonly=True) for kind, ndim in _GIVEN]
     filled = [nb.types.Array(nb.float64, ndim, "C") for ndim in (2, 2, 2, 3)]
     # One signature, so that read-only arrays do not have it compiled again.

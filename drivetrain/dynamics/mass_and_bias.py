@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
@@ -39,13 +38,14 @@ from drivetrain.dynamics.passes import (
     TURN,
     WIDTH,
 )  # fmt: skip
+from drivetrain.jit import law
 
 # Columns of a link's row of work: rotation, origin, screw, velocity, acceleration without the joints' own, body (mass,
 # first moment, second moments xx yy zz xy xz yz), wrench.
 ROT, ORIGIN, SCREW, VELOCITY, ACCEL, BODY, WRENCH = 0, 9, 12, 18, 24, 30, 40
 COLUMNS = 46
 # What the loop over links calls once: its vectors then stay in registers, a tenth of the whole.
-inlined = nb.njit(error_model="numpy", nogil=True, fastmath={"contract"}, forceinline=True)
+inlined = law(fastmath={"contract"}, forceinline=True)
 
 
 class Places(NamedTuple):

@@ -7,14 +7,12 @@ Bodies: their moments use ``W = [dw] + [w][w]``, the matrix that gives the accel
 the second moments of mass ``S = integral r r^T dm``: force ``m a + W h``, moment ``h x a + axial(W S)``.
 Records: of every link the motion (angular velocity w, its rate dw, acceleration a of the origin less gravity), the
 wrench through its joint (force, moment), and dw of the link before along the joint axis.
-
-Compiled into ``kernels.py``; a change here must be told there, see ``SOURCES``.
 """
 
 from __future__ import annotations
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.blocks import BLOCK, fast, within
+from drivetrain.dynamics.blocks import BLOCK, fast
 
 CHANNELS = 16 * BLOCK  # of a record: w, dw, a, force, moment (3 each), axial dw
 
@@ -26,7 +24,7 @@ SPIN, OWN, TURN, SLIDE, CD, SD, R0 = range(16, 23)
 WIDTH = R0 + 9
 
 
-@within
+@fast
 def _keep(
     o: Array, k: int, wx: float, wy: float, wz: float, dx: float, dy: float, dz: float, ax: float, ay: float, az: float
 ) -> None:
@@ -42,7 +40,7 @@ def _keep(
     o[8 * BLOCK + k] = az
 
 
-@within
+@fast
 def _keep_wrench(
     o: Array,
     k: int,

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
@@ -18,12 +17,10 @@ from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shap
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.twisting import BESIDE, along, swing
 from drivetrain.errors import Fault, InputError
-
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/spring_kernel.py": 1054907783}
+from drivetrain.jit import law
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _met(numbers: Any, at: int, twist: float, rate: float, h: float, damping: float) -> tuple[float, float, float]:
     """Torque, slope and damping at an instant, or in the mean over a step."""
     pieces = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4]

@@ -16,8 +16,6 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 3375627061}
 SMOOTH = 1e-6  # of the largest jerk: a jump of less is what rounding has left in the samples
 
 

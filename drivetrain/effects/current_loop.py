@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
 from drivetrain.drive.held_step_kernel import held_step, put_matrix
@@ -19,9 +18,7 @@ from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Stat
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.errors import Fault, InputError
-
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/current_loop_kernel.py": 3017137500, "drive/held_step_kernel.py": 3238118244}
+from drivetrain.jit import law
 
 HOT = 200.0  # K over the air
 # Matrices of the free loop, kept behind the constants: resistance and step they are made for, over the whole step the
@@ -31,7 +28,7 @@ MADE_FOR, WHOLE, HELD, MEAN, HALF, HALF_HELD = 9, 11, 15, 19, 21, 25
 GUESSED, FREE, BETWEEN, ROOM = 29, 31, 32, 33
 
 
-@njit(error_model="numpy")
+@law
 def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
     """The matrices of the free loop, as long as neither the winding's temperature nor the step changes."""
     inductance, kp, ki = numbers[at + 4], numbers[at + 5], numbers[at + 6]
@@ -46,7 +43,7 @@ def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
     numbers[at + MADE_FOR], numbers[at + MADE_FOR + 1] = resistance, h
 
 
-@njit(error_model="numpy")
+@law
 def _reached(n: Any, at: int, held: int, x: tuple[float, float], by: tuple[float, float]) -> tuple[float, float]:
     """Current and integrator at the end of a step, or of half of it; ``by`` is h b."""
     return (
@@ -110,7 +107,7 @@ def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, wor
         signals[words[row + 14]] += constant * free * by_command * signals[words[row + 5]]
 
 
-@njit(error_model="numpy")
+@law
 def _correct(h: float, constant: float, rates: Any, signals: Any, n: Any, words: Any, row: int) -> None:
     """Move the end of a step from the guessed motion, which the law has seen, to that which was found."""
     at = words[row]

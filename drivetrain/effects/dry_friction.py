@@ -21,9 +21,6 @@ from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.field_types import side_faults
 from drivetrain.errors import InputError
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/friction_kernel.py": 1646447732}
-
 
 @Compiled
 def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:

@@ -30,14 +30,12 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Any, ClassVar
 
-import numba as nb
 from numba import types
 
-from drivetrain.compile_ahead import take
-from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import nan_faults, type_faults
 from drivetrain.errors import InputError
+from drivetrain.jit import callback
 
 DOUBLES, WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
 SIGNATURE = types.void(types.float64, types.float64, DOUBLES, DOUBLES, DOUBLES, DOUBLES, WORDS)
@@ -55,8 +53,7 @@ class Compiled:
 
     @cached_property
     def _library(self) -> Any:
-        take(f"{self.function.__module__}:{self.function.__name__}")
-        return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(self.function)
+        return callback(SIGNATURE, self.function)
 
     @property
     def address(self) -> int:

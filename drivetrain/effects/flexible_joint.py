@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numba as nb
-
 from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers
@@ -20,12 +18,10 @@ from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shap
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.twisting import along, swing, twist
 from drivetrain.errors import Fault, InputError
-
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/spring_kernel.py": 1054907783}
+from drivetrain.jit import law
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _answer(numbers: Any, at: int, twist: float, rate: float, h: float) -> tuple[float, float, float]:
     """Torque of spring and damper, slope and damping, at an instant or in the mean over a step."""
     if h > 0.0 and numbers[at + 3] < math.inf:

@@ -11,9 +11,6 @@ from drivetrain.effects.effect import Compiled, Place, Ports
 from drivetrain.effects.over_time import OverTime
 from drivetrain.effects.tables import table_value
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 3375627061}
-
 
 @Compiled
 def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:

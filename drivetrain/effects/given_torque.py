@@ -15,9 +15,6 @@ from drivetrain.effects.field_types import checked_table, side_faults
 from drivetrain.effects.tables import table_numbers, table_value
 from drivetrain.errors import InputError
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 3375627061}
-
 
 @Compiled
 def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:

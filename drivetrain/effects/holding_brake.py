@@ -12,9 +12,6 @@ from drivetrain.effects.effect import Compiled, Effect, Place, Ports
 from drivetrain.effects.tables import interval_of
 from drivetrain.errors import Fault, InputError
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"effects/tables.py": 3375627061}
-
 
 @Compiled
 def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:

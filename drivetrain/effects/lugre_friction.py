@@ -22,9 +22,6 @@ from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import side_faults
 from drivetrain.errors import Fault, InputError
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/exponentials.py": 4137605713}
-
 
 # long kernel: the law at an instant, and over a step with its slope
 @Compiled

@@ -1,17 +1,14 @@
-"""Tables over time inside compiled laws: linear between instants, jumping where two stand at one.
-
-Compiled into effects; a change here must be told there, see their ``SOURCES``.
-"""
+"""Tables over time inside compiled laws: linear between instants, jumping where two stand at one."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.jit import law
 
 TINY = 1e-300  # [s]
 
@@ -44,7 +41,7 @@ def bends(time: Array, values: Array, tolerance: float) -> list[float]:
     return [float(time[0]), *inner.tolist(), float(time[-1])]
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def interval_of(numbers: Any, at: int, size: int, t: float) -> int:
     """The last instant of a table that is not later; of two at one instant the second.
 
@@ -61,7 +58,7 @@ def interval_of(numbers: Any, at: int, size: int, t: float) -> int:
     return low
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def table_value(numbers: Any, at: int, t: float) -> float:
     """The value of a table at an instant; before the first and after the last it stays.
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import checked_array
@@ -15,15 +14,13 @@ from drivetrain.drive.spring_kernel import mean_touch, touch
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
 from drivetrain.errors import Fault, InputError
-
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/spring_kernel.py": 1054907783}
+from drivetrain.jit import law
 
 _GIVEN = s.TIP_GIVEN[:6]  # place and speed
 _TAKEN = (*s.TIP_TAKEN[:3], *s.TIP_TAKEN[6:])  # force, and how it falls with speed and place
 
 
-@nb.njit(error_model="numpy", nogil=True)
+@law
 def _met(numbers: Any, at: int, deep: float, into: float, h: float, damp: float) -> tuple[float, float, float]:
     """Force, slope and damping of the wall, at an instant or in the mean over a step."""
     pieces, flanks = (numbers[at + 3], numbers[at + 3], numbers[at + 3], math.inf, math.inf), (-math.inf, 0.0)

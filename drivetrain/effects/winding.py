@@ -7,24 +7,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from numba import njit
-
 from drivetrain.drive.electrical import current_reach
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, State, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.errors import Fault, InputError
-
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"drive/electrical.py": 3770981426, "drive/exponentials.py": 4137605713}
+from drivetrain.jit import law
 
 # Kept behind the constants: resistance and step that the rest is made for, growth at the end of a step and in its mean
 # for a volt, means of the fading exponential and of its square; the speed in the middle of the last step.
 MADE_FOR, END, MEAN, FADE, FADED, MIDDLE, ROOM = 5, 7, 8, 9, 10, 11, 12
 
 
-@njit(error_model="numpy")
+@law
 def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
     """The exponentials of a step, as long as neither the winding's temperature nor the step changes."""
     numbers[at + END], numbers[at + MEAN] = current_reach(resistance, numbers[at + 4], h)
@@ -35,7 +31,7 @@ def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
     numbers[at + MADE_FOR], numbers[at + MADE_FOR + 1] = resistance, h
 
 
-@njit(error_model="numpy")
+@law
 def _told(current: float, constant: float, speed: float, numbers: Any, at: int) -> float:
     """The current at an instant.
 

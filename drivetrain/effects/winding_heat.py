@@ -11,18 +11,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.errors import Fault, InputError
+from drivetrain.jit import law
 
 SHARE = 0.005  # of the winding's time constant, between two steps
 
 
-@njit(error_model="numpy")
+@law
 def _warmed(x: Any, numbers: Any, words: Any, row: int) -> tuple[float, float]:
     """Both temperatures after the time gathered, under the mean losses gathered in it."""
     at, winding, housing, clock = words[row], x[words[row + 1]], x[words[row + 2]], x[words[row + 5]]

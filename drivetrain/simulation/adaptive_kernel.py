@@ -22,12 +22,6 @@ from drivetrain.simulation.equations_kernel import compute, guess_still, show_st
 from drivetrain.simulation.vector_rows import row_of
 from drivetrain.solvers.compiled_function import compiled
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 1281845940,
-    "dynamics/compiled_vectors.py": 1749102823,
-    "simulation/vector_rows.py": 4108182124,
-}  # fmt: skip
 # Words behind those of the plan; the first two are those of ``jacobian_kernel.py``.
 LOGGED, ROOM, REMEMBERS, BEFORE = range(2, 6)
 ENTRY = 4  # numbers an entry of the log

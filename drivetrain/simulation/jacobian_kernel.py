@@ -22,11 +22,6 @@ from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_one, shifted
 from drivetrain.solvers.compiled_function import compiled
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/fields.py": 1281845940,
-    "dynamics/compiled_vectors.py": 1749102823,
-}  # fmt: skip
 AT_GROUPS, AT_SIZES = 0, 1  # words behind those of the plan: where the words and the numbers of this file begin
 MOVE = 1.4901161193847656e-08  # of its size: how far a state is moved, the root of the resolution
 ROWS = 3  # vectors of the length of the state behind the sizes: rates, disturbed rates, state

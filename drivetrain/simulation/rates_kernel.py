@@ -10,9 +10,6 @@ from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all, call_one, shifted
 from drivetrain.solvers.compiled_function import compiled
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {"simulation/calls.py": 1418883735, "simulation/fields.py": 1281845940}
-
 
 def _rates(t: Any, x: Any, result: Any, numbers: Any, words: Any) -> None:
     states, at, spare = words[f.MOVING], words[f.AT_STATE], words[f.AT_SPARE]

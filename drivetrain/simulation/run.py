@@ -10,10 +10,8 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.compile_ahead import compiled_ahead
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.adaptive_engine import AdaptiveStep
-from drivetrain.simulation.ahead import STEPS
 from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.layout import Audit
@@ -30,7 +28,6 @@ MOST_ROWS = 1e8
 BEYOND = 1e30  # no number of an arm; its square is still one
 
 
-@compiled_ahead(STEPS)
 def simulate(
     scene: Scene | Plan,
     *,

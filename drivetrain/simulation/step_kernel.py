@@ -12,20 +12,12 @@ from typing import Any
 
 import numba as nb
 
-from drivetrain.compile_ahead import take
-from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.dynamics.compiled_vectors import part
+from drivetrain.jit import kernel
 from drivetrain.simulation import fields as f
 from drivetrain.simulation.calls import call_all, call_one, pointer_to, shifted
 from drivetrain.simulation.equations_kernel import compute, guess_still, show_states, tell_motion
 from drivetrain.simulation.vector_rows import row_of
-
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "simulation/calls.py": 1418883735, "simulation/equations_kernel.py": 1379456263, "simulation/fields.py": 1281845940,
-    "dynamics/compiled_vectors.py": 1749102823,
-    "simulation/vector_rows.py": 4108182124,
-}  # fmt: skip
 
 # The clock, float64, and the counts, int64: all that a run must keep besides numbers and modes.
 TIME, ANCHOR, NEXT_ROW, END, STEP, INTERVAL = range(6)
@@ -164,7 +156,7 @@ def _next_node(n: Any, w: Any, clock: Any, counts: Any, breaks: Any) -> float:
 
 
 # long kernel: the loop over nodes
-@nb.njit(cache=True, error_model="numpy", nogil=True, pipeline_class=CompiledWhole)
+@kernel
 def _advance(
     numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, rows: Any, events: Any, scratch: Any
 ) -> int:
@@ -232,7 +224,6 @@ def compiled() -> Any:
         (time, coordinate, mode before and after), and three whole numbers a coordinate as scratch. It returns why it
         came back.
     """
-    take(f"{__name__}:compiled")
     flat, whole = nb.types.Array(nb.float64, 1, "C"), nb.types.Array(nb.int64, 1, "C")
     table = nb.types.Array(nb.float64, 2, "C")
     _advance.compile(nb.int64(flat, whole, flat, whole, flat, table, table, whole))

@@ -82,19 +82,6 @@ from drivetrain.sizing.torque_kernels import breakaway, constant_at, curved_fric
 from drivetrain.sizing.vector_max import larger, smaller
 from drivetrain.sizing.warm_bound import least_warm_voltage, least_warmth
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "compiling.py": 1935523565,
-    "packed_rows.py": 959813297,
-    "packed_task.py": 2892892849,
-    "vector_max.py": 2907682659,
-    "load_loops.py": 4217972974,
-    "load_kernels.py": 4137911638,
-    "torque_kernels.py": 3940003373,
-    "check_numbers.py": 637576249,
-    "check_kernels.py": 1932365147,
-}
-
 # Rows of the scratch of bounds.
 LOW, HIGH, OWN_LOW, OWN_HIGH = 1, 2, 3, 4
 OVER = 1.0 + CLOSE

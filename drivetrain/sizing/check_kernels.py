@@ -108,20 +108,6 @@ from drivetrain.sizing.torque_kernels import (
 )
 from drivetrain.solvers.compiled_function import call
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "compiling.py": 1935523565,
-    "packed_rows.py": 959813297,
-    "packed_task.py": 2892892849,
-    "vector_max.py": 2907682659,
-    "load_loops.py": 4217972974,
-    "load_kernels.py": 4137911638,
-    "torque_kernels.py": 3940003373,
-    "check_numbers.py": 637576249,
-    "heat_state.py": 2413833091,
-    "compiled_function.py": 4214705438,
-}
-
 HOUR = 3600.0  # s
 
 

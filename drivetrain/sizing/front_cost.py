@@ -53,27 +53,6 @@ from drivetrain.sizing.torque_kernels import constant_at, curved_friction, resis
 from drivetrain.sizing.units import call_judge, call_load, call_power
 from drivetrain.sizing.vector_max import larger, smaller
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "units.py": 2352285125,
-    "compiling.py": 1935523565,
-    "packed_rows.py": 959813297,
-    "packed_task.py": 2892892849,
-    "vector_max.py": 2907682659,
-    "load_loops.py": 4217972974,
-    "load_kernels.py": 4137911638,
-    "torque_kernels.py": 3940003373,
-    "check_numbers.py": 637576249,
-    "check_kernels.py": 1932365147,
-    "bound_kernels.py": 3753145931,
-    "judge_kernels.py": 1372190306,
-    "warm_bound.py": 3791348865,
-    "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 1332245983,
-    "propagation.py": 1374445187,
-    "front_kernels.py": 825573282,
-}
-
 OWN_LOW, OWN_HIGH, SHAFT = 3, 4, 5  # rows of the scratch of bounds
 SAMPLED = 8  # candidates that a line is taken from
 NARROWER = 0.7  # than when costs were found: then they are found anew

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
+from drivetrain.jit import kernel
 from drivetrain.sizing.front_cost import Box
 from drivetrain.sizing.front_kernels import ENERGY, MASS, PRICE, USED
 from drivetrain.sizing.packed_task import Indices
-
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "packed_task.py": 2892892849,
-    "front_kernels.py": 825573282,
-    "front_cost.py": 2454158078,
-}
-
-_njit: Any = nb.njit(cache=True, error_model="numpy", nogil=True)  # unlike the judge these make arrays of their own
 
 MOST_SETS = 4096  # of one box, enumerated at once
 
@@ -39,7 +30,7 @@ class Reach(NamedTuple):
     used: Array
 
 
-@_njit
+@kernel
 def weigh(box: Box, numbers: Array, weights: Array, values: Array) -> None:
     """Weighted costs of candidates, each with what it answers for at other joints.
 
@@ -62,7 +53,7 @@ def weigh(box: Box, numbers: Array, weights: Array, values: Array) -> None:
                 values[at, w] = fixed + weights[w, 2] * energy
 
 
-@_njit
+@kernel
 def bounds(box: Box, values: Array, least: Array) -> float:
     """The least of each weighting at each joint.
 
@@ -83,7 +74,7 @@ def bounds(box: Box, values: Array, least: Array) -> float:
     return used
 
 
-@_njit
+@kernel
 def _reached(reach: Reach, total: Array, used: float) -> Indices:
     """Zones that sets with some least costs can reach."""
     found = np.empty(len(reach.values), dtype=np.int64)
@@ -103,7 +94,7 @@ def _reached(reach: Reach, total: Array, used: float) -> Indices:
 
 
 # long kernel: one pass over zones and candidates
-@_njit
+@kernel
 def survivors(box: Box, numbers: Array, reach: Reach, kept: NDArray[np.bool_], total: Array) -> float:
     """Which candidates may be part of a set that no known one matches.
 
@@ -193,7 +184,7 @@ def survivors(box: Box, numbers: Array, reach: Reach, kept: NDArray[np.bool_], t
 
 
 # long kernel: a depth-first walk without recursion
-@_njit
+@kernel
 def sets_of(box: Box, numbers: Array, reach: Reach, found: Indices) -> int:
     """The sets of a box whose loads are decided that reach a zone.
 
@@ -250,7 +241,7 @@ def sets_of(box: Box, numbers: Array, reach: Reach, found: Indices) -> int:
     return sets
 
 
-@_njit
+@kernel
 def nearness(bound: Array, used: Array, points: Array, heights: Array) -> float:
     """By what share of itself every criterion of a set found may at most be improved at once in some boxes.
 
@@ -272,7 +263,7 @@ def nearness(bound: Array, used: Array, points: Array, heights: Array) -> float:
     return worst
 
 
-@_njit
+@kernel
 def fresh_corners(cut: Array, point: Array, near: Array) -> Array:
     """The corners that take the place of those a point cuts off.
 

@@ -22,29 +22,6 @@ from drivetrain.sizing.packed_task import Indices, PackedTask
 from drivetrain.sizing.propagation import Memory
 from drivetrain.sizing.units import call_judge, call_load, call_power
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "units.py": 2352285125,
-    "compiling.py": 1935523565,
-    "packed_rows.py": 959813297,
-    "packed_task.py": 2892892849,
-    "vector_max.py": 2907682659,
-    "load_loops.py": 4217972974,
-    "load_kernels.py": 4137911638,
-    "torque_kernels.py": 3940003373,
-    "check_numbers.py": 637576249,
-    "check_kernels.py": 1932365147,
-    "bound_kernels.py": 3753145931,
-    "judge_kernels.py": 1372190306,
-    "warm_bound.py": 3791348865,
-    "bearing_bound.py": 2792159485,
-    "sieve_kernel.py": 1332245983,
-    "propagation.py": 1374445187,
-    "front_kernels.py": 825573282,
-    "front_cost.py": 2454158078,
-    "front_prune.py": 3036014536,
-}
-
 
 class Walk(NamedTuple):
     """Memory of a walk through a box of T candidates at n joints, W weightings; and the M sets that it may find.

@@ -11,7 +11,6 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.compile_ahead import take
 from drivetrain.drive.heat_state import MAGNETS
 from drivetrain.sizing.bound_kernels import least_energy, may_hold
 from drivetrain.sizing.check_kernels import (
@@ -70,20 +69,6 @@ __all__ = [
     "new_bounds", "new_load", "pair_power",
 ]  # fmt: skip
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "units.py": 2352285125,
-    "compiling.py": 1935523565,
-    "packed_rows.py": 959813297,
-    "packed_task.py": 2892892849,
-    "vector_max.py": 2907682659,
-    "load_loops.py": 4217972974,
-    "load_kernels.py": 4137911638,
-    "torque_kernels.py": 3940003373,
-    "check_numbers.py": 637576249,
-    "check_kernels.py": 1932365147,
-    "bound_kernels.py": 3753145931,
-}
 
 HOLDS, FALLS, ASK = 0, 1, 2  # ASK: too close to a limit for rounding to decide; the Python road is the authority
 LACKS = 100  # added to the number of a check that could not be made
@@ -241,7 +226,6 @@ def judge_all(
             check is too close to its limit, (K,).
         numbers: Takes required, available and utilisation of that check, or of the one that binds, (K, 3).
     """
-    take(f"{__name__}:compile_judge_all")
     _judge_all(judge_units(task, load), task, joint, pairs, drives, load, codes, numbers)
 
 

@@ -10,26 +10,24 @@ from __future__ import annotations
 import operator
 from typing import Any
 
-import numba as nb
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
+from drivetrain.jit import kernel, law
+
 WIDTH = 16
 
-_njit: Any = nb.njit  # whose annotations do not know all of its options
-_ALL = {"error_model": "numpy", "nogil": True, "_nrt": False}
-_INSIDE = {**_ALL, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-njit_arms: Any = _njit(**_ALL, cache=True)
+njit_arms: Any = kernel
 """Called from Python, kept on disk."""
 
-njit_arm: Any = _njit(**_INSIDE)
-"""Within it. Unlike the judge's parts (``compiling.py``) it is optimised with its callers: lanes stay in registers."""
+njit_arm: Any = law
+"""Within it."""
 
-njit_lanes: Any = _njit(**_INSIDE, fastmath={"contract", "reassoc", "nsz"})
+njit_lanes: Any = law(fastmath={"contract", "reassoc", "nsz"})
 """The same where sums may be taken in another order; NaN and infinity are respected."""
 
 _intrinsic: Any = intrinsic  # whose annotations keep the context among the arguments

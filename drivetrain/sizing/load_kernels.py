@@ -24,14 +24,6 @@ from drivetrain.sizing.load_loops import (
 )
 from drivetrain.sizing.packed_task import INSTANTS, Indices, PackedTask
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "compiling.py": 1935523565,
-    "packed_task.py": 2892892849,
-    "vector_max.py": 2907682659,
-    "load_loops.py": 4217972974,
-}
-
 # Numbers of a load; then one average torque an exponent. NaN: not needed so far.
 PEAK_LOAD, TILT, PUSH, SIDE, MOST_INERTIA, LOAD_NUMBERS = range(6)
 

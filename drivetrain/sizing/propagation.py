@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
-from drivetrain.compile_ahead import take
 from drivetrain.sizing.bearing_bound import WIDER, least_bearing
 from drivetrain.sizing.compiling import njit_entry, njit_leaf, njit_part
 from drivetrain.sizing.judge_kernels import ASK, EXACT, FALLS, HOLDS, JUDGE, LOAD, POWER, bound_joint
@@ -43,25 +42,6 @@ __all__ = [
     "interval", "new_memory", "propagate", "range_of_numbers", "set_power", "settle",
 ]  # fmt: skip
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "units.py": 2352285125,
-    "compiling.py": 1935523565,
-    "packed_rows.py": 959813297,
-    "packed_task.py": 2892892849,
-    "vector_max.py": 2907682659,
-    "load_loops.py": 4217972974,
-    "load_kernels.py": 4137911638,
-    "torque_kernels.py": 3940003373,
-    "check_numbers.py": 637576249,
-    "check_kernels.py": 1932365147,
-    "bound_kernels.py": 3753145931,
-    "judge_kernels.py": 1372190306,
-    "warm_bound.py": 3791348865,
-    "sieve_kernel.py": 1332245983,
-    "bearing_bound.py": 2792159485,
-    "energy_bound.py": 948774742,
-}
 
 OPEN, EMPTY, TOO_DEAR, ASKED = range(4)
 
@@ -315,7 +295,6 @@ def set_power(task: PackedTask, pairs: Indices, memory: Memory, total: Array) ->
 @lru_cache(maxsize=1)
 def compile_propagate() -> None:
     """Have the passes compiled, if they are not in the disk cache."""
-    take(f"{__name__}:compile_propagate")
     task, setting, choices, memory = empty_search()
     propagate.compile(tuple(nb.typeof(one) for one in (task, setting, choices, 0.0, 0, 0, memory)))
 
@@ -323,6 +302,5 @@ def compile_propagate() -> None:
 @lru_cache(maxsize=1)
 def compile_set_power() -> None:
     """Have the power of a set compiled, if it is not in the disk cache."""
-    take(f"{__name__}:compile_set_power")
     task, _, choices, memory = empty_search()
     set_power.compile(tuple(nb.typeof(one) for one in (task, choices.pool, memory, memory.power)))

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from drivetrain.sizing.lanes import Lanes, exponential, highest, largest_of, magnitude, njit_lanes, spread, where_less
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "sizing/lanes.py": 4068531105,
-}
-
 SMALL = 0.1  # norm of an exponent that is summed up as a series
 SHORT = 0.05  # rate times step below which a few terms of the exponential are exact to rounding
 

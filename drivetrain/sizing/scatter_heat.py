@@ -30,15 +30,6 @@ from drivetrain.sizing.scatter_blocks import NO_HEAT, ONE_NODE, STEADY_HEAT
 from drivetrain.sizing.scatter_exponentials import exponential_shares, matrix_exponential
 from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "drive/periodic_rise.py": 2837073585,
-    "sizing/lanes.py": 4068531105,
-    "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 3760941473,
-    "sizing/scatter_numbers.py": 3316545555,
-}
-
 MATCHED = 1e-4  # K between magnets put in and magnets that come out, before the last step of the secant
 STILL = 1e-9  # K: magnets that move less are found
 MOST_STEPS = 40

@@ -20,18 +20,6 @@ from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 from drivetrain.sizing.scatter_torque import masses, work
 from drivetrain.sizing.scatter_watch import watch
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "drive/periodic_rise.py": 2837073585,
-    "sizing/lanes.py": 4068531105,
-    "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 3760941473,
-    "sizing/scatter_heat.py": 290005498,
-    "sizing/scatter_numbers.py": 3316545555,
-    "sizing/scatter_torque.py": 1880703128,
-    "sizing/scatter_watch.py": 2674797108,
-}
-
 SHEET_AMBIENT = 25.0  # C, at which makers print continuous values
 
 

@@ -21,13 +21,6 @@ from drivetrain.sizing.lanes import (
 )
 from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "sizing/lanes.py": 4068531105,
-    "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_numbers.py": 3316545555,
-}
-
 TINY = 1e-250  # the cube root of less is none: its cube would be lost
 
 

@@ -21,16 +21,6 @@ from drivetrain.sizing.scatter_exponentials import matrix_exponential
 from drivetrain.sizing.scatter_heat import interval_square
 from drivetrain.sizing.scatter_numbers import Memory, ScatterTask
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "drive/periodic_rise.py": 2837073585,
-    "sizing/lanes.py": 4068531105,
-    "sizing/scatter_blocks.py": 3689356286,
-    "sizing/scatter_exponentials.py": 3760941473,
-    "sizing/scatter_heat.py": 290005498,
-    "sizing/scatter_numbers.py": 3316545555,
-}
-
 
 @njit_lanes
 def _long(

@@ -7,13 +7,11 @@ import time
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from drivetrain.compile_ahead import compiled_ahead
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.advice import advice_on, missing_words
 from drivetrain.sizing.asked_for import check_asked, check_keys
 from drivetrain.sizing.beside_set import FallenBeside, alternatives
 from drivetrain.sizing.choices import all_choices
-from drivetrain.sizing.compiling import STEPS
 from drivetrain.sizing.demand import Workload
 from drivetrain.sizing.evaluate import evaluated
 from drivetrain.sizing.given_drives import as_given, stands
@@ -53,7 +51,6 @@ class _Set:
         return self.found.objective if math.isnan(told) else told
 
 
-@compiled_ahead(STEPS)
 def select(
     study: Study, *, wanted: Wanted | None = None, resume: Selection | None = None, work: Workload | None = None,
     progress: Progress | Tell | None = None,

@@ -26,24 +26,6 @@ from drivetrain.sizing.units import address_of_unit
 
 Indices = NDArray[np.int64]
 
-# Numba's disk cache looks at this file alone: see the same constant in ``dynamics/kernels.py``.
-SOURCES = {
-    "units.py": 2352285125,
-    "compiling.py": 1935523565,
-    "packed_rows.py": 959813297,
-    "packed_task.py": 2892892849,
-    "vector_max.py": 2907682659,
-    "load_loops.py": 4217972974,
-    "load_kernels.py": 4137911638,
-    "torque_kernels.py": 3940003373,
-    "check_numbers.py": 637576249,
-    "check_kernels.py": 1932365147,
-    "bound_kernels.py": 3753145931,
-    "judge_kernels.py": 1372190306,
-    "warm_bound.py": 3791348865,
-    "bearing_bound.py": 2792159485,
-    "energy_bound.py": 948774742,
-}
 
 UNKNOWN = -1
 BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded

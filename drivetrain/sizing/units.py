@@ -14,14 +14,11 @@ from numba.core import cgutils
 from numba.core.types import unliteral
 from numba.extending import intrinsic
 
-from drivetrain.compile_ahead import take
-
 _intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
 
 
 def address_of_unit(step: str, unit: Any, *given: Any) -> int:
     """Where a compiled kernel lies, for arguments of some kinds."""
-    take(step)
     kinds = tuple(nb.typeof(one) for one in given)
     unit.compile(kinds)
     made = unit.overloads[kinds]

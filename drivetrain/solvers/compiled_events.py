@@ -1,19 +1,15 @@
-"""Where within a step an event's value crosses zero, on the polynomial of the step and then on the method itself.
-
-Compiled into ``rosenbrock_kernel.py``; a change here must be told there, see ``SOURCES``.
-"""
+"""Where within a step an event's value crosses zero, on the polynomial of the step and then on the method itself."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-import numba as nb
-
 from drivetrain.arrays import Array
+from drivetrain.jit import law
 from drivetrain.solvers.compiled_function import call_rows
 from drivetrain.solvers.compiled_steps import within
-from drivetrain.solvers.layout import EVENT_VALUES, FALLING, FIRED, GUARD, INNER, LIMIT, PART, RISING, TIME
+from drivetrain.solvers.layout import EVENT_VALUES, FALLING, FIRED, GUARD, INNER, LIMIT, RISING, TIME
 
 OLD, NEW, LATER, BRACKET = range(4)  # rows of the block of event values
 VALUE_ROWS = 4
@@ -21,7 +17,7 @@ _LOOKS = 2  # parts of a step whose ends are looked at
 _MOST = 160
 
 
-@nb.njit(**PART)
+@law
 def event_values(
     address: int, t: float, block: Array, row: int, values: Array, goal: int, data: Any, count: Any
 ) -> None:
@@ -34,7 +30,7 @@ def event_values(
     count[EVENT_VALUES] += 1
 
 
-@nb.njit(**PART)
+@law
 def fires(kind: int, before: float, after: float) -> bool:
     """Whether a change of value is the event."""
     if kind == GUARD:
@@ -43,7 +39,7 @@ def fires(kind: int, before: float, after: float) -> bool:
     return (falls and kind != RISING) or (rises and kind != FALLING)
 
 
-@nb.njit(**PART)
+@law
 def _root(
     address: int,
     k: int,
@@ -86,7 +82,7 @@ def _root(
     return high
 
 
-@nb.njit(**PART)
+@law
 def _leaves(address: int, k: int, h: float, block: Array, values: Array, data: Any, clock: Array, count: Any) -> float:
     """A share soon after which value k, zero at the beginning, has the other sign than in row NEW; 0: there is none.
 
@@ -105,7 +101,7 @@ def _leaves(address: int, k: int, h: float, block: Array, values: Array, data: A
     return 0.0
 
 
-@nb.njit(**PART)
+@law
 def first_event(
     address: int, h: float, kinds: Any, block: Array, values: Array, data: Any, clock: Array, count: Any
 ) -> float:

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numba as nb
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -24,8 +23,8 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledWhole
 from drivetrain.errors import Fault, InputError
+from drivetrain.jit import callback, kernel
 
 _intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
 _DOUBLES = types.CPointer(types.float64)
@@ -34,7 +33,7 @@ SIGNATURE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, types.CPoint
 
 def compiled(function: Callable[..., None]) -> Any:
     """A function (t, x, result, numbers, words) compiled with an address, and kept on disk for the next start."""
-    return nb.cfunc(SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(function)
+    return callback(SIGNATURE, function)
 
 
 def address_of(function: Any, place: str, *, needed: bool = False) -> int:
@@ -133,7 +132,7 @@ def call_step(typing: Any, stepper: Any, address: Any, h: Any, room: Any, data: 
     return signature, generate
 
 
-@nb.njit(cache=True)
+@kernel
 def evaluate(address: int, t: float, x: Array, result: Array, numbers: Array, words: Any) -> None:
     """From Python: call the function at an address.
 

@@ -1,16 +1,13 @@
-"""Is a right-hand side that resists every step discontinuous? A search along the step answers with certainty.
-
-Compiled into ``rosenbrock_kernel.py``; a change here must be told there, see ``SOURCES``.
-"""
+"""Is a right-hand side that resists every step discontinuous? A search along the step answers with certainty."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.jit import law
 from drivetrain.solvers.compiled_steps import rates
 from drivetrain.solvers.layout import (
     AFTER,
@@ -22,7 +19,6 @@ from drivetrain.solvers.layout import (
     JUMP_AT,
     LIMIT,
     NEXT,
-    PART,
     PROBE,
     RATES_AT,
     STAGE,
@@ -35,7 +31,7 @@ _HALVINGS = 52
 _SMOOTH = 0.05  # a change that has shrunk to this share shrinks with the interval: no jump
 
 
-@nb.njit(**PART)
+@law
 def _at(address: int, share: float, h: float, goal: int, block: Array, data: Any, clock: Array, count: Any) -> None:
     """Rates on the straight line from X to NEXT."""
     for j in range(block.shape[1]):
@@ -43,7 +39,7 @@ def _at(address: int, share: float, h: float, goal: int, block: Array, data: Any
     rates(address, min(clock[TIME] + share * h, clock[LIMIT]), STAGE, goal, block, data, count)
 
 
-@nb.njit(**PART)
+@law
 def find_jump(address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> bool:
     """Whether a rate jumps between the ends of a refused step; count and clock say which, where and by how much.
 
@@ -85,7 +81,7 @@ def find_jump(address: int, h: float, block: Array, data: Any, clock: Array, cou
     return True
 
 
-@nb.njit(**PART)
+@law
 def _argument(
     address: int, i: int, low: float, high: float, h: float, block: Array, data: Any, clock: Array, count: Any
 ) -> int:

@@ -1,16 +1,13 @@
-"""The Jacobian of a compiled right-hand side: its own, or by differences in groups of columns that share no row.
-
-Compiled into ``rosenbrock_kernel.py``; a change here must be told there, see ``SOURCES``.
-"""
+"""The Jacobian of a compiled right-hand side: its own, or by differences in groups of columns that share no row."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.jit import law
 from drivetrain.solvers.compiled_function import call_rows
 from drivetrain.solvers.compiled_steps import rates
 from drivetrain.solvers.layout import (
@@ -24,7 +21,6 @@ from drivetrain.solvers.layout import (
     INNER,
     JACOBIANS,
     LIMIT,
-    PART,
     PROBE,
     RATES,
     RATES_AT,
@@ -39,7 +35,7 @@ _LOOK = 16  # every so many Jacobians one column that looks too steep is looked 
 _MATTERS = 1e3  # a jump within a step matters when it moves a state by so many tolerances
 
 
-@nb.njit(**PART)
+@law
 def increments(h: float, block: Array, atol: Array, rtol: float) -> None:
     """Row PROBE gets the increment of each state, in the direction in which it moves.
 
@@ -54,7 +50,7 @@ def increments(h: float, block: Array, atol: Array, rtol: float) -> None:
         block[PROBE, j] = (block[X, j] + step) - block[X, j]
 
 
-@nb.njit(**PART)
+@law
 def by_differences(
     address: int, h: float, block: Array, jacobian: Array, pattern: Any, data: Any, clock: Array, count: Any
 ) -> bool:
@@ -86,7 +82,7 @@ def by_differences(
     return True
 
 
-@nb.njit(**PART)
+@law
 def _jumps(address: int, j: int, i: int, block: Array, data: Any, clock: Array, count: Any) -> bool:
     """Whether rate i changes by the same, however little state j is moved."""
     change = block[RATES_AT, i] - block[F0, i]
@@ -102,7 +98,7 @@ def _jumps(address: int, j: int, i: int, block: Array, data: Any, clock: Array, 
     return True
 
 
-@nb.njit(**PART)
+@law
 def time_derivative(address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> None:
     """Row FT gets df/dt, by a difference that stays within the step.
 
@@ -117,7 +113,7 @@ def time_derivative(address: int, h: float, block: Array, data: Any, clock: Arra
         block[FT, i] = (block[RATES_AT, i] - block[F0, i]) / span if span > 0.0 else 0.0
 
 
-@nb.njit(**PART)
+@law
 def fill_jacobian(
     addresses: Any,
     h: float,

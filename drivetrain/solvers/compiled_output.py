@@ -1,25 +1,21 @@
-"""What a compiled run leaves behind: rows at wanted instants, and what its owner adds up along each step.
-
-Compiled into ``rosenbrock_kernel.py``; a change here must be told there, see ``SOURCES``.
-"""
+"""What a compiled run leaves behind: rows at wanted instants, and what its owner adds up along each step."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-import numba as nb
-
 from drivetrain.arrays import Array
+from drivetrain.jit import law
 from drivetrain.solvers.compiled_function import call_rows
 from drivetrain.solvers.compiled_steps import within
-from drivetrain.solvers.layout import ACCOUNT, INNER, LIMIT, NEXT, PART, PROBE, ROWS, TELL, TIME, X
+from drivetrain.solvers.layout import ACCOUNT, INNER, LIMIT, NEXT, PROBE, ROWS, TELL, TIME, X
 
 _SLACK = 1e-12
 _GAUSS = 0.5 / math.sqrt(3.0)
 
 
-@nb.njit(**PART)
+@law
 def account(
     addresses: Any, start: float, end: float, h: float, carried: Any, block: Array, data: Any, clock: Array
 ) -> None:
@@ -40,7 +36,7 @@ def account(
             block[X, i] = block[NEXT, i] = block[INNER, i]
 
 
-@nb.njit(**PART)
+@law
 def _row(addresses: Any, t: float, row: int, rows: Array, block: Array, data: Any, count: Any) -> None:
     """A wanted row: the state, or what the owner tells of it."""
     if addresses[TELL]:
@@ -51,7 +47,7 @@ def _row(addresses: Any, t: float, row: int, rows: Array, block: Array, data: An
     count[ROWS] += 1
 
 
-@nb.njit(**PART)
+@law
 def emit(
     addresses: Any,
     until: float,
@@ -82,7 +78,7 @@ def emit(
     account(addresses, reached, 1.0, h, carried, block, data, clock)
 
 
-@nb.njit(**PART)
+@law
 def emit_here(addresses: Any, wanted: Array, rows: Array, block: Array, data: Any, clock: Array, count: Any) -> None:
     """Rows at the wanted instants that are now."""
     until = clock[TIME] + _SLACK * max(1.0, abs(clock[TIME]))

@@ -1,15 +1,11 @@
-"""One step of RODAS5P, with its error and the polynomial between its ends; see ``compiled_steps.py``.
-
-Compiled into ``steppers.py``; a change here must be told there, see ``SOURCES``.
-"""
+"""One step of RODAS5P, with its error and the polynomial between its ends; see ``compiled_steps.py``."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numba as nb
-
 from drivetrain.arrays import Array
+from drivetrain.jit import law
 from drivetrain.solvers import rodas5p_table as r
 from drivetrain.solvers.compiled_rows import mix
 from drivetrain.solvers.compiled_steps import factor, rates, solve
@@ -24,7 +20,6 @@ from drivetrain.solvers.layout import (
     FT,
     LIMIT,
     NEXT,
-    PART,
     RATES_AT,
     STAGE,
     TIME,
@@ -49,7 +44,7 @@ _LAST = tuple(-c for c in _THIRD)
 
 
 # long kernel: the eight stages side by side, as in the table
-@nb.njit(**PART)
+@law
 def rodas5p_step(
     address: int,
     h: float,

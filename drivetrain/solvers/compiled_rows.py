@@ -1,7 +1,5 @@
 """Sums of rows of the block, four entries at a time: states are few, and a loop that must first ask whether rows
 overlap, as a compiler's own does, costs more than the sum.
-
-Compiled into ``steppers.py``; a change here must be told there, see ``SOURCES``.
 """
 
 from __future__ import annotations

@@ -1,19 +1,17 @@
 """One step of each compiled method, with its error and the polynomial between its ends.
 
 A polynomial is four rows C1 to C4 of the block: x(s) = X + s C1 + s^2 C2 + s^3 C3 + s^4 C4, s from 0 to 1.
-Compiled into ``steppers.py`` and ``rosenbrock_kernel.py``; a change here must be told there, see ``SOURCES``.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import numba as nb
 import numpy as np
 from scipy.integrate import RK45
 
 from drivetrain.arrays import Array
-from drivetrain.compiled_parts import CompiledLoop
+from drivetrain.jit import law
 from drivetrain.solvers import rodas4_table as r
 from drivetrain.solvers.compiled_function import call_rows
 from drivetrain.solvers.compiled_rows import mix
@@ -29,7 +27,6 @@ from drivetrain.solvers.layout import (
     FT,
     LIMIT,
     NEXT,
-    PART,
     RATES,
     RATES_AT,
     RUNGE_KUTTA,
@@ -48,13 +45,12 @@ from drivetrain.solvers.layout import (
 # As tuples their entries are constants of the compiled code; of the polynomial a row a power. The second stage has no
 # weight in result, error and curve.
 _A, _P = (tuple(tuple(float(entry) for entry in row) for row in table) for table in (RK45.A, RK45.P.T))
-SHARED: Any = {**PART, "pipeline_class": CompiledLoop}
 _HALF, _LOW = 32, (1 << 32) - 1  # two numbers in one word
 _DIAGONAL = 10.0  # so many times smaller than another entry a diagonal may be and stay the pivot
 _B, _C, _E = (tuple(float(entry) for entry in table) for table in (RK45.B, RK45.C, RK45.E))
 
 
-@nb.njit(**PART)
+@law
 def rates(address: int, t: float, row: int, goal: int, block: Array, data: Any, count: Any) -> None:
     """The right-hand side at a row of the block, counted.
 
@@ -65,7 +61,7 @@ def rates(address: int, t: float, row: int, goal: int, block: Array, data: Any, 
     count[RATES] += 1
 
 
-@nb.njit(**SHARED)
+@law
 def factor(jacobian: Array, diagonal: float, matrix: Array, packed: Array, order: Any) -> None:
     """Lower times upper triangle of a number on the diagonal less a matrix, a row exchanged where its pivot is small.
 
@@ -125,7 +121,7 @@ def factor(jacobian: Array, diagonal: float, matrix: Array, packed: Array, order
         order[n + 1 + j] = last - found
 
 
-@nb.njit(**SHARED)
+@law
 def solve(packed: Array, order: Any, block: Array, row: int, goal: int) -> None:
     """Solve with the factors."""
     n = np.uint64(block.shape[1])  # indices without a sign are not looked at whether they count from the end
@@ -147,7 +143,7 @@ def solve(packed: Array, order: Any, block: Array, row: int, goal: int) -> None:
 
 
 # long kernel: the six stages side by side, as in the table
-@nb.njit(**PART)
+@law
 def rodas_step(
     address: int,
     h: float,
@@ -217,7 +213,7 @@ def rodas_step(
 
 
 # long kernel: the stages side by side, as in the table
-@nb.njit(**PART)
+@law
 def dormand_prince_step(address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> None:
     """A step of Dormand and Prince's method from row X with rates F0; F1 gets the rates at its end.
 
@@ -253,7 +249,7 @@ def dormand_prince_step(address: int, h: float, block: Array, data: Any, clock: 
     mix(b, C4, stages, (h * w[0], h * w[2], h * w[3], h * w[4], h * w[5], h * w[6]))
 
 
-@nb.njit(**PART)
+@law
 def fixed_step(method: int, address: int, h: float, block: Array, data: Any, clock: Array, count: Any) -> None:
     """A step of the classical Runge-Kutta method (a cubic between its ends) or of Euler's (a straight line).
 
@@ -284,7 +280,7 @@ def fixed_step(method: int, address: int, h: float, block: Array, data: Any, clo
         b[C3, i] = first - last
 
 
-@nb.njit(**PART)
+@law
 def within(share: float, block: Array, goal: int) -> None:
     """The state at a share of the step, on its polynomial."""
     for i in range(block.shape[1]):

@@ -2,15 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from drivetrain.compiled_parts import CompiledPart, CompiledWhole
-
-# How the loop and its parts are compiled: a division by zero gives infinity, and as nothing in them makes an array, no
-# references to arrays are counted, which else took a sixth of the time. A part is never called from outside.
-WHOLE: Any = {"error_model": "numpy", "pipeline_class": CompiledWhole, "_nrt": False}
-PART: Any = {**WHOLE, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": CompiledPart}
-
 # Rows of the block: vectors of the length of the state, and nothing else survives between two calls of the kernel.
 X, F0, FT, U1, U2, U3, U4, U5, U6, F1 = range(10)  # state, rates at it, df/dt, stages; rates at the end (explicit)
 STAGE, RATES_AT, NEXT, ERROR, C1, C2, C3, C4, INNER, PROBE, TOLERANCE, U7, U8 = range(10, 23)

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.jit import kernel, law
 from drivetrain.solvers.compiled_events import BRACKET, LATER, NEW, OLD, event_values, fires, first_event
 from drivetrain.solvers.compiled_function import call_rows, call_step
 from drivetrain.solvers.compiled_jacobian import fill_jacobian
@@ -45,7 +45,6 @@ from drivetrain.solvers.layout import (
     OPEN,
     OPENS,
     ORIGIN,
-    PART,
     PAUSED,
     REJECTED,
     RESTARTS,
@@ -64,33 +63,18 @@ from drivetrain.solvers.layout import (
     TOLERANCE,
     TOO_MANY,
     WAS_REJECTED,
-    WHOLE,
     ZENO,
     X,
 )
 from drivetrain.solvers.step_control import choose, first_step, largest_error, next_step, refuse
 
-# Numba's disk cache looks at this file alone. A test holds the CRC-32 of the others that are compiled into it, so that
-# who changes them must change this line, and the cache is renewed.
-SOURCES = {
-    "compiled_events.py": 3731178309,
-    "compiled_function.py": 4214705438,
-    "compiled_guard.py": 3022819764,
-    "compiled_jacobian.py": 756023338,
-    "compiled_output.py": 1554801868,
-    "compiled_rows.py": 686114751,
-    "compiled_steps.py": 4158692698,
-    "layout.py": 2644863212,
-    "rodas4_table.py": 1645622007,
-    "step_control.py": 337195100,
-}
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
 _SLACK = 1e-12
 _AGAIN, _CLOSE = 0.25, 1e-3
 
 
-@nb.njit(**PART)
+@law
 def _commit(method: int, later: float, block: Array, clock: Array, count: Any) -> None:
     """The end of the step becomes the state."""
     keeps = method > RODAS5P and method != EULER
@@ -105,7 +89,7 @@ def _commit(method: int, later: float, block: Array, clock: Array, count: Any) -
     count[STRIDES] += 1
 
 
-@nb.njit(**PART)
+@law
 def _handle(
     addresses: Any,
     kinds: Any,
@@ -157,7 +141,7 @@ def _handle(
     return ZENO if count[BUSY] > _BUSY else DONE
 
 
-@nb.njit(**PART)
+@law
 def _open(
     addresses: Any,
     kinds: Any,
@@ -193,7 +177,7 @@ def _open(
     return DONE
 
 
-@nb.njit(**PART)
+@law
 def _shorten(
     share: float,
     h: float,
@@ -230,7 +214,7 @@ def _shorten(
     return used
 
 
-@nb.njit(**PART)
+@law
 def _repeats(h: float, clock: Array, count: Any) -> bool:
     """Whether an event just handled happens at once again; a shorter step, that sees what it set off, is proposed."""
     if clock[TIME] != clock[LAST_EVENT] or count[FIRED] != count[LAST_FIRED] or h < _NEAR:
@@ -240,7 +224,7 @@ def _repeats(h: float, clock: Array, count: Any) -> bool:
     return True
 
 
-@nb.njit(**PART)
+@law
 def _refresh(address: int, block: Array, data: Any, clock: Array, count: Any) -> int:
     """Rates at the present state, if they are numbers."""
     n = block.shape[1]
@@ -254,7 +238,7 @@ def _refresh(address: int, block: Array, data: Any, clock: Array, count: Any) ->
 
 
 # long kernel: the loop as it runs, its parts above
-@nb.njit(cache=True, nogil=True, **WHOLE)
+@kernel
 def advance(
     method: int,
     addresses: Any,

@@ -1,17 +1,14 @@
-"""How long a step may be: the error of one tried, the next one, the first one, and when there is none any more.
-
-Compiled into ``rosenbrock_kernel.py``; a change here must be told there, see ``SOURCES``.
-"""
+"""How long a step may be: the error of one tried, the next one, the first one, and when there is none any more."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.jit import law
 from drivetrain.solvers.compiled_guard import find_jump
 from drivetrain.solvers.compiled_steps import rates
 from drivetrain.solvers.layout import (
@@ -33,7 +30,6 @@ from drivetrain.solvers.layout import (
     MAY_JUMP,
     NEXT,
     ORIGIN,
-    PART,
     REJECTED,
     RODAS4,
     RUNGE_KUTTA,
@@ -57,7 +53,7 @@ _NEAR, _MOST_JUMPS = 100.0, 12  # jumps found within so many steps of one anothe
 _ARRIVES = 1.1  # a step that would leave less than this much of itself is stretched to the end
 
 
-@nb.njit(**PART)
+@law
 def largest_error(block: Array, atol: Array, rtol: float, count: Any) -> float:
     """The largest error in units of its tolerance; infinite when anything is no number.
 
@@ -80,7 +76,7 @@ def largest_error(block: Array, atol: Array, rtol: float, count: Any) -> float:
     return worst
 
 
-@nb.njit(**PART)
+@law
 def first_step(address: int, settings: Array, block: Array, end: float, data: Any, clock: Array, count: Any) -> float:
     """A first step for an adaptive method.
 
@@ -109,7 +105,7 @@ def first_step(address: int, settings: Array, block: Array, end: float, data: An
     return min(100.0 * h, later)
 
 
-@nb.njit(**PART)
+@law
 def choose(method: int, end: float, settings: Array, clock: Array, count: Any) -> float:
     """The step to try, so that the end of the segment is met and no tiny step is left before it.
 
@@ -130,13 +126,13 @@ def choose(method: int, end: float, settings: Array, clock: Array, count: Any) -
     return 0.5 * left if 2.0 * h > left else h
 
 
-@nb.njit(**PART)
+@law
 def _root_of(error: float, method: int) -> float:
     """How an error grows with the step, undone: the fourth root for RODAS, taken quickly; else the fifth."""
     return math.sqrt(math.sqrt(error)) if method == RODAS4 else error**0.2
 
 
-@nb.njit(**PART)
+@law
 def next_step(method: int, h: float, error: float, clock: Array, count: Any) -> None:
     """The step proposed after one that was kept.
 
@@ -159,7 +155,7 @@ def next_step(method: int, h: float, error: float, clock: Array, count: Any) -> 
     count[WAS_REJECTED] = count[FAILURES] = 0
 
 
-@nb.njit(**PART)
+@law
 def _stays(h: float, settings: Array, clock: Array, count: Any) -> bool:
     """Whether a jump found is none that the state passes and leaves behind; those are passed with short steps."""
     if settings[MAY_JUMP] == 0.0:
@@ -169,7 +165,7 @@ def _stays(h: float, settings: Array, clock: Array, count: Any) -> bool:
     return count[JUMPS] > _MOST_JUMPS
 
 
-@nb.njit(**PART)
+@law
 def refuse(
     address: int, h: float, error: float, settings: Array, block: Array, data: Any, clock: Array, count: Any
 ) -> int:

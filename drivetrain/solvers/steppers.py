@@ -5,11 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-import numba as nb
 from numba import carray, types
 
-from drivetrain.compile_ahead import take
-from drivetrain.compiled_parts import CompiledWhole
+from drivetrain.jit import callback
 from drivetrain.solvers.compiled_rodas5p import rodas5p_step
 from drivetrain.solvers.compiled_steps import dormand_prince_step, fixed_step, rodas_step
 from drivetrain.solvers.layout import (
@@ -23,16 +21,6 @@ from drivetrain.solvers.layout import (
     RUNGE_KUTTA,
 )
 
-# Numba's disk cache looks at this file alone: see the same constant in ``rosenbrock_kernel.py``.
-SOURCES = {
-    "compiled_function.py": 4214705438,
-    "compiled_rodas5p.py": 2526072787,
-    "compiled_rows.py": 686114751,
-    "compiled_steps.py": 4158692698,
-    "layout.py": 2644863212,
-    "rodas5p_table.py": 3079094523,
-    "rodas4_table.py": 1645622007,
-}
 _DOUBLES, _WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
 _SIGNATURE = types.void(
     types.int64, types.float64, types.int64, _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES, _WORDS, _DOUBLES,
@@ -83,8 +71,7 @@ def _euler(address: Any, h: Any, n: Any, block: Any, jacobian: Any, matrix: Any,
 @lru_cache(maxsize=5)
 def stepper(method: int) -> Any:
     """The step of a method, compiled at the first call (some seconds) or taken from numba's disk cache."""
-    take("drivetrain.solvers.ahead:compile_solver")
     steps = {
         RODAS4: _rodas, RODAS5P: _rodas5p, DORMAND_PRINCE: _dormand_prince, RUNGE_KUTTA: _runge_kutta, EULER: _euler,
     }  # fmt: skip
-    return nb.cfunc(_SIGNATURE, cache=True, error_model="numpy", pipeline_class=CompiledWhole)(steps[method])
+    return callback(_SIGNATURE, steps[method])

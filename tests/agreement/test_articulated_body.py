@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import zlib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -13,7 +11,6 @@ from chains import chain, exact_accelerations
 from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, balanced_rotor, error, motion, random_arm, rotors_of, unbalanced_rotor
 
-import drivetrain.dynamics.articulated_kernel as kernel
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.articulated_body import articulated_body
@@ -195,8 +192,3 @@ def test_levels_differ_as_they_should() -> None:
     full, reflected, none = (articulated_body(at_level(arm, level), *sample) for level in ("full", "reflected", "none"))
     assert error(reflected, full) > 1e-4
     assert error(none, reflected) > 1e-2
-
-
-def test_compiled_sources_are_those_on_disk() -> None:
-    folder = Path(kernel.__file__).parent
-    assert {name: zlib.crc32((folder / name).read_bytes()) for name in kernel.SOURCES} == kernel.SOURCES

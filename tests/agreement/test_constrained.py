@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
-from pathlib import Path
-
 import mpmath as mp
 import numpy as np
 import pinocchio as pin
@@ -12,7 +9,6 @@ import pytest
 from in_pinocchio import InPinocchio
 from random_arms import EVERY_JOINT, error, motion, pose, random_arm, rotors_of
 
-import drivetrain.dynamics.frame_kernels as kernels
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.bias import bias_torque
@@ -437,8 +433,3 @@ def test_wrong_input() -> None:
         constrained_forward_dynamics(
             arm, CallableConstraint(lambda q: np.zeros((2, 5)), lambda q, qd: np.zeros(2), 2), zero, zero, zero
         )
-
-
-def test_compiled_sources_are_those_on_disk() -> None:
-    folder = Path(kernels.__file__).parent
-    assert {name: zlib.crc32((folder / name).read_bytes()) for name in kernels.SOURCES} == kernels.SOURCES

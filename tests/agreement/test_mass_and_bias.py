@@ -5,14 +5,13 @@ import pytest
 from random_arms import EVERY_JOINT, random_arm, rotors_of
 
 import drivetrain as dt
-from drivetrain.compiled_parts import on_its_own
 from drivetrain.dynamics import mass_and_bias as kernel
 from drivetrain.dynamics.bias import bias_torque
 from drivetrain.dynamics.flexibility import rotor_inertias
 from drivetrain.dynamics.mass_and_bias import Places, working_rows
 from drivetrain.dynamics.packed import link_frames, packed
 
-mass_and_bias = on_its_own(kernel.mass_and_bias)
+mass_and_bias = kernel.mass_and_bias
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")
 
 

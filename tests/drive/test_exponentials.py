@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import zlib
-from pathlib import Path
-
 import mpmath as mp
 import numpy as np
 import pytest
 
-from drivetrain.drive import electrical, heat_kernels
 from drivetrain.drive.exponentials import first, second
 
 
@@ -23,9 +19,3 @@ def test_against_many_digits(sign: float) -> None:
         assert first(x) == pytest.approx(float(one), rel=1e-15)
         # Its difference of nearly equal numbers starts at x = 0.05, where it costs a digit and a half.
         assert second(x, first(x)) == pytest.approx(float(two), rel=1e-14)
-
-
-def test_compiled_sources_are_those_on_disk() -> None:
-    for module in (electrical, heat_kernels):
-        folder = Path(module.__file__).parent
-        assert {name: zlib.crc32((folder / name).read_bytes()) for name in module.SOURCES} == module.SOURCES

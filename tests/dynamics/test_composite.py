@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
-from pathlib import Path
-
 import numpy as np
 import pytest
 from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
@@ -13,20 +10,12 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
-from drivetrain.dynamics import composite
 from drivetrain.dynamics.doors import run
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.packed import packed
 from drivetrain.errors import InputError
 
 ROUNDING = 1e-13  # sums of some hundred terms of one size
-
-
-@pytest.mark.parametrize("name", composite.SOURCES)
-def test_cache_is_renewed_with_every_source(name: str) -> None:
-    """Numba looks only at composite.py; when this fails, put the new number there, which changes that file too."""
-    text = Path(composite.__file__).with_name(name).read_text(encoding="utf-8")
-    assert composite.SOURCES[name] == zlib.crc32(text.encode())
 
 
 def by_columns(arm: Arm, q: np.ndarray) -> np.ndarray:

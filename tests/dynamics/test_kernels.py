@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-import zlib
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from drivetrain.compiled_parts import on_its_own
-from drivetrain.dynamics import blocks, kernels
+from drivetrain.dynamics import blocks
 from drivetrain.dynamics.blocks import BLOCK, FAR
 
-read, sincos, write = on_its_own(blocks.read), on_its_own(blocks.sincos), on_its_own(blocks.write)
-sum_of_squares = on_its_own(blocks.sum_of_squares)
-
-
-@pytest.mark.parametrize("name", kernels.SOURCES)
-def test_cache_is_renewed_with_every_source(name: str) -> None:
-    """Numba looks only at kernels.py; when this fails, put the new number there, which changes that file too."""
-    text = Path(kernels.__file__).with_name(name).read_text(encoding="utf-8")
-    assert kernels.SOURCES[name] == zlib.crc32(text.encode())
+read, sincos, write = blocks.read, blocks.sincos, blocks.write
+sum_of_squares = blocks.sum_of_squares
 
 
 def sines(x: np.ndarray, factor: float, offset: float, far: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -5,12 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
-from drivetrain.compiled_parts import on_its_own
 from drivetrain.simulation import fields as f
 from drivetrain.simulation import friction_kernel
 from drivetrain.simulation.friction_kernel import Rubbing
 
-solve_friction = on_its_own(friction_kernel.solve_friction)
+solve_friction = friction_kernel.solve_friction
 
 
 class Problem:

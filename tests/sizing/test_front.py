@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import zlib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +13,7 @@ from hypothesis import strategies as st
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
-from drivetrain.sizing import front_cost, front_kernels, front_prune, front_search, front_walk
+from drivetrain.sizing import front_search
 from drivetrain.sizing.demand import workload
 from drivetrain.sizing.evaluate import evaluate, evaluated
 from drivetrain.sizing.front import pareto_front
@@ -265,12 +263,6 @@ def test_zones_of_points_that_share_coordinates(dimensions):
     for probe in itertools.product(np.arange(-0.5, 6.0, 0.5), repeat=dimensions):
         free = not any((old <= probe).all() for old in known)
         assert free == bool((np.array(probe) < zones.corners).all(axis=1).any())
-
-
-def test_caches_know_what_is_compiled_into_them():
-    for module in (front_kernels, front_cost, front_prune, front_walk):
-        folder = Path(module.__file__).parent
-        assert module.SOURCES == {name: zlib.crc32((folder / name).read_bytes()) for name in module.SOURCES}
 
 
 def test_bad_input_is_told(make):

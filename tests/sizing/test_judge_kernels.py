@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivetrain.drive import heat_state
-from drivetrain.sizing import bound_kernels, check_kernels, judge_kernels, load_kernels
 from drivetrain.sizing.check_numbers import MOTOR_TORQUE, NAMES, UNCHECKED
 from drivetrain.sizing.demand import workload
 from drivetrain.sizing.fallen import beside, fallen_table
@@ -285,13 +283,6 @@ def test_near_a_limit_the_evaluation_is_asked(make):
     for limit, verdict in ((peak * (1 + 1e-11), ASK), (peak * (1 - 1e-11), ASK), (peak * (1 - 1e-6), FALLS)):
         motors[joint, road.task.pairs[pair, 0], 8] = limit
         assert judge_exact(road.task._replace(motors=motors), joint, pair, road.load)[0] == verdict
-
-
-@pytest.mark.parametrize("module", [heat_state, load_kernels, check_kernels, bound_kernels, judge_kernels])
-def test_caches_know_what_is_compiled_into_them(module):
-    files = {path.name: path for folder in ("drive", "sizing", "solvers") for path in (PACKAGE / folder).glob("*.py")}
-    for name, crc in module.SOURCES.items():
-        assert crc == zlib.crc32(files[name].read_bytes()), name
 
 
 def test_work_given_is_the_one_packed(make):

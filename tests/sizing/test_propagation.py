@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import zlib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drivetrain.catalog.read import Catalog
-from drivetrain.sizing import power_bound, propagation
 from drivetrain.sizing.choices import all_choices, segment
 from drivetrain.sizing.evaluate import evaluate
 from drivetrain.sizing.packed_task import pack
@@ -89,9 +86,3 @@ def test_a_limit_keeps_what_is_cheaper(make, seed):
         code, _ = propagate(asked.packed.task, asked.setting, choices, limit * (1 + 1e-9), 10**9, 8, asked.memory)
         assert code == OPEN
         assert choices.least.sum() <= limit * (1 + 1e-9)  # equals are put in order by less than that
-
-
-@pytest.mark.parametrize("module", [propagation, power_bound])
-def test_sources_are_those_compiled(module):
-    folder = Path(propagation.__file__).parent
-    assert {name: zlib.crc32((folder / name).read_bytes()) for name in module.SOURCES} == module.SOURCES

@@ -6,7 +6,6 @@ import numba as nb
 import numpy as np
 import pytest
 
-from drivetrain.compiled_parts import on_its_own
 from drivetrain.solvers.compiled_rows import mix
 from drivetrain.solvers.compiled_steps import factor, solve
 
@@ -37,8 +36,8 @@ def test_factors_solve_in_any_order_of_elimination(width: int, small: bool) -> N
     states = rng.permutation(n)
     order = np.concatenate([np.zeros(n * n + 2 * n + 1, dtype=np.int64), states])
     packed, block = np.zeros(n * n), rng.normal(size=(2, n))
-    on_its_own(factor)(full[np.ix_(states, states)].copy(), diagonal, np.zeros((n, n)), packed, order)
-    on_its_own(solve)(packed, order, block, 0, 1)
+    factor(full[np.ix_(states, states)].copy(), diagonal, np.zeros((n, n)), packed, order)
+    solve(packed, order, block, 0, 1)
     assert diagonal != 0.0 or not np.array_equal(order[:n], states)  # rows were exchanged
     wanted = np.linalg.solve(diagonal * np.eye(n) - full, block[0])
     # Both lose up to the condition number times rounding; these matrices have one of some hundreds.

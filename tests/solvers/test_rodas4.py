@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-import zlib
 from itertools import pairwise
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from compiled_cases import STIFF, counted, pushed
 from scipy.integrate import solve_ivp
 
-import drivetrain.solvers.rosenbrock_kernel as kernel
 from drivetrain.errors import InputError
 from drivetrain.solvers import rodas4_table as r
-from drivetrain.solvers import steppers
 from drivetrain.solvers.adaptive import DormandPrince54, DormandPrince853
 from drivetrain.solvers.compiled_problem import CompiledProblem, column_groups, detect_sparsity, python_rates
 from drivetrain.solvers.explicit import Euler, RungeKutta4, SemiImplicitEuler
@@ -29,12 +24,6 @@ START = [1.0, 0.2]
 
 def exact(times: np.ndarray) -> np.ndarray:
     return integrate(DormandPrince853(1e-13, 1e-13), python_rates(counted()), START, times).states
-
-
-@pytest.mark.parametrize("module", [kernel, steppers])
-def test_cache_of_the_kernels_knows_their_sources(module: Any) -> None:
-    folder = Path(module.__file__).parent
-    assert {name: zlib.crc32((folder / name).read_bytes()) for name in module.SOURCES} == module.SOURCES
 
 
 def classical() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,0 +1,148 @@
+"""The decorators of compiled code, and a disk cache that is right whatever source changes.
+
+Numba's own disk cache looks at the file of a kernel alone, not at the files of what the kernel calls. Here every module
+with kernels has a folder that bears the digest of that module and of all modules of the package that it imports: who
+changes a law begins a new folder, whether by an edit, a checkout or an upgrade.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sys
+import threading
+from collections.abc import Callable
+from functools import cache
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+
+import numba
+
+PACKAGE = Path(__file__).resolve().parent
+KEPT = 2  # folders of earlier sources, for who goes back and forth between two versions
+FAST = frozenset({"contract", "reassoc", "nsz", "arcp"})  # sums in any order, reciprocals; NaN (unknown) stays NaN
+_IMPORT = re.compile(
+    r"^\s*(?:from\s+drivetrain\.([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+drivetrain\.([\w.]+))", re.M
+)
+_SETTING = threading.Lock()
+_USED: set[Path] = set()  # folders of the modules that are loaded
+
+
+def law(function: Any = None, **options: Any) -> Any:
+    """A function that compiled code calls; it becomes a part of the kernel and is kept on disk with it.
+
+    Args:
+        function: Of numbers, records and arrays.
+        options: Of ``numba.njit``, where they differ from ``error_model="numpy", nogil=True``.
+    """
+    return _decorator(function, options)
+
+
+def kernel(function: Any = None, **options: Any) -> Any:
+    """A function that Python calls, kept on disk.
+
+    Args:
+        function: Of numbers, records and arrays.
+        options: Of ``numba.njit``, where they differ from ``error_model="numpy", nogil=True``.
+    """
+    return _decorator(function, {"cache": True, **options})
+
+
+def callback(signature: Any, function: Any) -> Any:
+    """A function with an address, kept on disk; compiled at once.
+
+    Args:
+        signature: Numba's, of C types.
+        function: That is compiled.
+    """
+    return _in_folder(function, lambda keep: numba.cfunc(signature, cache=keep, error_model="numpy")(function))
+
+
+def cold() -> bool:
+    """Whether a module that is loaded has kernels of which none is compiled yet."""
+    return any(not any(folder.rglob("*.nbc")) for folder in _USED)
+
+
+def _decorator(function: Any, options: dict[str, Any]) -> Any:
+    if function is None:
+        return lambda function: _decorator(function, options)
+    given = {"error_model": "numpy", "nogil": True, **options}
+    if not given.pop("cache", False):
+        return numba.njit(**given)(function)
+    return _in_folder(function, lambda keep: numba.njit(cache=keep, **given)(function))
+
+
+def _in_folder(function: Any, compiled: Callable[[bool], Any]) -> Any:
+    """What numba makes of a function while its cache is the folder of the function's module; kept or not."""
+    folder = _folder(Path(sys.modules[function.__module__].__file__ or __file__).resolve())
+    if folder is None:
+        return compiled(False)
+    _USED.add(folder)
+    with _SETTING:
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+        try:
+            return compiled(True)
+        except RuntimeError:  # numba finds no file for the function, as for one typed into a shell
+            return compiled(False)
+        finally:
+            numba.config.CACHE_DIR = before
+
+
+@cache
+def _folder(module: Path) -> Path | None:
+    """Of a module's kernels, made afresh when a source has changed; None where nothing can be written."""
+    sources = blake2b(digest_size=8)
+    for path in sorted(_closure(module)):
+        sources.update(path.read_bytes())
+    name = ".".join(module.relative_to(PACKAGE).with_suffix("").parts) if PACKAGE in module.parents else module.stem
+    for base in _places():
+        folder = base / f"{name}-{sources.hexdigest()}"
+        try:
+            if not folder.is_dir():
+                folder.mkdir(parents=True, exist_ok=True)
+                _clear(base, name)
+            if os.access(folder, os.W_OK):
+                return folder
+        except OSError:
+            continue
+    return None
+
+
+def _clear(base: Path, name: str) -> None:
+    """Take away the folders of a module that were made of sources long gone."""
+    found = sorted(base.glob(f"{name}-????????????????"), key=lambda path: path.stat().st_mtime)
+    for old in found[: -(KEPT + 1)]:
+        shutil.rmtree(old, ignore_errors=True)
+
+
+@cache
+def _places() -> tuple[Path, ...]:
+    """Where caches may lie, the best first: where the user says, beside the code, in the user's folder for caches."""
+    own = os.environ.get("NUMBA_CACHE_DIR")
+    if own:
+        return (Path(own) / "drivetrain",)
+    told = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME")
+    home = [Path(told)] if told else [Path.home() / ".cache"] if os.environ.get("HOME") else []
+    return (PACKAGE / "__pycache__" / "kernels", *(folder / "drivetrain" for folder in home))
+
+
+def _closure(module: Path) -> set[Path]:
+    """A module and all modules of the package that it imports, directly or not."""
+    found, waiting = {module}, [module]
+    while waiting:
+        for path in _imported(waiting.pop()) - found:
+            found.add(path)
+            waiting.append(path)
+    return found
+
+
+@cache
+def _imported(module: Path) -> set[Path]:
+    """Modules of the package that a module names in an import."""
+    names: set[str] = set()
+    for base, what, plain in _IMPORT.findall(module.read_text(encoding="utf-8")):
+        names |= {base or plain, *(f"{base}.{name}" for name in re.findall(r"\w+", what))}
+    paths = (PACKAGE.joinpath(*name.split(".")).with_suffix(".py") for name in names)
+    return {path for path in paths if path.is_file()}

@@ -1,0 +1,102 @@
+"""The disk cache of compiled code is right whatever source changes, and never needed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drivetrain import jit
+
+LAW = """
+from drivetrain.jit import law
+from drivetrain.constants import FACTOR
+
+@law
+def doubled(x):
+    return FACTOR * x
+"""
+KERNEL = """
+from drivetrain.jit import kernel
+from drivetrain.laws import (
+    doubled,
+)
+
+@kernel
+def summed(values):
+    total = 0.0
+    for value in values:
+        total += doubled(value)
+    return total
+"""
+USE = """
+import numpy as np
+from drivetrain import kernels
+print(kernels.summed(np.ones(3)), sum(kernels.summed.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A package of the same name with one kernel, one law in another file, and its constant in a third."""
+    folder = tmp_path / "drivetrain"
+    folder.mkdir()
+    shutil.copy(jit.__file__, folder / "jit.py")
+    for name, text in {"__init__": "", "constants": "FACTOR = 2.0\n", "laws": LAW, "kernels": KERNEL}.items():
+        (folder / f"{name}.py").write_text(text)
+    return folder
+
+
+def used(package: Path, **environment: str) -> tuple[float, int]:
+    """What the kernel gives in a process of its own, and how often it was found in the cache."""
+    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "NUMBA_CACHE_DIR")}
+    surroundings = {
+        **kept,
+        "PYTHONPATH": str(package.parent),
+        "XDG_CACHE_HOME": str(package.parent / "none"),
+        **environment,
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", USE], cwd=package.parent, env=surroundings, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    value, hits = done.stdout.split()
+    return float(value), int(hits)
+
+
+def test_a_change_of_any_imported_source_is_seen(package: Path) -> None:
+    assert used(package) == (6.0, 0)
+    assert used(package) == (6.0, 1)
+    before = (package / "constants.py").stat()
+    (package / "constants.py").write_text("FACTOR = 5.0\n")
+    os.utime(package / "constants.py", ns=(before.st_atime_ns, before.st_mtime_ns))  # as a checkout may leave it
+    assert used(package) == (15.0, 0)
+    (package / "constants.py").write_text("FACTOR = 2.0\n")
+    assert used(package) == (6.0, 1)
+
+
+def test_folders_of_old_sources_go(package: Path) -> None:
+    for factor in range(5):
+        (package / "constants.py").write_text(f"FACTOR = {factor}.0\n")
+        assert used(package) == (3.0 * factor, 0)
+    assert len(list((package / "__pycache__" / "kernels").glob("kernels-*"))) == jit.KEPT + 1
+
+
+def test_where_nothing_can_be_written_it_compiles_in_memory(package: Path) -> None:
+    """A file stands where each folder would be, which stops even root."""
+    (package / "__pycache__").write_text("")
+    (package.parent / "none").write_text("")
+    assert used(package, PYTHONDONTWRITEBYTECODE="1") == (6.0, 0)
+    assert used(package, PYTHONDONTWRITEBYTECODE="1") == (6.0, 0)
+
+
+def test_the_folder_that_the_user_names_is_taken(package: Path, tmp_path: Path) -> None:
+    assert used(package, NUMBA_CACHE_DIR=str(tmp_path / "mine")) == (6.0, 0)
+    assert used(package, NUMBA_CACHE_DIR=str(tmp_path / "mine")) == (6.0, 1)
+    assert stat.S_ISDIR((tmp_path / "mine").stat().st_mode)
+    assert not (package / "__pycache__" / "kernels").exists()
