@@ -47,9 +47,9 @@ import drivetrain as dt
 from drivetrain.errors import PhysicsWarning
 from drivetrain.report.colours import BLUE, ORANGE
 from drivetrain.report.svg import house_style, png_bytes
-from drivetrain.sizing.packed_task import Packed, pack
-from drivetrain.sizing.problem import problem
-from drivetrain.sizing.search_tree import Tree
+from drivetrain.sizing.judge.packed_task import Packed, pack
+from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.search_tree import Tree
 from drivetrain.study.study import Study
 
 CANDIDATES, SAMPLES, JOINTS = (100, 1000, 10_000), (500, 2000, 8000), (2, 3, 4, 5, 6, 7, 8)

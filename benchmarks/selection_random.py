@@ -15,9 +15,9 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.sizing.packed_task import Packed, pack
-from drivetrain.sizing.problem import problem
-from drivetrain.sizing.search_tree import Tree
+from drivetrain.sizing.judge.packed_task import Packed, pack
+from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.search_tree import Tree
 from drivetrain.study.study import Study
 
 DURATION = 4.0  # s

@@ -12,15 +12,15 @@ import pinocchio as pin
 from inverse_dynamics import along_z
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.choices import all_choices, segment
-from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import judge
-from drivetrain.sizing.judge_kernels import HOLDS, judge_exact
-from drivetrain.sizing.load_kernels import load_joint, new_load
-from drivetrain.sizing.operation import operation
-from drivetrain.sizing.packed_task import Packed
-from drivetrain.sizing.problem import problem
-from drivetrain.sizing.search_tree import Tree
+from drivetrain.sizing.demand.load_kernels import load_joint, new_load
+from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.judge import judge
+from drivetrain.sizing.judge.judge_kernels import HOLDS, judge_exact
+from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.packed_task import Packed
+from drivetrain.sizing.search.choices import all_choices, segment
+from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.search_tree import Tree
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.mounting import carrier_link, carrying, drive_body, emptied, joint_axis, mount_point
 from drivetrain.study.study import DriveMass

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from drivetrain.motion.mix import build_mix
 from drivetrain.shipped import shipped
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.robust_selection import robust_select
-from drivetrain.sizing.search import select
-from drivetrain.sizing.uncertainty import robustness
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.search import select
+from drivetrain.sizing.tolerance.robust_selection import robust_select
+from drivetrain.sizing.tolerance.uncertainty import robustness
 from drivetrain.study.change import slowed
 from drivetrain.study.load import load_study
 from drivetrain.study.study import Study

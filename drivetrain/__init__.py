@@ -135,27 +135,27 @@ if TYPE_CHECKING:
     from drivetrain.simulation.stabilisation import Projection as Projection
     from drivetrain.simulation.study_scene import scene_of as scene_of
     from drivetrain.simulation.study_scene import with_feed_forward as with_feed_forward
+    from drivetrain.sizing.answers.curve_results import OptimumCurve as OptimumCurve
+    from drivetrain.sizing.answers.curves import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.free_ratio import free_ratios as free_ratios
+    from drivetrain.sizing.answers.free_ratio_results import FreeRatios as FreeRatios
+    from drivetrain.sizing.answers.ratio import ratio_studies as ratio_studies
+    from drivetrain.sizing.answers.ratio import ratio_study as ratio_study
+    from drivetrain.sizing.answers.trade_offs import trade_offs as trade_offs
+    from drivetrain.sizing.answers.why_not import why_not as why_not
+    from drivetrain.sizing.answers.why_not_results import WhyNot as WhyNot
     from drivetrain.sizing.currents import current_commands as current_commands
-    from drivetrain.sizing.curve_results import OptimumCurve as OptimumCurve
-    from drivetrain.sizing.curves import optimum_curve as optimum_curve
     from drivetrain.sizing.deflection import tip_deflection as tip_deflection
     from drivetrain.sizing.deflection import vibration as vibration
-    from drivetrain.sizing.evaluate import evaluate as evaluate
-    from drivetrain.sizing.evaluate import evaluate_drives as evaluate_drives
-    from drivetrain.sizing.free_ratio import free_ratios as free_ratios
-    from drivetrain.sizing.free_ratio_results import FreeRatios as FreeRatios
-    from drivetrain.sizing.front import Front as Front
-    from drivetrain.sizing.front import pareto_front as pareto_front
-    from drivetrain.sizing.missing import gaps as gaps
-    from drivetrain.sizing.ratio import ratio_studies as ratio_studies
-    from drivetrain.sizing.ratio import ratio_study as ratio_study
+    from drivetrain.sizing.judge.evaluate import evaluate as evaluate
+    from drivetrain.sizing.judge.evaluate import evaluate_drives as evaluate_drives
+    from drivetrain.sizing.judge.missing import gaps as gaps
     from drivetrain.sizing.results import DriveSet as DriveSet
-    from drivetrain.sizing.robust_selection import robust_select as robust_select
-    from drivetrain.sizing.search import select as select
-    from drivetrain.sizing.trade_offs import trade_offs as trade_offs
-    from drivetrain.sizing.uncertainty import robustness as robustness
-    from drivetrain.sizing.why_not import why_not as why_not
-    from drivetrain.sizing.why_not_results import WhyNot as WhyNot
+    from drivetrain.sizing.search.front import Front as Front
+    from drivetrain.sizing.search.front import pareto_front as pareto_front
+    from drivetrain.sizing.search.search import select as select
+    from drivetrain.sizing.tolerance.robust_selection import robust_select as robust_select
+    from drivetrain.sizing.tolerance.uncertainty import robustness as robustness
     from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
     from drivetrain.solvers.explicit import Euler as Euler
     from drivetrain.solvers.explicit import RungeKutta4 as RungeKutta4
@@ -309,26 +309,26 @@ _HOME = {
     "scene_of": "simulation.study_scene",
     "with_feed_forward": "simulation.study_scene",
     "current_commands": "sizing.currents",
-    "OptimumCurve": "sizing.curve_results",
-    "optimum_curve": "sizing.curves",
+    "OptimumCurve": "sizing.answers.curve_results",
+    "optimum_curve": "sizing.answers.curves",
     "tip_deflection": "sizing.deflection",
     "vibration": "sizing.deflection",
-    "evaluate": "sizing.evaluate",
-    "evaluate_drives": "sizing.evaluate",
-    "free_ratios": "sizing.free_ratio",
-    "FreeRatios": "sizing.free_ratio_results",
-    "Front": "sizing.front",
-    "pareto_front": "sizing.front",
-    "gaps": "sizing.missing",
-    "ratio_studies": "sizing.ratio",
-    "ratio_study": "sizing.ratio",
+    "evaluate": "sizing.judge.evaluate",
+    "evaluate_drives": "sizing.judge.evaluate",
+    "free_ratios": "sizing.answers.free_ratio",
+    "FreeRatios": "sizing.answers.free_ratio_results",
+    "Front": "sizing.search.front",
+    "pareto_front": "sizing.search.front",
+    "gaps": "sizing.judge.missing",
+    "ratio_studies": "sizing.answers.ratio",
+    "ratio_study": "sizing.answers.ratio",
     "DriveSet": "sizing.results",
-    "robust_select": "sizing.robust_selection",
-    "select": "sizing.search",
-    "trade_offs": "sizing.trade_offs",
-    "robustness": "sizing.uncertainty",
-    "why_not": "sizing.why_not",
-    "WhyNot": "sizing.why_not_results",
+    "robust_select": "sizing.tolerance.robust_selection",
+    "select": "sizing.search.search",
+    "trade_offs": "sizing.answers.trade_offs",
+    "robustness": "sizing.tolerance.uncertainty",
+    "why_not": "sizing.answers.why_not",
+    "WhyNot": "sizing.answers.why_not_results",
     "DormandPrince853": "solvers.adaptive",
     "Euler": "solvers.explicit",
     "RungeKutta4": "solvers.explicit",

@@ -205,7 +205,7 @@ def test_ctrl_c_ends_with_one_line_and_leaves_nothing(run: Run, tmp_path: Path) 
     """A real signal to a real process, while it searches."""
     code = (
         "import os, signal, sys\n"
-        "from drivetrain.sizing import search\n"
+        "from drivetrain.sizing.search import search\n"
         "def slow(*_, **__):\n    print('searching', flush=True)\n    import time; time.sleep(30)\n"
         "search.select = slow\n"
         "from drivetrain.cli import main\n"

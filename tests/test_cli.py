@@ -295,7 +295,7 @@ def test_default_folder_is_a_plain_name(write: Write) -> None:
 
 
 def test_ctrl_c_is_clean(run: Run, write: Write, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from drivetrain.sizing import evaluate
+    from drivetrain.sizing.judge import evaluate
 
     def interrupted(study: object) -> None:
         raise KeyboardInterrupt
@@ -310,7 +310,7 @@ def test_ctrl_c_is_clean(run: Run, write: Write, monkeypatch: pytest.MonkeyPatch
 
 def test_errors_raised_late_are_told_too(run: Run, write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     from drivetrain.errors import Fault
-    from drivetrain.sizing import evaluate
+    from drivetrain.sizing.judge import evaluate
 
     def refuses(study: object) -> None:
         raise InputError(Fault("drives.door", "has no drive"))

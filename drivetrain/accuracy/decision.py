@@ -24,9 +24,9 @@ from drivetrain.motion.duty_cycle import Cycle, sample_weights
 from drivetrain.simulation.cost_results import Change, Decision, JointDecision
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.sizing.checks_motor import ELECTRIC_CHECKS, motor_peak_torque, motor_speed
-from drivetrain.sizing.demand import JointDemand
-from drivetrain.sizing.operation import Operation
+from drivetrain.sizing.demand.demand import JointDemand
+from drivetrain.sizing.judge.checks_motor import ELECTRIC_CHECKS, motor_peak_torque, motor_speed
+from drivetrain.sizing.judge.operation import Operation
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.verdicts import Check
 

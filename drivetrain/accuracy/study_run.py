@@ -21,9 +21,9 @@ from drivetrain.simulation.inverse import Inverse
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.sizing.evaluate import Given, evaluate, evaluate_drives
+from drivetrain.sizing.judge.evaluate import Given, evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation, Selection
-from drivetrain.sizing.search import select
+from drivetrain.sizing.search.search import select
 from drivetrain.solvers.rosenbrock import Rodas5P
 from drivetrain.solvers.solver import Solver
 from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation

@@ -99,8 +99,8 @@ def judged(study: Study) -> Evaluation:
         InputError: No arm to simulate, or a joint that nothing may drive.
     """
     from drivetrain.accuracy.study_run import complete, gives_all
-    from drivetrain.sizing.evaluate import evaluate
-    from drivetrain.sizing.search import select
+    from drivetrain.sizing.judge.evaluate import evaluate
+    from drivetrain.sizing.search.search import select
 
     if gives_all(study):
         with working("judging the given drives"):

@@ -34,7 +34,7 @@ def _why_not(
     with told():
         from drivetrain.report.outputs import write_files
         from drivetrain.report.why_not_page import why_not_lines, why_not_report
-        from drivetrain.sizing.why_not import why_not
+        from drivetrain.sizing.answers.why_not import why_not
         from drivetrain.study.load import load_study
 
         together = Together()
@@ -71,7 +71,7 @@ def _curve(
         from drivetrain.errors import Fault, InputError
         from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
         from drivetrain.report.outputs import write_files
-        from drivetrain.sizing.curves import optimum_curve, varied
+        from drivetrain.sizing.answers.curves import optimum_curve, varied
         from drivetrain.study.load import load_study
 
         together = Together()
@@ -129,7 +129,7 @@ def _front(
     with told():
         from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
         from drivetrain.report.outputs import write_files
-        from drivetrain.sizing.front import pareto_front
+        from drivetrain.sizing.search.front import pareto_front
         from drivetrain.study.load import load_study
         from drivetrain.study.trade_offs import read_criterion
         from drivetrain.units import quantity
@@ -169,7 +169,7 @@ def _free_ratio(
     with told():
         from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
         from drivetrain.report.outputs import write_files
-        from drivetrain.sizing.free_ratio import free_ratios, goal_of
+        from drivetrain.sizing.answers.free_ratio import free_ratios, goal_of
         from drivetrain.study.load import load_study
 
         together = Together()

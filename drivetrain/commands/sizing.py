@@ -24,7 +24,7 @@ from drivetrain.commands.shared import (
 if TYPE_CHECKING:
     from drivetrain.report.sections import Extra
     from drivetrain.sizing.results import Evaluation, Selection
-    from drivetrain.sizing.spread import Spread
+    from drivetrain.sizing.tolerance.spread import Spread
     from drivetrain.study.study import Study
 
 app = typer.Typer(rich_markup_mode="rich")
@@ -118,7 +118,7 @@ def _check(
 def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
     """Judge the drives that the study gives: margins, verdicts, report, currents."""
     with told():
-        from drivetrain.sizing.evaluate import evaluate
+        from drivetrain.sizing.judge.evaluate import evaluate
         from drivetrain.study.load import load_study
 
         together = Together()
@@ -179,7 +179,7 @@ def _select(
         wanted = wanted if objective is None else replace(wanted, weights=((objective.value, 1.0),))
         loaded = replace(loaded, wanted=wanted, trade_offs=replace(loaded.trade_offs, **beside))
         if loaded.trade_offs:
-            from drivetrain.sizing.trade_offs import check_trade_offs
+            from drivetrain.sizing.answers.trade_offs import check_trade_offs
 
             check_trade_offs(loaded)
         raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
@@ -193,7 +193,7 @@ def _currents(
     """Write the current command of every joint over the cycle, for the drives that the study gives."""
     with told():
         from drivetrain.report.outputs import currents_csv, write_files
-        from drivetrain.sizing.evaluate import evaluate
+        from drivetrain.sizing.judge.evaluate import evaluate
         from drivetrain.study.load import load_study
 
         together = Together()
@@ -225,7 +225,7 @@ def _ratio(
         from drivetrain.report.outputs import write_files
         from drivetrain.report.ratio_json import ratio_json
         from drivetrain.report.ratio_page import ratio_report, ratio_sentence
-        from drivetrain.sizing.ratio import chosen_drives, ratio_studies, ratio_study
+        from drivetrain.sizing.answers.ratio import chosen_drives, ratio_studies, ratio_study
         from drivetrain.study.load import load_study
 
         together = Together()
@@ -261,7 +261,7 @@ def _seconds(text: str | None) -> float | None:
 
 def _selected(study: Study) -> Selection:
     """The search, with its progress."""
-    from drivetrain.sizing.search import select as search
+    from drivetrain.sizing.search.search import select as search
 
     with working("searching the catalogues") as step:
         return search(study, progress=step)
@@ -311,7 +311,7 @@ def _beside(result: Evaluation | Selection) -> tuple[Extra | None, list[str]]:
 def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spread | None]:
     """What the scatter of the numbers means, and the set that stands it where a probability is wanted."""
     from drivetrain.sizing.results import Evaluation
-    from drivetrain.sizing.spread import robustly, spread
+    from drivetrain.sizing.tolerance.spread import robustly, spread
 
     if not result.study.tolerances.given:
         return result, None

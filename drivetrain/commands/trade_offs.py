@@ -8,8 +8,8 @@ from drivetrain.commands.shared import working
 
 if TYPE_CHECKING:
     from drivetrain.errors import Fault
+    from drivetrain.sizing.answers.trade_offs import TradeOffsFound
     from drivetrain.sizing.results import Selection
-    from drivetrain.sizing.trade_offs import TradeOffsFound
     from drivetrain.study.trade_offs import CurveWanted
 
 
@@ -59,7 +59,7 @@ def beside(selection: Selection) -> TradeOffsFound | None:
     """
     if not selection.study.trade_offs:
         return None
-    from drivetrain.sizing.trade_offs import trade_offs
+    from drivetrain.sizing.answers.trade_offs import trade_offs
 
     asked = selection.study.trade_offs
     parts = [f"the front over {' and '.join(asked.front)}"] if asked.front else []

@@ -18,7 +18,7 @@ import numba as nb
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.blocks import BLOCK, FAR, fast, read, sincos, sum_of_squares, within
+from drivetrain.dynamics.blocks import BLOCK, FAR, fast, read, sincos, sum_of_squares
 from drivetrain.dynamics.passes import (
     CA,
     MASS,
@@ -49,7 +49,7 @@ def _add_constant_body(row: Array, body: Array) -> None:
             body[field * BLOCK + k] += row[MASS + field]
 
 
-@within
+@fast
 def _nine(place: Array) -> tuple[float, ...]:
     return (place[0], place[1], place[2], place[3], place[4], place[5], place[6], place[7], place[8])
 

@@ -15,8 +15,8 @@ from drivetrain.arrays import Array
 from drivetrain.report.colours import BLUE, INK, MUTED, VERMILLION
 from drivetrain.report.quantities import printed_unit
 from drivetrain.report.svg import TIME_COLOURS, house_style
-from drivetrain.sizing.front import Front
 from drivetrain.sizing.results import DriveSet
+from drivetrain.sizing.search.front import Front
 
 AXES = {
     "mass": "mass of all drives [kg]", "price": "price of all drives", "energy": "energy a cycle [J]",

@@ -14,7 +14,7 @@ from drivetrain.report.colours import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VER
 from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.report.panel import Panel, panel
 from drivetrain.report.picture import Font, Key, Pen, Picture, legend_height
-from drivetrain.sizing.objectives import criteria, weighted
+from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.results import Selection
 
 CHECK_COLOURS = (VERMILLION, BLUE, ORANGE, PURPLE, SKY, "#7f6a3f")

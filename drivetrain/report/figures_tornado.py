@@ -9,7 +9,7 @@ from drivetrain.report.panel import Panel, panel
 from drivetrain.report.picture import SMALL, TICK, Font, Key, Pen, Picture, legend_height
 from drivetrain.report.quantities import percent
 from drivetrain.report.scales import text_width
-from drivetrain.sizing.tornado import Bar, Tornado
+from drivetrain.sizing.tolerance.tornado import Bar, Tornado
 
 MOST_BARS = 12
 WIDTH, ROW = 662.0, 19.0  # [points]

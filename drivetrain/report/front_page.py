@@ -11,9 +11,9 @@ from drivetrain.report.quantities import DASH, number, percent
 from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
-from drivetrain.sizing.front import Front
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.uncertainty import Chance
+from drivetrain.sizing.search.front import Front
+from drivetrain.sizing.tolerance.uncertainty import Chance
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1

@@ -11,7 +11,7 @@ from drivetrain.report.result_json import result_json
 from drivetrain.report.sections import Extra
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
-from drivetrain.sizing.spread import Spread
+from drivetrain.sizing.tolerance.spread import Spread
 from drivetrain.whole_files import written_beside
 
 

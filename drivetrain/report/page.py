@@ -37,7 +37,7 @@ from drivetrain.report.views import (
 )
 from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
-from drivetrain.sizing.spread import Spread
+from drivetrain.sizing.tolerance.spread import Spread
 from drivetrain.study.study import JointTask, Study
 from drivetrain.version import __version__
 

@@ -8,9 +8,9 @@ from drivetrain.report.curve_page import curve_data, curve_section, curve_senten
 from drivetrain.report.front_page import HEADINGS, criterion_text, front_data, front_section, front_sentence
 from drivetrain.report.sections import Extra, Section
 from drivetrain.report.svg import share_glyphs
-from drivetrain.sizing.front import Front
+from drivetrain.sizing.answers.trade_offs import TradeOffsFound
 from drivetrain.sizing.results import DriveSet, Selection
-from drivetrain.sizing.trade_offs import TradeOffsFound
+from drivetrain.sizing.search.front import Front
 
 EQUAL = 1e-9  # sums in another order
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
-from drivetrain.sizing.missing import gap_lines, uncounted
-from drivetrain.sizing.missing import gaps as missing_gaps
-from drivetrain.sizing.objectives import drive_price
+from drivetrain.sizing.judge.missing import gap_lines, uncounted
+from drivetrain.sizing.judge.missing import gaps as missing_gaps
+from drivetrain.sizing.judge.objectives import drive_price
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import DriveMass, Study

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from drivetrain.errors import InputError
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.sizing.search import select
+from drivetrain.sizing.search.search import select
 from drivetrain.study.study import Study
 from drivetrain.sweep.points import SELECT, Point, Sweep, task_of
 

@@ -12,7 +12,7 @@ from drivetrain.dynamics.flexibility import locked_frequencies
 from drivetrain.report.figures_flexibility import figure_flexibility
 from drivetrain.shipped import shipped
 from drivetrain.sizing.deflection import joint_stiffness, tip_deflection, vibration
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.spatial.beams import Beam, round_tube
 from drivetrain.study.load import load_study
 from drivetrain.study.mounting import loaded_arm

@@ -9,7 +9,7 @@ from drivetrain.drive.matching import inertia_matching_ratio
 from drivetrain.report.figures_ratio import figure_ratio
 from drivetrain.report.ratio_page import ratio_sentence
 from drivetrain.shipped import shipped
-from drivetrain.sizing.ratio import ratio_study
+from drivetrain.sizing.answers.ratio import ratio_study
 from drivetrain.study.load import load_study
 
 STRONG, WEAK = "AM_MF0060020_48V", "AM_MF0060008_48V"

@@ -10,8 +10,8 @@ import pytest
 
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.shipped import shipped
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.search import select
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.search import select
 from drivetrain.study.load import load_study
 from drivetrain.study.study import DriveMass
 

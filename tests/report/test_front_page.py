@@ -15,8 +15,8 @@ from drivetrain.cli import app
 from drivetrain.report.figures_front import figure_front
 from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
 from drivetrain.shipped import shipped
-from drivetrain.sizing.front import Front
 from drivetrain.sizing.results import DriveSet
+from drivetrain.sizing.search.front import Front
 from drivetrain.study.load import load_study
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"

@@ -12,8 +12,8 @@ from drivetrain.report.figures_arm import supply_power
 from drivetrain.report.figures_strips import motion_strips
 from drivetrain.report.page import html_report
 from drivetrain.shipped import shipped
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.search import select
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.search import select
 from drivetrain.study.change import slowed
 from drivetrain.study.load import load_study
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from drivetrain.shipped import shipped
-from drivetrain.sizing.changed_work import WorkFamily
-from drivetrain.sizing.demand import workload
+from drivetrain.sizing.demand.changed_work import WorkFamily
+from drivetrain.sizing.demand.demand import workload
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.load import load_study
 

@@ -14,10 +14,10 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.sizing.currents import current_commands
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.evaluate import evaluate, evaluated
-from drivetrain.sizing.load_basis import loading_drives
-from drivetrain.sizing.search import select
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.demand.load_basis import loading_drives
+from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.search.search import select
 from drivetrain.study.study import Mount
 from drivetrain.study.verdicts import Verdict
 

@@ -9,7 +9,7 @@ import pytest
 
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.sizing.currents import current_commands
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.judge.evaluate import evaluate
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.errors import InputError
 from drivetrain.sizing.deflection import joint_stiffness, lost_motion, tip_deflection, vibration
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.spatial.beams import Beam, round_tube
 from drivetrain.study.mounting import loaded_arm
 from drivetrain.study.study import DriveMass

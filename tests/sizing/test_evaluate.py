@@ -11,8 +11,8 @@ import pytest
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.evaluate import evaluate, evaluated
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.study import GearAssumption, MotorAssumption, Safety
 from drivetrain.study.verdicts import Check, Verdict

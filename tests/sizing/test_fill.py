@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.fill import INPUT_INERTIA_SHARE, Shelf
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.fill import INPUT_INERTIA_SHARE, Shelf
 from drivetrain.study.mounting import drive_body, drive_mass
 from drivetrain.study.study import GearAssumption
 

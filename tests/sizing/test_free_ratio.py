@@ -13,10 +13,10 @@ from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.errors import InputError
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.free_ratio import free_ratios
-from drivetrain.sizing.free_ratio_results import Goal
-from drivetrain.sizing.operation import operation
+from drivetrain.sizing.answers.free_ratio import free_ratios
+from drivetrain.sizing.answers.free_ratio_results import Goal
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.operation import operation
 from drivetrain.study.study import FreeRatio
 
 WIDE = FreeRatio(2.0, 2000.0)

@@ -13,17 +13,17 @@ from hypothesis import strategies as st
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
-from drivetrain.sizing import front_search
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.evaluate import evaluate, evaluated
-from drivetrain.sizing.front import pareto_front
-from drivetrain.sizing.front_boxes import all_sets, only
-from drivetrain.sizing.front_kernels import USED
-from drivetrain.sizing.front_prune import weigh
-from drivetrain.sizing.front_search import NAMES, FrontSearch
-from drivetrain.sizing.packed_task import pack
-from drivetrain.sizing.problem import problem
-from drivetrain.sizing.zones import Zones
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.packed_task import pack
+from drivetrain.sizing.search import front_search
+from drivetrain.sizing.search.front import pareto_front
+from drivetrain.sizing.search.front_boxes import all_sets, only
+from drivetrain.sizing.search.front_kernels import USED
+from drivetrain.sizing.search.front_prune import weigh
+from drivetrain.sizing.search.front_search import NAMES, FrontSearch
+from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.zones import Zones
 from drivetrain.study.study import Mount, Wanted
 
 

@@ -10,11 +10,11 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.errors import InputError
-from drivetrain.sizing.curves import optimum_curve
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.front import check_criteria, pareto_front
-from drivetrain.sizing.trade_offs import check_trade_offs
-from drivetrain.sizing.uncertainty import robustness
+from drivetrain.sizing.answers.curves import optimum_curve
+from drivetrain.sizing.answers.trade_offs import check_trade_offs
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.front import check_criteria, pareto_front
+from drivetrain.sizing.tolerance.uncertainty import robustness
 from drivetrain.study.study import Wanted
 from drivetrain.study.tolerances import Tolerance, Tolerances
 from drivetrain.study.trade_offs import CurveWanted, TradeOffs

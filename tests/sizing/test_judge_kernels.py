@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivetrain.drive import heat_state
-from drivetrain.sizing.check_numbers import MOTOR_TORQUE, NAMES, UNCHECKED
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.fallen import beside, fallen_table
-from drivetrain.sizing.fill import Shelf
-from drivetrain.sizing.judge import is_direct, judge
-from drivetrain.sizing.judge_kernels import (
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.demand.load_basis import drive_numbers
+from drivetrain.sizing.judge.check_numbers import MOTOR_TORQUE, NAMES, UNCHECKED
+from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.judge import is_direct, judge
+from drivetrain.sizing.judge.judge_kernels import (
     ASK,
     FALLS,
     HOLDS,
@@ -33,10 +33,10 @@ from drivetrain.sizing.judge_kernels import (
     new_load,
     pair_power,
 )
-from drivetrain.sizing.load_basis import drive_numbers
-from drivetrain.sizing.operation import operation
-from drivetrain.sizing.packed_task import chosen_numbers, pack
+from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.packed_task import chosen_numbers, pack
 from drivetrain.sizing.results import Fallen
+from drivetrain.sizing.search.fallen import beside, fallen_table
 from drivetrain.study.load import load_study
 from drivetrain.study.verdicts import ESSENTIAL, Verdict
 

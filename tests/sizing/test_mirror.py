@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivetrain.drive.friction import Friction
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.verdicts import Verdict
 
 TORQUES = st.lists(st.floats(-60, 60), min_size=6, max_size=6)

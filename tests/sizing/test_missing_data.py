@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.evaluate import evaluate, evaluated
-from drivetrain.sizing.front import pareto_front
-from drivetrain.sizing.missing import gaps
-from drivetrain.sizing.ratio import ratio_study
-from drivetrain.sizing.search import select
-from drivetrain.sizing.why_not import why_not
+from drivetrain.sizing.answers.ratio import ratio_study
+from drivetrain.sizing.answers.why_not import why_not
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.missing import gaps
+from drivetrain.sizing.search.front import pareto_front
+from drivetrain.sizing.search.search import select
 from drivetrain.study.study import DriveMass, Mount, Study, Wanted
 from drivetrain.study.verdicts import ESSENTIAL, Check, Verdict, lacking, verdict_of
 

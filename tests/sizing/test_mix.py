@@ -10,10 +10,10 @@ import pytest
 from drivetrain.motion.mix import build_mix
 from drivetrain.shipped import shipped
 from drivetrain.sizing.currents import current_commands
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.operation import current_rate
-from drivetrain.sizing.search import select
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.operation import current_rate
+from drivetrain.sizing.search.search import select
 from drivetrain.study.change import slowed
 from drivetrain.study.load import load_study
 

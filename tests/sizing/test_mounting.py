@@ -8,7 +8,7 @@ import pytest
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.errors import InputError
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.study import ContainedDrive, DriveMass, Mount
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from drivetrain.catalog.read import Catalog
-from drivetrain.sizing.choices import all_choices, segment
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.packed_task import pack
-from drivetrain.sizing.power_bound import power_range
-from drivetrain.sizing.problem import problem
-from drivetrain.sizing.propagation import OPEN, propagate
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.packed_task import pack
+from drivetrain.sizing.search.choices import all_choices, segment
+from drivetrain.sizing.search.power_bound import power_range
+from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.propagation import OPEN, propagate
 from drivetrain.study.study import Mount, Wanted
 
 

@@ -14,8 +14,8 @@ from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.matching import scaled_gear
 from drivetrain.errors import InputError
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.ratio import NEAR_GEARS, chosen_drives, ratio_studies, ratio_study
+from drivetrain.sizing.answers.ratio import NEAR_GEARS, chosen_drives, ratio_studies, ratio_study
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.study import DriveMass, Mount
 from drivetrain.study.verdicts import Verdict
 

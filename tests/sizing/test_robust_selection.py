@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.sizing.evaluate import evaluate
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.robust_selection import Decision, decided, robust_select
-from drivetrain.sizing.search import select
-from drivetrain.sizing.uncertainty import Chance, robustness
+from drivetrain.sizing.search.search import select
+from drivetrain.sizing.tolerance.robust_selection import Decision, decided, robust_select
+from drivetrain.sizing.tolerance.uncertainty import Chance, robustness
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
 

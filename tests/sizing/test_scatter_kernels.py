@@ -12,17 +12,17 @@ import pytest
 from numba import njit
 from scipy.linalg import expm
 
-from drivetrain.sizing import scatter_kernels
-from drivetrain.sizing.check_numbers import NAMES
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.lanes import WIDTH, put, row
-from drivetrain.sizing.many_arms import figures_of, judged
-from drivetrain.sizing.scatter import Draws, built, deviated, drawn, streamed
-from drivetrain.sizing.scatter_blocks import NO_HEAT, ONE_NODE, STEADY_HEAT, TWO_NODES
-from drivetrain.sizing.scatter_exponentials import exponential_shares, matrix_exponential
-from drivetrain.sizing.scatter_numbers import KIND, TEMPERATURE
-from drivetrain.sizing.scatter_task import aimed, bench
-from drivetrain.sizing.scatter_torque import cube_root
+from drivetrain.sizing.judge.check_numbers import NAMES
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.tolerance import scatter_kernels
+from drivetrain.sizing.tolerance.lanes import WIDTH, put, row
+from drivetrain.sizing.tolerance.many_arms import figures_of, judged
+from drivetrain.sizing.tolerance.scatter import Draws, built, deviated, drawn, streamed
+from drivetrain.sizing.tolerance.scatter_blocks import NO_HEAT, ONE_NODE, STEADY_HEAT, TWO_NODES
+from drivetrain.sizing.tolerance.scatter_exponentials import exponential_shares, matrix_exponential
+from drivetrain.sizing.tolerance.scatter_numbers import KIND, TEMPERATURE
+from drivetrain.sizing.tolerance.scatter_task import aimed, bench
+from drivetrain.sizing.tolerance.scatter_torque import cube_root
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(
@@ -107,7 +107,7 @@ def test_no_number_depends_on_blocks_or_threads(make, monkeypatch):
     study, drives = case(make, "mix", 3)
     ready, draws = bench(study, drives), drawn(study, 3 * WIDTH + 5, 2)
     plain = next(iter(judged(ready, draws)))
-    monkeypatch.setattr("drivetrain.sizing.many_arms.CHUNK", 7)
+    monkeypatch.setattr("drivetrain.sizing.tolerance.many_arms.CHUNK", 7)
     for threads in (1, 3):
         parts = list(judged(ready, draws, threads=threads))
         assert len(parts) == 8

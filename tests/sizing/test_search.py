@@ -12,9 +12,9 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.evaluate import evaluate, evaluated
-from drivetrain.sizing.search import select
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.search.search import select
 from drivetrain.study.study import DriveMass, Mount, Wanted
 from drivetrain.study.verdicts import Verdict
 

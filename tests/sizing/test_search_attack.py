@@ -13,12 +13,12 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
-from drivetrain.sizing.choices import all_choices, segment
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.packed_task import pack
-from drivetrain.sizing.problem import problem
-from drivetrain.sizing.propagation import propagate
-from drivetrain.sizing.search import select
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.packed_task import pack
+from drivetrain.sizing.search.choices import all_choices, segment
+from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.propagation import propagate
+from drivetrain.sizing.search.search import select
 from drivetrain.study.study import Study, Wanted, family
 
 WEIGHTS = (

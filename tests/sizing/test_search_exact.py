@@ -15,12 +15,12 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
-from drivetrain.sizing.demand import workload
-from drivetrain.sizing.evaluate import evaluate, evaluated
-from drivetrain.sizing.packed_task import pack
-from drivetrain.sizing.problem import Problem, problem
-from drivetrain.sizing.search import select
-from drivetrain.sizing.search_tree import Tree
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.packed_task import pack
+from drivetrain.sizing.search.problem import Problem, problem
+from drivetrain.sizing.search.search import select
+from drivetrain.sizing.search.search_tree import Tree
 from drivetrain.study.load import load_study
 from drivetrain.study.study import DriveMass, JointTask, Mount, Safety, Study, Wanted
 from drivetrain.study.verdicts import Check, Verdict

@@ -10,8 +10,8 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.search import select
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.search import select
 from drivetrain.study.study import Study, Wanted
 
 SAME = 1e-9  # relative: objectives that differ by less are equal

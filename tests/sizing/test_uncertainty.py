@@ -12,13 +12,13 @@ from scipy import stats
 from drivetrain.drive.motor import torque_constant
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
-from drivetrain.sizing.check_numbers import NAMES
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.many_arms import SUPPLY_NAMES, figures_of, judged
-from drivetrain.sizing.scatter import Source, built, deviated, drawn, sources
-from drivetrain.sizing.scatter_task import bench
-from drivetrain.sizing.tornado import effects, variance_share
-from drivetrain.sizing.uncertainty import Chance, drives_of, robustness
+from drivetrain.sizing.judge.check_numbers import NAMES
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.tolerance.many_arms import SUPPLY_NAMES, figures_of, judged
+from drivetrain.sizing.tolerance.scatter import Source, built, deviated, drawn, sources
+from drivetrain.sizing.tolerance.scatter_task import bench
+from drivetrain.sizing.tolerance.tornado import effects, variance_share
+from drivetrain.sizing.tolerance.uncertainty import Chance, drives_of, robustness
 from drivetrain.study.load import load_study
 from drivetrain.study.tolerances import Tolerance, Tolerances
 

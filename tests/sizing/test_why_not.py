@@ -12,12 +12,12 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.matching import scaled_gear
 from drivetrain.errors import InputError
-from drivetrain.sizing.bench import Bench, Worst, worst_of
-from drivetrain.sizing.changed_work import WorkFamily
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.smallest_change import first_passing
-from drivetrain.sizing.why_not import why_not
-from drivetrain.sizing.why_not_results import Standing
+from drivetrain.sizing.answers.smallest_change import first_passing
+from drivetrain.sizing.answers.why_not import why_not
+from drivetrain.sizing.answers.why_not_results import Standing
+from drivetrain.sizing.demand.changed_work import WorkFamily
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.tolerance.bench import Bench, Worst, worst_of
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.verdicts import Check, Verdict
 

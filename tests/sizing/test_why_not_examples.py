@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from drivetrain.shipped import shipped
-from drivetrain.sizing.bench import with_ratio
-from drivetrain.sizing.evaluate import evaluate
-from drivetrain.sizing.search import select
-from drivetrain.sizing.why_not import why_not
-from drivetrain.sizing.why_not_results import Standing
+from drivetrain.sizing.answers.why_not import why_not
+from drivetrain.sizing.answers.why_not_results import Standing
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.search import select
+from drivetrain.sizing.tolerance.bench import with_ratio
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.load import load_study
 from drivetrain.study.verdicts import Verdict

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from drivetrain.cli import app
 from drivetrain.errors import InputError
-from drivetrain.sizing.search import select
+from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.document import read_document
 from drivetrain.study.load import study_from

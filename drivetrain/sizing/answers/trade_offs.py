@@ -1,0 +1,107 @@
+"""What a study asks for beside the best set: the Pareto front, and the best set over numbers of the task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drivetrain.errors import Fault, InputError
+from drivetrain.sizing.answers.curve_results import OptimumCurve, Vary
+from drivetrain.sizing.answers.curves import Progress, check_curve, optimum_curve
+from drivetrain.sizing.search.front import Front, check_criteria, pareto_front
+from drivetrain.study.study import Study
+from drivetrain.study.trade_offs import CurveWanted
+
+FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}  # of the study's own
+AROUND = 20.0  # K each way of the study's air
+
+
+@dataclass(frozen=True, eq=False)
+class TradeOffsFound:
+    """Answers beside the best set.
+
+    Attributes:
+        front: Where it was asked for.
+        curves: Each of another number of the task.
+    """
+
+    front: Front | None
+    curves: tuple[OptimumCurve, ...]
+
+
+def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFound:
+    """The front and the curves that a study asks for in its ``trade_offs``.
+
+    Args:
+        study: The task; the time limit of its search also holds for the front and for every point of a curve.
+        progress: Called with (done, total, text).
+
+    Returns:
+        What was asked for.
+
+    Raises:
+        InputError: A payload that the study does not carry is to be varied.
+    """
+    tell = progress or (lambda done, total, text: None)
+    asked, front = study.trade_offs, None
+    if asked.front:
+        front = pareto_front(
+            study, asked.front, time_limit=study.wanted.time_limit,
+            progress=lambda done, total, text: tell(done, total, f"front: {text}"),
+        )  # fmt: skip
+    return TradeOffsFound(front, tuple(_curve(study, one, tell) for one in asked.curves))
+
+
+def check_trade_offs(study: Study) -> None:
+    """Refuse a front or a curve that cannot be found, before anything is searched.
+
+    Raises:
+        InputError: Every fault at once: a payload that the study does not carry, criteria without any data.
+    """
+    faults: list[Fault] = []
+    asked = study.trade_offs
+    if asked.front:
+        try:
+            check_criteria(study, asked.front)
+        except InputError as error:
+            faults += error.faults
+    for one in asked.curves:
+        vary = Vary(one.vary)
+        # Without a payload there is no usual range of one: any shows what is wrong.
+        own = (0.0, 1.0) if vary is Vary.PAYLOAD and not _carries(study) else usual_span(study, vary)
+        try:
+            check_curve(study, vary, one.span or own)
+        except InputError as error:
+            faults += [fault for fault in error.faults if fault not in faults]
+    if faults:
+        raise InputError(faults)
+
+
+def usual_span(study: Study, vary: Vary) -> tuple[float, float]:
+    """The range of a curve where none is named: around the study's own value.
+
+    Returns:
+        Its ends: [kg], [s], [V] or [C].
+    """
+    if vary is Vary.AMBIENT:
+        return study.ambient - AROUND, study.ambient + AROUND
+    own = {
+        Vary.PAYLOAD: max((one.mass for one in study.payloads), default=0.0),
+        Vary.CYCLE_TIME: study.cycle.duration,
+        Vary.VOLTAGE: study.supply.voltage,
+    }[vary]
+    low, high = FACTORS[vary]
+    return low * own, high * own
+
+
+def _curve(study: Study, wanted: CurveWanted, tell: Progress) -> OptimumCurve:
+    vary = Vary(wanted.vary)
+    name = vary.replace("_", " ")
+    return optimum_curve(
+        study, vary, wanted.span or usual_span(study, vary),
+        progress=lambda done, total, text: tell(done, total, f"over the {name}: {text}"),
+    )  # fmt: skip
+
+
+def _carries(study: Study) -> bool:
+    """Whether a study carries any payload of mass."""
+    return any(one.mass > 0.0 for one in study.payloads)

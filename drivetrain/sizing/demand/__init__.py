@@ -1,0 +1,1 @@
+"""What the motions ask of every joint."""

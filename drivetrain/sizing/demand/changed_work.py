@@ -1,0 +1,94 @@
+"""The work of a task whose payload and pace change, without running the arm again.
+
+What a joint must give is gravity's part plus inertia's part over the square of the stretch of time (centripetal,
+Coriolis and rotor terms are all quadratic in speed or linear in acceleration), and each is linear in the payload's
+mass. Four runs of the arm therefore tell the work of every payload at every pace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.demand.demand import Workload
+from drivetrain.sizing.demand.load_basis import JointBasis, Loads, load_basis
+from drivetrain.study.change import TaskChange, changed
+from drivetrain.study.study import Study
+
+Basis = tuple[JointBasis, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class WorkFamily:
+    """A task, and the work of its changes.
+
+    Attributes:
+        study: The task unchanged.
+        payloads: Names of the payloads that change; empty: all.
+    """
+
+    study: Study
+    payloads: tuple[str, ...] = ()
+
+    def at(self, change: TaskChange) -> Workload:
+        """The work of the changed task."""
+        study = changed(self.study, change)
+        if study.arm is None:
+            return Workload(study, (), study.cycle.weights)
+        share, slower = change.payload, 1.0 / change.time**2
+        basis = tuple(
+            _combined(bases, share, slower) for bases in zip(self._moving, self._resting, *self._empty, strict=True)
+        )
+        return Workload(study, basis, study.cycle.weights)
+
+    @cached_property
+    def _moving(self) -> Basis:
+        return load_basis(self.study)
+
+    @cached_property
+    def _resting(self) -> Basis:
+        return load_basis(_at_rest(self.study))
+
+    @cached_property
+    def _empty(self) -> tuple[Basis, Basis]:
+        """Moving and resting without the payloads that change; the same objects where there are none."""
+        if not self.study.payloads:
+            return self._moving, self._resting
+        empty = changed(self.study, TaskChange(payload=0.0, payloads=self.payloads))
+        return load_basis(empty), load_basis(_at_rest(empty))
+
+
+def _at_rest(study: Study) -> Study:
+    """The same positions, each held for ever."""
+    still = np.zeros_like(study.cycle.velocity)
+    return replace(study, cycle=replace(study.cycle, velocity=still, acceleration=still))
+
+
+def _combined(bases: tuple[JointBasis, ...], share: float, slower: float) -> JointBasis:
+    """One joint's basis from those moving and resting, with payload and without."""
+    moving, resting, moving_empty, resting_empty = bases
+
+    def paced(of: Callable[[JointBasis], Array], full: JointBasis, still: JointBasis) -> Array:
+        return np.asarray(of(still) + slower * (of(full) - of(still)))
+
+    def bare(of: Callable[[Loads], Array]) -> Array:
+        with_payload = paced(lambda basis: of(basis.bare), moving, resting)
+        if share == 1.0:
+            return with_payload
+        without = paced(lambda basis: of(basis.bare), moving_empty, resting_empty)
+        return without + share * (with_payload - without)
+
+    inertia = moving_empty.bare.inertia + share * (moving.bare.inertia - moving_empty.bare.inertia)
+    loads = Loads(
+        bare(lambda one: one.force), bare(lambda one: one.wrench), inertia, slower * moving.bare.carrier_acceleration
+    )
+    return replace(
+        moving,
+        bare=loads,
+        force=paced(lambda basis: basis.force, moving, resting),
+        wrench=paced(lambda basis: basis.wrench, moving, resting),
+    )

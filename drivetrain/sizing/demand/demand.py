@@ -1,0 +1,264 @@
+"""What the task asks of one joint's gear over the cycle, whatever drive will be behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive, resting
+from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
+from drivetrain.drive.gear import average_torque
+from drivetrain.motion.duty_cycle import Cycle, Indices
+from drivetrain.sizing.demand.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
+from drivetrain.sizing.judge.checks import Peak, peak
+from drivetrain.study.mounting import seat
+from drivetrain.study.study import Study
+
+
+class BearingLoad(NamedTuple):
+    """The largest loads on an output bearing.
+
+    Attributes:
+        tilting: Moment across the axis [N m].
+        axial: Force along it [N].
+        radial: Force across it [N].
+    """
+
+    tilting: Peak
+    axial: Peak
+    radial: Peak
+
+
+@dataclass(frozen=True, eq=False)
+class JointDemand:
+    """What one joint's drive must do, at the gear's output; all (N,).
+
+    Where motors are coupled that is the shaft which the gear turns, and its coordinate stands for the joint's.
+
+    Attributes:
+        time: [s].
+        weights: Time each sample stands for in integrals over the cycle [s].
+        position: Of the joint [rad or m].
+        speed: Of the gear's output [rad/s].
+        acceleration: Of the gear's output [rad/s^2].
+        carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2].
+        gear_torque: What the gear's output must give to the link, equation 8.110 of Modern Robotics [N m].
+        friction: At the joint, outside the gear's mesh.
+        payload: Index of what the tip carries, -1 for nothing.
+        wrench: Six components (moment [N m], force [N]) that the joint passes on, joint frame, (N, 6); None without
+            an arm, where the joint slides (its guide carries them) and where the gear is not at the joint (coupled).
+        load_inertia: What the gear's output accelerates, own rotor excluded [kg m^2]; None where neither an arm nor the
+            study tells it.
+        cycle: The repeated task, whose parts repeat by themselves.
+    """
+
+    time: Array
+    weights: Array
+    position: Array
+    speed: Array
+    acceleration: Array
+    carrier_acceleration: Array
+    gear_torque: Array
+    friction: Friction
+    payload: Indices
+    wrench: Array | None
+    load_inertia: Array | None
+    cycle: Cycle
+
+    @cached_property
+    def load_torque(self) -> Array:
+        """At the gear's output with the joint's friction [N m], (N,)."""
+        return np.asarray(self.gear_torque + friction_torque(self.friction, self.speed))
+
+    @cached_property
+    def at_rest(self) -> Array:
+        """Where the joint stands still, (N,)."""
+        return resting(self.speed)
+
+    @cached_property
+    def largest_load(self) -> Peak:
+        """Of ``load_torque`` [N m], at rest with what breaks the joint loose, if it ever moves."""
+        if not self.moves:
+            return peak(self.time, self.load_torque)
+        loose = np.where(self.at_rest, breakaway_torque(self.friction, self.load_torque), 0.0)
+        return peak(self.time, self.load_torque + loose)
+
+    @cached_property
+    def fastest(self) -> Peak:
+        """Of ``speed`` [rad/s]."""
+        return peak(self.time, self.speed)
+
+    @cached_property
+    def bearing(self) -> BearingLoad | None:
+        """What the output bearing carries at most; None where ``wrench`` is."""
+        if self.wrench is None:
+            return None
+        moment_x, moment_y, _, force_x, force_y, force_z = self.wrench.T
+        tilting, radial = np.hypot(moment_x, moment_y), np.hypot(force_x, force_y)
+        return BearingLoad(peak(self.time, tilting), peak(self.time, force_z), peak(self.time, radial))
+
+    @cached_property
+    def moves(self) -> bool:
+        """Whether the joint moves at all."""
+        return bool(np.any(self.speed != 0.0))
+
+    @cached_property
+    def mean_speed(self) -> float:
+        """Mean magnitude of the speed over the whole cycle, rests included [rad/s]."""
+        return self.mean(np.abs(self.speed))
+
+    @cached_property
+    def _averages(self) -> dict[float, float]:
+        return {}
+
+    def average_torque(self, exponent: float) -> float:
+        """The average of the load torque as wear sees it.
+
+        Returns:
+            [N m].
+        """
+        if exponent not in self._averages:
+            self._averages[exponent] = average_torque(exponent, self.load_torque, self.speed, self.weights)
+        return self._averages[exponent]
+
+    def mean(self, values: Array) -> float:
+        """The mean over the cycle.
+
+        Args:
+            values: At each sample, (N,), in any unit.
+        """
+        total = float(self.weights.sum())
+        return float(values @ self.weights) / total if total > 0.0 else float(np.mean(values))
+
+
+@dataclass(frozen=True, eq=False)
+class Workload:
+    """A study with the work of its joints prepared.
+
+    Attributes:
+        study: The task.
+        basis: What drives do to joints, one a joint; empty without an arm.
+        weights: Time each sample stands for [s], (N,).
+    """
+
+    study: Study
+    basis: tuple[JointBasis, ...]
+    weights: Array
+
+    def at(self, joint: int, drives: Mapping[int, Drive]) -> JointWork:
+        """The work of one joint with the drives after it in place."""
+        if not self.basis:
+            return JointWork(self, joint, None)
+        basis = self.basis[joint]
+        others = {index: drive for index, drive in drives.items() if index != joint}
+        numbers = all_numbers(self.study, basis, others)
+        return JointWork(self, joint, _Sums(*_sums(basis, numbers, 0, len(numbers), _bare(basis))))
+
+
+def workload(study: Study) -> Workload:
+    """The work of a study's joints, prepared for any set of drives."""
+    return Workload(study, load_basis(study), study.cycle.weights)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sums:
+    """What is asked of a joint in its own coordinate: force (N,), wrench (6 N,), inertia (N,)."""
+
+    force: Array
+    wrench: Array
+    inertia: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointWork:
+    """The work of one joint, the drives after it in place.
+
+    Attributes:
+        work: Of all joints.
+        joint: Index of this one.
+        others: What arm, payload and the other drives ask, SI; None without an arm.
+    """
+
+    work: Workload
+    joint: int
+    others: _Sums | None
+
+    @cached_property
+    def own_load(self) -> bool:
+        """Whether the demand also depends on the joint's own drive, which rides on the link that it moves."""
+        return self.others is not None and self.joint in self.work.basis[self.joint].drives
+
+    @cached_property
+    def _fixed(self) -> JointDemand:
+        """The demand without what the joint's own drive adds."""
+        return self._demand(self.others)
+
+    def demand(self, drive: Drive) -> JointDemand:
+        """What the task asks of the joint's own drive."""
+        if not self.own_load or self.others is None:
+            return self._fixed
+        basis = self.work.basis[self.joint]
+        at = NUMBERS * basis.drives.index(self.joint)
+        numbers = np.zeros(len(basis.force))
+        numbers[at : at + NUMBERS] = drive_numbers(self.work.study, self.joint, drive)
+        others = (self.others.force, self.others.wrench, self.others.inertia)
+        return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others)))
+
+    def _demand(self, sums: _Sums | None) -> JointDemand:
+        """At the gear's output, from sums in the joint's own coordinate."""
+        cycle, task = self.work.study.cycle, self.work.study.joints[self.joint]
+        motions = (cycle.position, cycle.velocity, cycle.acceleration)
+        position, speed, acceleration = (_column(self.work.study, motion, self.joint) for motion in motions)
+        if sums is None:
+            nothing = np.zeros_like(speed)
+            given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
+            told = None if task.load_inertia is None else np.full_like(speed, task.load_inertia)
+            return JointDemand(
+                cycle.time, self.work.weights, position, speed, acceleration, nothing, given, task.friction,
+                cycle.payload, None, told, cycle,
+            )  # fmt: skip
+        basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
+        at = seat(self.joint, task.mount)
+        carrier = self.work.basis[at].bare.carrier_acceleration
+        if task.mount.carrier == "base":
+            carrier = np.zeros_like(carrier)
+        elif task.mount.carrier == "child" and not self.work.basis[at].slides:
+            carrier = carrier + cycle.acceleration[:, at]
+        across = None if basis.slides or task.coupled else sums.wrench.reshape(-1, 6)
+        return JointDemand(
+            cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
+            sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,
+        )  # fmt: skip
+
+
+def joint_demand(study: Study, drives: Mapping[int, Drive], joint: int) -> JointDemand:
+    """What the task asks of one joint, with the drives that load it in place."""
+    return workload(study).at(joint, drives).demand(drives[joint])
+
+
+def _column(study: Study, motion: Array, joint: int) -> Array:
+    """What one joint does in a motion of all, or where motors are coupled its shaft."""
+    coupling = None if study.arm is None else study.arm.coupling
+    return np.asarray(motion[:, joint] if coupling is None else motion @ coupling[joint])
+
+
+def _bare(basis: JointBasis) -> tuple[Array, Array, Array]:
+    return basis.bare.force, basis.bare.wrench.reshape(-1), basis.bare.inertia
+
+
+def _sums(
+    basis: JointBasis, numbers: Array, first: int, last: int, start: tuple[Array, Array, Array]
+) -> tuple[Array, Array, Array]:
+    """A start and the weighted rows of the basis from first to last."""
+    some = numbers[first:last]
+    force, wrench, inertia = start
+    return (
+        force + some @ basis.force[first:last],
+        wrench + some @ basis.wrench[first:last],
+        inertia + some @ basis.inertia[first:last],
+    )

@@ -1,0 +1,1 @@
+"""One drive at one joint held against every limit."""

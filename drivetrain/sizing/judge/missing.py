@@ -1,0 +1,181 @@
+"""Which numbers of which sheets are missing where a set of drives is not proven to fit, and where to write them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor_limits import continuous_current
+from drivetrain.sizing.judge.checks_motor import short_time_limit
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.mounting import drive_mass, mass_counts
+from drivetrain.study.study import JointTask, Study
+from drivetrain.study.verdicts import ESSENTIAL, lacking
+
+REPEATED, PEAK, _, RMS, _ = ESSENTIAL
+SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
+LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
+_ROW = re.compile(r"\S+\.csv row \d+")
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A number that a sheet lacks.
+
+    Attributes:
+        joint: Whose drive it is.
+        part: ``motor`` or ``gear``.
+        key: Of its row in the catalogue.
+        row: File and line, or the place in the study that holds it.
+        columns: Any one of them fills the gap.
+        checks: What cannot be judged without.
+    """
+
+    joint: str
+    part: str
+    key: str
+    row: str
+    columns: tuple[str, ...]
+    checks: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.place} has no {' or '.join(self.columns)}, so {' and '.join(self.checks)} cannot be judged"
+
+    @property
+    def place(self) -> str:
+        """Joint, part and row in words."""
+        return f"{self.joint}: {self.part} {self.key} ({self.row})"
+
+
+def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
+    """Gaps in words, those of the same columns together."""
+    alike: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Gap]] = {}
+    for gap in found:
+        alike.setdefault((gap.columns, gap.checks), []).append(gap)
+    return tuple(
+        f"{each[0]}." if len(each) == 1
+        else f"To judge {' and '.join(checks)} fill {' or '.join(columns)} of {'; '.join(gap.place for gap in each)}."
+        for (columns, checks), each in alike.items()
+    )  # fmt: skip
+
+
+def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
+    """What is missing to prove that a set of drives fits, or that it does not.
+
+    Args:
+        evaluation: Of the set.
+
+    Returns:
+        Every gap, in the arm's order; empty when every essential check was made.
+    """
+    study = evaluation.study
+    found: list[Gap] = []
+    tasks = {task.name: task for task in study.joints}
+    unweighed = massless(study, evaluation.joints) if lacking(evaluation.shared) else ()
+    for name, joint in evaluation.joints.items():
+        found += _of_checks(study, tasks[name], joint)
+        if name in unweighed:
+            found += _of_column(study, joint, "mass", ("what the joints before must bear",))
+    return tuple(found)
+
+
+def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...]:
+    """The joints whose drives load the arm by masses that are not known."""
+    joints = {task.name: joint for joint, task in enumerate(study.joints)}
+    unknown = [name for name, result in results.items() if drive_mass(result.drive) is None]
+    return tuple(name for name in unknown if mass_counts(study, joints[name]))
+
+
+def row_of(study: Study, part: Motor | Gear) -> str:
+    """Where a sheet stands."""
+    row = _ROW.match(part.source)
+    if row is not None:
+        return row.group()
+    place = f"{_kind(part)}s.{part.key}"
+    return f"{Path(study.path).name}: {place}" if study.path else place
+
+
+def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Gap]:
+    """Behind the essential checks of one joint."""
+    lacks = tuple(check.name for check in joint.lacking)
+    motor, gear = joint.drive.motor, joint.drive.gear
+    if REPEATED in lacks:
+        yield _gap(study, joint, gear, ("repeated_peak_torque", "continuous_torque"), (REPEATED,))
+    others = tuple(name for name in lacks if name != REPEATED)
+    if not others:
+        return
+    if motor.rotor_inertia is None:
+        yield _gap(study, joint, motor, ("rotor_inertia",), others)
+    if gear.kind != "ideal" and gear.efficiency is None:
+        assumed = f"assumptions.gears.{gear.kind}.efficiency in the study"
+        yield _gap(study, joint, gear, ("efficiency", assumed), others)
+    if gear.kind != "ideal" and gear.inertia is None:
+        yield _gap(study, joint, gear, ("inertia",), others)
+    if short_time_limit(motor).value is None:
+        yield _gap(study, joint, motor, SHORT_TIME, (PEAK,))
+    if continuous_current(motor, study.ambient, housing_to_ambient=task.housing_to_ambient).value is None:
+        yield _gap(study, joint, motor, LASTING, (RMS,))
+
+
+def _of_column(study: Study, joint: JointResult, column: str, checks: tuple[str, ...]) -> Iterator[Gap]:
+    """Parts that lack one column."""
+    for part in lacking_parts(joint.drive, column):
+        yield _gap(study, joint, part, (column,), checks)
+
+
+def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear, ...]:
+    """The parts of a drive whose sheets lack a number that both should have."""
+    free = drive.gear.key == "" if column == "price" else drive.gear.kind == "ideal"
+    parts: tuple[Motor | Gear, ...] = (drive.motor,) if free else (drive.motor, drive.gear)
+    return tuple(part for part in parts if getattr(part, column) is None)
+
+
+def cells_to_fill(study: Study, pairs: Iterable[tuple[str, str]], column: str) -> str:
+    """How many rows of the catalogue lack a number that counts."""
+    motors, gears = (list(dict.fromkeys(keys)) for keys in zip(*pairs, strict=True))
+    rows: list[tuple[str, list[Motor | Gear]]] = [
+        ("motors", [study.catalog.motors[key] for key in motors]),
+        ("gears", [study.catalog.gears[key] for key in gears if key]),
+    ]
+    told = []
+    weightless = column == "mass"  # an ideal gear weighs nothing where nobody says
+    for kind, parts in rows:
+        bare = [part for part in parts if getattr(part, column) is None and not (weightless and part.kind == "ideal")]
+        if bare:
+            first = f"{bare[0].key} ({row_of(study, bare[0])})"
+            told.append(f"{len(bare)} of {len(parts)} {kind} have none, such as {first}")
+    return f"fill the column {column}: {', '.join(told)}"
+
+
+def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
+    """What counts in the objective and is not known."""
+    study, joints = evaluation.study, evaluation.joints.values()
+    found = []
+    for term, weight in study.wanted.weights:
+        if weight == 0.0 or not math.isnan(evaluation.criteria.get(term, 0.0)):
+            continue
+        if term == "energy":
+            unknown = [joint.name for joint in joints if not joint.torque_known]
+            mend = "the motor's torque cannot be computed"
+        else:
+            unknown = [joint.name for joint in joints if lacking_parts(joint.drive, term)]
+            mend = cells_to_fill(study, [(joint.motor, joint.gear) for joint in joints], term) if unknown else ""
+        if unknown:
+            found.append(f"{term} of {', '.join(unknown)} not known ({mend})")
+    return tuple(found)
+
+
+def _gap(
+    study: Study, joint: JointResult, part: Motor | Gear, columns: tuple[str, ...], checks: tuple[str, ...]
+) -> Gap:
+    return Gap(joint.name, _kind(part), part.key, row_of(study, part), columns, checks)
+
+
+def _kind(part: Motor | Gear) -> str:
+    return "motor" if isinstance(part, Motor) else "gear"

@@ -1,0 +1,1 @@
+"""The best sets of drives for the whole arm, with a proof."""

@@ -1,0 +1,261 @@
+"""The exact Pareto front: what whole sets of drives offer between mass, price, energy a cycle and reserve."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.sizing.answers.advice import missing_words
+from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluated, evaluation_of, shared_checks
+from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.packed_task import pack
+from drivetrain.sizing.results import DriveSet, JointResult
+from drivetrain.sizing.search.front_chances import OftenEnough, chance_of, scatters
+from drivetrain.sizing.search.front_search import NAMES, FrontSearch
+from drivetrain.sizing.search.given_drives import as_given, stands
+from drivetrain.sizing.search.known_terms import SHEET, lacking_of, words_of
+from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE
+from drivetrain.sizing.tolerance.scatter_ground import ground
+from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.study.study import Study
+
+CRITERIA = ("mass", "energy")
+TIME_LIMIT = 60.0  # s
+TELL_EVERY = 64  # sets
+
+Tell = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """Sets of drives of which none beats another in all criteria.
+
+    Attributes:
+        study: The task.
+        names: Criteria that are compared, each to be small: ``mass`` [kg], ``price``, ``energy`` of a cycle [J] and
+            ``utilisation``, the largest of any judged check (the reserve is 1 less it).
+        left_out: Criteria that were asked for and cannot be compared, with the reason.
+        points: The sets, by their first criterion. Numbers are the same within a billionth of themselves: of sets the
+            same in all criteria one is told, the first found.
+        complete: Whether it is proven that no other set belongs to it.
+        gap: Share by which a set that was not found may at most beat one that was, in all criteria at once; 0 when
+            complete, infinite when nothing is known.
+        counters: Work done.
+        notes: What a reader should know.
+        state: Of a search that its time limit stopped, to go on with; None when it is finished.
+        chances: With what probability each set holds, in the order of the points; empty where nothing scatters.
+        proven: Whether every essential check of the sets could be made.
+    """
+
+    study: Study
+    names: tuple[str, ...]
+    left_out: dict[str, str]
+    points: tuple[DriveSet, ...]
+    complete: bool
+    gap: float
+    counters: dict[str, int]
+    notes: tuple[str, ...] = ()
+    state: FrontSearch | None = None
+    chances: tuple[Chance, ...] = ()
+    proven: bool = True
+
+    @property
+    def feasible(self) -> bool:
+        """Whether any set holds; not where a given drive, which all sets have, lacks data."""
+        return bool(self.points) and self.proven
+
+    @property
+    def proof(self) -> str:
+        """How far the front is proven, in words."""
+        if self.complete:
+            return "complete: every set of drives was found or ruled out"
+        if math.isinf(self.gap):
+            return "not complete: the time was up before anything was known"
+        share = f"{100.0 * self.gap:.3g} %"
+        return f"not complete: sets that beat one of these by up to {share} in all criteria are not ruled out"
+
+
+def pareto_front(
+    study: Study,
+    criteria: Sequence[str] = CRITERIA,
+    *,
+    time_limit: float = TIME_LIMIT,
+    resume: Front | None = None,
+    progress: Tell | None = None,
+) -> Front:
+    """The Pareto front of whole sets of drives that hold every check, exact.
+
+    Where the study states tolerances and wants a probability (``holds``), of those that hold with it; where it states
+    tolerances alone, each set is told with the probability that it holds.
+
+    Args:
+        study: The task, with the candidates of every joint; what its selection must respect (types, families) holds.
+        criteria: Which to compare: ``mass``, ``price``, ``energy``, ``utilisation``.
+        time_limit: Of the search [s]; what is left then is told, not hidden.
+        resume: A front of the same study and criteria that its time limit stopped: the search goes on where it
+            stopped, for another time limit.
+        progress: Called with (done, total, text).
+
+    Returns:
+        The sets, evaluated; a criterion that no candidate of some joint has data for is left out.
+
+    Raises:
+        InputError: No criterion, one of another name, or none that candidates have data for.
+    """
+    _check(criteria, time_limit)
+    if resume is not None:
+        return _resumed(study, criteria, time_limit, resume, progress)
+    names, left_out, notes = _known(study, criteria)  # told before anything is searched
+    packed = as_given(pack(study))
+    weights = tuple((name, 1.0) for name in names if name in ("mass", "price"))
+    what = problem(packed, replace(study.wanted, weights=weights or (("mass", 1.0),)))
+    holds = study.wanted.holds if scatters(study) else None
+    search = FrontSearch(what, names, often=None if holds is None else OftenEnough(what, holds))
+    return _searched(search, time_limit, progress, left_out, tuple(notes))
+
+
+def check_criteria(study: Study, criteria: Sequence[str]) -> None:
+    """Refuse a front that cannot be found, before anything is searched.
+
+    Raises:
+        InputError: No criterion, one of another name, or none that candidates have data for.
+    """
+    _check(criteria, TIME_LIMIT)
+    _known(study, criteria)
+
+
+def _resumed(
+    study: Study, criteria: Sequence[str], time_limit: float, resume: Front, progress: Tell | None
+) -> Front:  # fmt: skip
+    """A search that goes on."""
+    before = resume.study
+    if before is not study and (before.digest, before.catalog) != (study.digest, study.catalog):
+        raise InputError(Fault("resume", "is a front of another study", before.name))
+    asked = tuple(name for name in dict.fromkeys(criteria) if name not in resume.left_out)
+    if asked != resume.names:
+        raise InputError(Fault("resume", "is a front of other criteria", ", ".join(resume.names)))
+    if resume.state is None:
+        return resume
+    notes = tuple(note for note in resume.notes if note not in _told_of_scatter(resume.state, resume.chances))
+    return _searched(resume.state.copied(), time_limit, progress, resume.left_out, notes)
+
+
+def _searched(
+    search: FrontSearch, time_limit: float, progress: Tell | None, left_out: dict[str, str], notes: tuple[str, ...]
+) -> Front:
+    """The front as far as a search comes."""
+    tell = progress or (lambda done, total, text: None)
+    end = time.perf_counter() + time_limit
+    search.run(time_limit, tell)
+    points, wrong = _evaluated(search, tell)
+    while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
+        search = FrontSearch(search.problem, search.names, search.excluded | wrong, search.often)
+        search.counters["disagreements"] = len(search.excluded)
+        search.run(max(end - time.perf_counter(), 0.1 * time_limit), tell)
+        points, wrong = _evaluated(search, tell)
+    points.sort(key=lambda one: tuple(one.criteria[name] for name in search.names))
+    chances = _chances(search, points, tell)
+    counters = dict(search.counters) | (dict(search.often.counters) if search.often is not None else {})
+    missing = missing_words(evaluated(search.problem.packed.work, points[0].drives)) if points else ()
+    told = dict.fromkeys((*notes, *missing, *_told_of_scatter(search, chances)))
+    return Front(
+        search.problem.packed.study, search.names, left_out, tuple(points), search.finished, search.gap(), counters,
+        tuple(told), None if search.finished else search, chances, not missing,
+    )  # fmt: skip
+
+
+def _chances(search: FrontSearch, points: Sequence[DriveSet], tell: Tell) -> tuple[Chance, ...]:
+    """With what probability each set holds; nothing where nothing scatters."""
+    packed = search.problem.packed
+    if not scatters(packed.study):
+        return ()
+    if search.often is not None:
+        by_keys = {tuple(search.problem.keys(dict(enumerate(p))).items()): one for p, one in search.often.told.items()}
+        return tuple(by_keys[tuple(point.drives.items())] for point in points)
+    base, found = ground(packed.study, packed.work), []
+    for done, point in enumerate(points):
+        tell(done, len(points), f"drawing arms of {len(points)} sets")
+        found.append(chance_of(base, point.drives))
+    return tuple(found)
+
+
+def _told_of_scatter(search: FrontSearch, chances: Sequence[Chance]) -> tuple[str, ...]:
+    """What tolerances mean for the front, in words."""
+    study = search.problem.packed.study
+    if not scatters(study):
+        return ()
+    if search.often is None:
+        arms = chances[0].samples if chances else 0
+        return (
+            "the sets are those that hold with nominal numbers; with what probability each holds within the tolerances "
+            f"is counted over {arms} arms (`selection: holds` asks for a front of sets that hold often enough)",
+        )
+    counters = search.often.counters
+    near = counters["sets too near to tell"]
+    told = f"every set holds with at least {100.0 * search.often.wanted:g} % ({100.0 * CONFIDENCE:g} % confidence)"
+    left = f"; {near} sets left out lie too near to it to tell" if near else ""
+    return (f"{told}; of {counters['sets drawn']} sets arms were drawn{left}",)
+
+
+def _check(criteria: Sequence[str], time_limit: float) -> None:
+    faults = [
+        Fault("criteria", "is none that sets can be compared by", name, nearest(name, NAMES))
+        for name in criteria
+        if name not in NAMES
+    ]
+    if not criteria:
+        faults.append(Fault("criteria", "name one or more", hint=", ".join(NAMES)))
+    if not time_limit > 0.0:
+        faults.append(Fault("time_limit", "must be positive [s]", time_limit))
+    if faults:
+        raise InputError(faults)
+
+
+def _known(study: Study, criteria: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str], list[str]]:
+    """The criteria that can be compared; those that cannot, with the reason; and what is left aside."""
+    names, left_out, notes = [], {}, []
+    for name in dict.fromkeys(criteria):
+        told = words_of(study, name) if name in SHEET else ""
+        if told:
+            left_out[name] = told
+            continue
+        names.append(name)
+        lacking = {joint: lacks for joint, (lacks, _) in lacking_of(study, name).items()} if name in SHEET else {}
+        if any(lacking.values()):
+            told = ", ".join(f"{count} at {joint}" for joint, count in lacking.items() if count)
+            notes.append(f"candidates without a known {name} are left aside: {told}")
+    if not names:
+        raise InputError([Fault("criteria", told, name) for name, told in left_out.items()])
+    return tuple(names), left_out, notes
+
+
+def _evaluated(search: FrontSearch, tell: Tell) -> tuple[list[DriveSet], frozenset[tuple[int, ...]]]:
+    """The sets as the authority sees them, and those of which it says that they do not hold.
+
+    What a joint shares with the set before, its own drive and those that load it, is not judged again.
+    """
+    packed, keys = search.problem.packed, sorted(search.zones.keys, key=lambda pairs: pairs[::-1])
+    study, loads = packed.study, packed.task.offsets >= 0
+    shelf, before = Shelf(study), dict[int, tuple[tuple[int, ...], JointResult]]()
+    sets, wrong = [], set()
+    for done, pairs in enumerate(keys):
+        if done % TELL_EVERY == 0:
+            tell(done, len(keys), f"evaluating {len(keys)} sets")
+        drives = search.problem.keys(dict(enumerate(pairs)))
+        mounted = {i: shelf.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
+        results = {}
+        for joint, task in enumerate(study.joints):
+            same = tuple(pair for k, pair in enumerate(pairs) if k == joint or loads[joint, k])
+            if joint not in before or before[joint][0] != same:
+                before[joint] = same, evaluate_joint(packed.work, mounted, joint, drives[task.name])
+            results[task.name] = before[joint][1]
+        found = evaluation_of(study, results, shared_checks(study, results))
+        if stands(found):
+            sets.append(DriveSet(drives, found.objective, found.criteria))
+        else:
+            wrong.add(pairs)
+    return sets, frozenset(wrong)

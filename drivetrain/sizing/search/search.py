@@ -1,0 +1,202 @@
+"""The best sets of drives for the whole arm, every drive loading the joints before it, with a proof."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from drivetrain.errors import Fault, InputError
+from drivetrain.sizing.answers.advice import advice_on, missing_words
+from drivetrain.sizing.demand.demand import Workload
+from drivetrain.sizing.judge.evaluate import evaluated
+from drivetrain.sizing.judge.missing import uncounted
+from drivetrain.sizing.judge.packed_task import pack
+from drivetrain.sizing.results import DriveSet, Evaluation, Selection
+from drivetrain.sizing.search.asked_for import check_asked, check_keys
+from drivetrain.sizing.search.beside_set import FallenBeside, alternatives
+from drivetrain.sizing.search.choices import all_choices
+from drivetrain.sizing.search.given_drives import as_given, stands
+from drivetrain.sizing.search.nearest import nearest_set
+from drivetrain.sizing.search.no_candidates import nothing_to_choose, why_nothing
+from drivetrain.sizing.search.problem import Problem, problem
+from drivetrain.sizing.search.search_tree import Found, Tell, Tree
+from drivetrain.sizing.search.spare_parts import narrowed_by
+from drivetrain.study.study import Study, Wanted
+
+OPTIMAL = "optimal"
+ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none
+UNITS = {"mass": " kg", "energy": " J"}
+
+
+class Progress(Protocol):
+    """Something that shows how far a search is."""
+
+    def advance(self, done: int, total: int, text: str) -> None:
+        """Show it."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Set:
+    """A set that was found and evaluated."""
+
+    found: Found
+    evaluation: Evaluation
+
+    @property
+    def objective(self) -> float:
+        """Of the set; of what is known of it, where a given drive's share is not."""
+        told = self.evaluation.objective
+        return self.found.objective if math.isnan(told) else told
+
+
+def select(
+    study: Study, *, wanted: Wanted | None = None, resume: Selection | None = None, work: Workload | None = None,
+    progress: Progress | Tell | None = None,
+) -> Selection:  # fmt: skip
+    """The sets of drives with the smallest objective whose every check holds, and why not the others.
+
+    Args:
+        study: The task, with the candidates of every joint; joints with a given drive keep it.
+        wanted: What is minimised and must be respected; None: what the study says, or what the search to go on with
+            was asked.
+        resume: A selection of the same study that its time limit stopped: the search goes on where it stopped, for
+            another time limit, and ends with the sets that it would have found without the stop.
+        work: Of the study, where it is already prepared.
+        progress: Told how far the search is: an object with ``advance(done, total, text)`` or a function.
+
+    Returns:
+        The drives, their evaluation, the next best sets, the bound below which no set can be, every candidate that
+        fell beside the drives; when nothing fits the nearest set and what would mend it. Sets whose objectives differ
+        by less than 1e-9 of it are equals: they come in the order of the sum of their joints' largest utilisations,
+        least first, and where that is the same to 1e-3 a joint, in the order of the study's candidates. Nothing else
+        orders them: neither how often a search was stopped, nor the machine.
+
+    Raises:
+        InputError: Wishes that make no sense of the study; ``resume`` is of another study, or asks for something else.
+    """
+    check_asked(study, wanted)
+    tell = _teller(progress)
+    if not isinstance(resume, Selection | None):
+        raise InputError(Fault("resume", "must be a selection", type(resume).__name__))
+    if resume is not None and resume.state is None:
+        return resume
+    tree = _new_tree(study, wanted, work) if resume is None else _old_tree(study, wanted, resume)
+    tree.begin()
+    begin = time.perf_counter()  # what a first run compiles is no search
+    limit = tree.problem.wanted.time_limit if wanted is None else wanted.time_limit
+    tree.run(begin + limit, tell)
+    sets, wrong = _evaluated(tree)
+    while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
+        again = Tree(tree.problem, tree.excluded | wrong)
+        again.counters["disagreements"] = tree.counters["disagreements"] + len(wrong)
+        tree = again
+        tree.run(begin + limit, tell)
+        sets, wrong = _evaluated(tree)
+    return _answer(tree, sets, tell) if sets else _nothing_fits(tree, tell)
+
+
+def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tree:
+    """A search that begins."""
+    asked = study if wanted is None else replace(study, wanted=wanted)
+    try:
+        packed = pack(asked, None if work is None else replace(work, study=asked))
+        return Tree(problem(as_given(packed), asked.wanted))
+    except KeyError:
+        check_keys(asked)
+        raise
+
+
+def _old_tree(study: Study, wanted: Wanted | None, resume: Selection) -> Tree:
+    """A search that goes on."""
+    tree, faults = resume.state, []
+    if not isinstance(tree, Tree):
+        raise InputError(Fault("resume", "is not a selection that a search returned", type(tree).__name__))
+    before = tree.problem.packed.study
+    if before is not study and (before.digest, before.catalog) != (study.digest, study.catalog):
+        faults.append(Fault("resume", "is a selection of another study", before.name))
+    if wanted is not None and replace(wanted, time_limit=0.0) != replace(tree.problem.wanted, time_limit=0.0):
+        hint = "only the time limit may differ; leave the selection out to search anew"
+        faults.append(Fault("wanted", "asks for something else than the search that is to go on", hint=hint))
+    if faults:
+        raise InputError(faults)
+    return tree.copied()
+
+
+def _evaluated(tree: Tree) -> tuple[list[_Set], frozenset[tuple[int, ...]]]:
+    """The best sets with their evaluations, and those that an evaluation says do not hold."""
+    sets = [_Set(found, tree.problem.evaluation(found.pairs)) for found in tree.best]
+    wrong = frozenset(one.found.pairs for one in sets if not stands(one.evaluation))
+    return sets, wrong
+
+
+def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
+    """What a search found."""
+    best, study = sets[0], tree.problem.packed.study
+    chosen = dict(enumerate(best.found.pairs))
+    tell(1, 1, "the next best of each joint")
+    told = tuple(
+        DriveSet(tree.problem.keys(dict(enumerate(one.found.pairs))), one.objective, one.evaluation.criteria)
+        for one in sets
+    )
+    return Selection(
+        study, told[0].drives, best.evaluation, best.objective, _proof(tree),
+        FallenBeside(tree.problem, chosen), alternatives(tree.problem, chosen), missing_words(best.evaluation),
+        dict(tree.counters), told, _bound(tree, best), None if tree.finished else tree,
+        notes=tuple(f"{told}; the objective is that of the rest" for told in uncounted(best.evaluation)),
+    )  # fmt: skip
+
+
+def _bound(tree: Tree, best: _Set) -> float:
+    """What no set undercuts, the trifles that put equals in order taken off."""
+    return best.objective if tree.finished else min(tree.bound - tree.problem.trifle, best.objective)
+
+
+def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
+    """The answer when no set was found: the nearest one, and what would mend it."""
+    tell(1, 1, "what would mend it")
+    study, lacking = tree.problem.packed.study, nothing_to_choose(tree.problem)
+    reasons = why_nothing(tree.problem)
+    near = nearest_set(tree.problem)
+    evaluation = evaluated(tree.problem.packed.work, near.keys, lacking)
+    proof = "no set fits: every combination was ruled out"
+    if lacking:
+        proof = "no set fits: " + "; ".join(reason for reason, _ in reasons)
+    elif not tree.finished:
+        proof = f"not proven: the search stopped after {tree.counters['nodes']} nodes without a set that fits"
+    advice = tuple(f"{reason} ({mend})." if mend else f"{reason}." for reason, mend in reasons)
+    return Selection(
+        study, {}, evaluation, math.nan, proof, FallenBeside(tree.problem, near.pairs), {},
+        advice or _broken_rules(tree.problem) or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
+        None if tree.finished else tree,
+    )  # fmt: skip
+
+
+def _broken_rules(problem: Problem) -> tuple[str, ...]:
+    """The rules that alone leave no set, whatever the loads are."""
+    choices = all_choices(problem.known, problem.setting)
+    return tuple(
+        f"No set keeps the limit of {rule.what} ({rule.most}): the candidates of the joints have too few in common."
+        for rule in problem.rules
+        if narrowed_by(rule, choices, math.inf) is None
+    )
+
+
+def _proof(tree: Tree) -> str:
+    """Whether the best set is proven to be, or how far from it the bound is."""
+    best, bound = tree.best[0].objective, tree.bound
+    if tree.finished or best <= bound + ROUNDING * abs(bound):
+        return OPTIMAL
+    told = f"lower bound {bound:.3g}{UNITS.get(tree.problem.wanted.objective, '')}"
+    if not 0.0 < bound < math.inf:
+        return f"not proven: {told}"
+    return f"not proven: at most {100.0 * (best / bound - 1.0):.3g} % above the best possible ({told})"
+
+
+def _teller(progress: Progress | Tell | None) -> Tell:
+    """One function for every kind of progress."""
+    if progress is None:
+        return lambda done, total, text: None
+    advance: Tell = getattr(progress, "advance", progress)  # type: ignore[arg-type]
+    return advance

@@ -1,0 +1,1 @@
+"""Arms as they may be built: probabilities, what they come from, sets that satisfy them."""

@@ -1,0 +1,62 @@
+"""What scatter means for a set of drives: probabilities, tornadoes, and the choice that stands it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.sizing.tolerance.robust_selection import RobustSelection, robust_select
+from drivetrain.sizing.tolerance.tornado import Tornado, effects
+from drivetrain.sizing.tolerance.uncertainty import Robustness, robustness
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """How a set of drives stands the scatter of its numbers.
+
+    Attributes:
+        robustness: Probabilities that checks, joints and the whole set hold.
+        tornadoes: Of the binding check of every joint and of the supply, most loaded first.
+        choice: How the set was chosen, where a probability was wanted; else None.
+    """
+
+    robustness: Robustness
+    tornadoes: tuple[Tornado, ...]
+    choice: RobustSelection | None = None
+
+
+def spread(evaluation: Evaluation, choice: RobustSelection | None = None) -> Spread | None:
+    """What scatter means for evaluated drives.
+
+    Returns:
+        The probabilities and tornadoes; None where the study states no tolerance.
+    """
+    if not evaluation.study.tolerances.given:
+        return None
+    return Spread(robustness(evaluation), effects(evaluation).worst(), choice)
+
+
+def robustly(selection: Selection) -> tuple[Selection, RobustSelection | None]:
+    """A selection whose set holds with the wanted probability.
+
+    Returns:
+        The selection with the best set that holds often enough, and how it was found; where none does, one that is not
+        feasible and says so. As it was, and None, where nothing scatters or no probability is wanted.
+    """
+    study = selection.study
+    if study.wanted.holds is None or not study.tolerances.given or not selection.feasible:
+        return selection, None
+    found = robust_select(study)
+    if found.chosen is None:
+        return replace(selection, drives={}, objective=float("nan"), advice=(f"{found.proof}.",)), found
+    best = found.chosen.drives
+    evaluation = evaluate(study, best.drives)
+    sets = tuple(one for one in selection.sets if one.objective >= best.objective) or (best,)
+    if sets[0].drives != best.drives:
+        sets = (best, *(one for one in sets if one.drives != best.drives))
+    proof = f"{selection.proof} with nominal numbers; {found.proof}"
+    changed = replace(
+        selection, drives=dict(best.drives), evaluation=evaluation, objective=best.objective, proof=proof, sets=sets
+    )
+    return changed, found

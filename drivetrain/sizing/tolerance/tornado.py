@@ -1,0 +1,172 @@
+"""What each tolerance alone does to a check: the bars of a tornado, and its share of the check's variance.
+
+The bars turn one number at a time, all others nominal. The share is Sobol's index of first order: by how much the
+variance of the utilisation would fall, were that number known. It is counted from arms in which everything scatters at
+once, the same as those of the probabilities: the arms are sorted by the number and parted into bins of equally many,
+and the variance within the bins is what would be left. What the shares leave of 1 comes of numbers acting together.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.judge.check_numbers import NAMES
+from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.tolerance.many_arms import SUPPLY_NAMES, figures_of, judged
+from drivetrain.sizing.tolerance.scatter import Draws, Source, deviated, from_uniform, sources
+from drivetrain.sizing.tolerance.scatter_task import Bench, Indices, bench
+from drivetrain.sizing.tolerance.uncertainty import SUPPLY, drives_of
+
+FELT = 1e-9  # of a utilisation: a smaller change is none
+ARMS, BINS = 4096, 64  # of which the shares are counted: each is good to about 0.01
+
+
+@dataclass(frozen=True)
+class Bar:
+    """What one number that scatters does to a check, all others nominal.
+
+    Attributes:
+        source: What scatters.
+        low, high: Deviations at the ends: the limits of a uniform law, twice the standard deviation of a normal one; a
+            share of the nominal value, or in kg or K.
+        absolute: The deviations are in kg or K.
+        at_low, at_high: Utilisation with each.
+        share: Of the variance of the utilisation, 0 to 1; NaN where it has none or where some arms run away.
+    """
+
+    source: Source
+    low: float
+    high: float
+    absolute: bool
+    at_low: float
+    at_high: float
+    share: float = math.nan
+
+    @property
+    def span(self) -> float:
+        """How far the utilisation moves between both ends."""
+        return abs(self.at_high - self.at_low)
+
+
+@dataclass(frozen=True)
+class Tornado:
+    """What each tolerance alone does to one check.
+
+    Attributes:
+        joint: Name, or ``supply``.
+        check: Its name.
+        nominal: Utilisation with nominal numbers.
+        bars: Widest first; what does nothing is left out.
+    """
+
+    joint: str
+    check: str
+    nominal: float
+    bars: tuple[Bar, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Effects:
+    """Every check with each tolerance alone at both of its ends.
+
+    Attributes:
+        evaluation: With nominal numbers.
+        sources: What scatters.
+        joints: Utilisations at the low and at the high end, (2, sources, n, CHECKS).
+        supply: Of the supply, (2, sources, 3).
+        order: Arms in which everything scatters in the order of each source's number, (sources, arms).
+        arms: Utilisations of these arms, (arms, n, CHECKS).
+        arms_supply: Of the supply, (arms, 3).
+    """
+
+    evaluation: Evaluation
+    sources: tuple[Source, ...]
+    joints: Array
+    supply: Array
+    order: Indices
+    arms: Array
+    arms_supply: Array
+
+    def of(self, joint: str, check: str) -> Tornado:
+        """The tornado of one check."""
+        joints, supply = figures_of(self.evaluation)
+        names = list(self.evaluation.joints)
+        if joint == SUPPLY:
+            ends, nominal = self.supply[..., SUPPLY_NAMES.index(check)], float(supply[SUPPLY_NAMES.index(check)])
+            arms = self.arms_supply[:, SUPPLY_NAMES.index(check)]
+        else:
+            at = names.index(joint), NAMES.index(check)
+            ends, nominal, arms = self.joints[..., at[0], at[1]], float(joints[at]), self.arms[:, at[0], at[1]]
+        bars = []
+        for source, order, low, high in zip(self.sources, self.order, *ends, strict=True):
+            tolerance = getattr(self.evaluation.study.tolerances, source.quantity)
+            if max(abs(low - nominal), abs(high - nominal)) > FELT * max(nominal, FELT):
+                least, most = tolerance.edges
+                share = variance_share(arms[order])
+                bars.append(Bar(source, least, most, tolerance.absolute, float(low), float(high), share))
+        return Tornado(joint, check, nominal, tuple(sorted(bars, key=lambda bar: (-bar.span, str(bar.source)))))
+
+    def worst(self) -> tuple[Tornado, ...]:
+        """The tornado of the binding check of every joint and of the supply, most loaded first."""
+        places = [(name, result.binding) for name, result in self.evaluation.joints.items()]
+        shared = [check for check in self.evaluation.shared if check.utilisation is not None]
+        places.append((SUPPLY, max(shared, key=lambda check: check.utilisation or 0.0, default=None)))
+        found = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
+        found.sort(key=lambda pair: -(pair[1].utilisation or 0.0))
+        return tuple(self.of(place, check.name) for place, check in found)
+
+
+def variance_share(values: Array) -> float:
+    """By what share the variance of some values would fall, were their order known.
+
+    Args:
+        values: In the order of what they may depend on, (N,), in any unit.
+
+    Returns:
+        0 to 1, free of the bias of finite bins; NaN where the values do not vary, or not all are finite.
+
+    Reference:
+        Sobol's first-order index; as a correlation ratio: Pearson, Proc. R. Soc. 71 (1903) 288, its bias after Kelley,
+        Proc. Natl. Acad. Sci. 21 (1935) 554.
+    """
+    if not np.isfinite(values).all():
+        return math.nan
+    total = float(((values - values.mean()) ** 2).sum())
+    if not total > len(values) * (FELT * max(float(np.abs(values).max()), FELT)) ** 2:
+        return math.nan
+    bins = min(BINS, len(values) // 2)
+    within = sum(float(((part - part.mean()) ** 2).sum()) for part in np.array_split(values, bins))
+    return min(max(1.0 - within / (len(values) - bins) * (len(values) - 1) / total, 0.0), 1.0)
+
+
+def effects(evaluation: Evaluation) -> Effects:
+    """What each tolerance alone does to every check."""
+    study, found = evaluation.study, sources(evaluation.study)
+    count = 2 * len(found)
+    deviations = {}
+    for i, source in enumerate(found):
+        values = np.zeros(count)
+        values[i], values[len(found) + i] = getattr(study.tolerances, source.quantity).edges
+        deviations[source] = values
+    ready, n = bench(study, drives_of(evaluation)), len(study.joints)
+    joints, supply = _figures(ready, deviated(study, count, deviations))
+    uniform = np.random.default_rng(study.tolerances.seed).random((ARMS, len(found)))  # the first arms of ``drawn``
+    shape = (2, len(found))
+    return Effects(
+        evaluation, found, joints.reshape(*shape, n, len(NAMES)), supply.reshape(*shape, len(SUPPLY_NAMES)),
+        np.argsort(uniform, axis=0, kind="stable").T, *_figures(ready, from_uniform(study, uniform)),
+    )  # fmt: skip
+
+
+def _figures(ready: Bench, draws: Draws) -> tuple[Array, Array]:
+    """Utilisations of all arms, (S, n, CHECKS) and (S, 3)."""
+    parts = list(judged(ready, draws))
+    nothing = [np.zeros((0, len(ready.study.joints), len(NAMES)))], [np.zeros((0, len(SUPPLY_NAMES)))]
+    return (
+        np.concatenate([part.joints for part in parts] or nothing[0]),
+        np.concatenate([part.supply for part in parts] or nothing[1]),
+    )
