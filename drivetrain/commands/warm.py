@@ -72,14 +72,14 @@ def _example(name: str) -> Path:
 
 def _select() -> None:
     from drivetrain.sizing.search.search import select
-    from drivetrain.study.load import load_study
+    from drivetrain.study.read import load_study
 
     select(load_study(_example("desktop_arm/study.yaml")))
 
 
 def _front() -> None:
     from drivetrain.sizing.search.front import pareto_front
-    from drivetrain.study.load import load_study
+    from drivetrain.study.read import load_study
 
     pareto_front(load_study(_example("one_axis/study.yaml")), ("mass", "energy"))
 
@@ -87,7 +87,7 @@ def _front() -> None:
 def _tolerances() -> None:
     from drivetrain.sizing.judge.evaluate import evaluate
     from drivetrain.sizing.tolerance.uncertainty import robustness
-    from drivetrain.study.load import load_study
+    from drivetrain.study.read import load_study
 
     study = load_study(_example("ur5_pick_and_place/tradeoffs.yaml"))
     robustness(evaluate(study, {joint.name: joint.pairs[0] for joint in study.joints}), samples=100)
@@ -96,7 +96,7 @@ def _tolerances() -> None:
 def _simulate() -> None:
     from drivetrain.accuracy.study_run import simulate
     from drivetrain.simulation.adaptive_engine import AdaptiveStep
-    from drivetrain.study.load import load_study
+    from drivetrain.study.read import load_study
 
     study = load_study(_example("desktop_arm/study.yaml"))
     simulate(study, duration=0.01)
