@@ -168,11 +168,7 @@ class Ledger:
                 warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
 
     def raise_any(self) -> None:
-        """Raises what has been found, in the order of the file's lines.
-
-        Raises:
-            InputError: At least one fault was found.
-        """
+        """Raises what has been found, in the order of the file's lines."""
         if self.faults:
             raise InputError(sorted(self.faults, key=_line))
 

@@ -42,11 +42,7 @@ def load_study(path: str | Path) -> Study:
 
 
 def study_from(document: Document) -> Study:
-    """A study from its file as read, or as changed since.
-
-    Raises:
-        InputError: As ``load_study``.
-    """
+    """A study from its file as read, or as changed since."""
     form, faults, places = read_form(document)
     ledger = Ledger(document, faults, places)
     arm = resolve_coupling(form, resolve_arm(form, ledger), ledger)
@@ -112,11 +108,7 @@ def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> Sel
 def resolve_trade_offs(
     form: StudyForm, cycle: Cycle | None, payloads: Mapping[str, Payload], ledger: Ledger
 ) -> TradeOffs:
-    """What the report shall tell beside the best set.
-
-    Args:
-        cycle: None where other faults keep it from being built.
-    """
+    """What the report shall tell beside the best set; no cycle where other faults keep it from being built."""
     curves = form.selection.curves
     carried = () if cycle is None else cycle.payload_names
     # A payload that is missing here is one whose own faults are told.

@@ -117,11 +117,7 @@ joints:
 
 
 def study_template(arm: str = "ur5-corrected") -> str:
-    """The text of a study that loads and runs, with comments on what to change.
-
-    Raises:
-        InputError: No such arm.
-    """
+    """The text of a study that loads and runs, with comments on what to change."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # told again, with the rest, when the study is read
         loaded = load_arm(arm)
