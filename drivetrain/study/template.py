@@ -99,6 +99,8 @@ objective: mass # or price, energy, or a mix by the kg, the unit of price, the J
 #   control: # a digital controller: loops closed at samples, on an encoder's counts
 #     default: {{rate: 1 kHz, amplifier_rate: 10 kHz, delay: 1, encoder_bits: 17}}
 #   cogging: {{default: {{amplitude: 5 mN m, periods: 84}}}} # at the motor; periods a turn
+#   add: # any other effect, by the name of its class and of its fields
+#     - {{effect: HoldingBrake, joint: {first}, holding: 400 N m, engages: [2 s]}}
 
 # What may drive each joint; a joint's own entry goes over the default one, name by name.
 joints:
