@@ -5,7 +5,7 @@ digits as the matrix's condition, which grows as n^4. This recursion does neithe
 off the joint's axis, on any link, balanced or not. Rotors that follow several joints close loops in the chain of
 bodies, for which it is not made: arms with such go the way of the mass matrix.
 
-Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as told in ``articulated_kernel.py``.
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as told in ``core/articulated.py``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.dynamics.articulated_kernel import compiled
+from drivetrain.dynamics.core.articulated import articulated_accelerations
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import NO_TIP, finite_samples, tip_samples
 from drivetrain.dynamics.forward import forward_dynamics
@@ -49,7 +49,7 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
         return forward_dynamics(arm, q, qd, tau, tip_wrench=tip_wrench)
     tip = tip_samples(model, tip_wrench, len(positions))
     result = np.empty(positions.shape)
-    sample, joint = compiled()(model.rows, model.spins, model.gravity, positions, speeds, torques, tip, result)
+    sample, joint = articulated_accelerations(model.links, model.rotors, model.gravity, positions, speeds, torques, tip, result)
     if joint >= 0 or not np.isfinite(result).all():
         many = np.ndim(q) == 2
         raise _too_large(arm, result) if joint < 0 else _inertialess(arm, sample, joint, many)
@@ -66,7 +66,7 @@ def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
     Raises:
         InputError: The function, where a joint moves no inertia.
     """
-    model, n, kernel = packed(arm), arm.n, compiled()
+    model, n = packed(arm), arm.n
 
     def by_mass_matrix(q: Array, qd: Array, tau: Array) -> Array:
         finite = all(np.isfinite(values).all() for values in (q, qd, tau))
@@ -75,7 +75,7 @@ def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
     def accelerations(q: Array, qd: Array, tau: Array) -> Array:
         result = np.full((1, n), np.nan)
         rows = (q.reshape(1, n), qd.reshape(1, n), tau.reshape(1, n))
-        _, joint = kernel(model.rows, model.spins, model.gravity, *rows, NO_TIP, result)
+        _, joint = articulated_accelerations(model.links, model.rotors, model.gravity, *rows, NO_TIP, result)
         if joint >= 0 and all(np.isfinite(row).all() for row in rows):
             raise _inertialess(arm, 0, joint, many=False)
         return result[0]
