@@ -62,6 +62,9 @@ BODY = np.dtype(
         # Momentum for a unit speed of the joint of rotors on this link, and on the link before; what eliminates the
         # joint's acceleration; the acceleration itself.
         *((name, np.float64, (6,)) for name in ("on_self", "on_parent", "eliminator", "acceleration")),
+        # Motion for a unit of the joint, and what the inertia makes of it.
+        ("axis", np.float64, (6,)),
+        ("image", np.float64, (6,)),
         # Inertia that eliminates it, torque left, inertia of rotors, torque at the joint.
         *((name, np.float64) for name in ("divisor", "rest", "rotor", "load")),
         # Mass, first moment and half the trace of the inertia of all from this link on.
@@ -471,9 +474,10 @@ def _hand_on_open(body: Any, drive: float, far: Any, corner: Array, live: Array,
 @exact
 def _inwards(links: Any, rotors: Any, bodies: Any, far: Any, corner: Array, live: Array, gains: Array) -> int:
     """Eliminate the joints' accelerations from the tip to the base; the first joint that moves no inertia, or -1."""
-    axis, image, count = np.empty(6), np.empty(6), np.int64(0)  # a plain 0 has callees compiled twice
+    count = np.int64(0)  # a plain 0 has callees compiled twice
     for i in range(len(bodies) - 2, -1, -1):
         link, body = links[i], bodies[i]
+        axis, image = body.axis, body.image
         if len(rotors):
             count = _meet(body, i, rotors, far, corner, live[0], count)
             for s in range(count):
