@@ -171,9 +171,9 @@ if TYPE_CHECKING:
     from drivetrain.spatial.rigid_body import body_wrench as body_wrench
     from drivetrain.study.change import TaskChange as TaskChange
     from drivetrain.study.change import changed as changed
-    from drivetrain.study.load import load_study as load_study
+    from drivetrain.study.read import load_study as load_study
     from drivetrain.study.schema import json_schema as json_schema
-    from drivetrain.study.study import Wanted as Wanted
+    from drivetrain.study.selection import Wanted as Wanted
     from drivetrain.study.tolerances import Tolerances as Tolerances
     from drivetrain.study.verdicts import Verdict as Verdict
     from drivetrain.sweep.points import read_sweep as read_sweep
@@ -344,9 +344,9 @@ _HOME = {
     "body_wrench": "spatial.rigid_body",
     "changed": "study.change",
     "TaskChange": "study.change",
-    "load_study": "study.load",
+    "load_study": "study.read",
     "json_schema": "study.schema",
-    "Wanted": "study.study",
+    "Wanted": "study.selection",
     "Tolerances": "study.tolerances",
     "Verdict": "study.verdicts",
     "read_sweep": "sweep.points",

@@ -27,8 +27,8 @@ from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.shaping import ratios_of
 from drivetrain.simulation.study_scene import Wishes, scene_of
 from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.simulation import KNOWN_EFFECTS, Control, Simulation
-from drivetrain.study.study import JointTask, Study
 
 AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``drive/heat.py``
 

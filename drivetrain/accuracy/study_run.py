@@ -26,8 +26,8 @@ from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.solvers.rosenbrock import Rodas5P
 from drivetrain.solvers.solver import Solver
+from drivetrain.study.model import Study
 from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
-from drivetrain.study.study import Study
 
 Told = Callable[[int, int, str], None]
 

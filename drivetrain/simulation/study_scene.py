@@ -34,8 +34,8 @@ from drivetrain.simulation.axis_scene import axis_body, axis_faults, axis_inerti
 from drivetrain.simulation.inverse import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import loaded_arm
-from drivetrain.study.study import JointTask, Study
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.errors import Fault, InputError
-from drivetrain.study.study import DriveMass, JointTask, Mount, Study
+from drivetrain.study.model import DriveMass, JointTask, Mount, Study
 
 DRIVE_DENSITY = 5200.0  # kg/m^3; median of the rows that print diameter, length and mass: 5180 motors, 5370 gears
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
 
+from annotated_types import Ge, Le
+
+from drivetrain.errors import nearest
+from drivetrain.units import Duration, Factor, Quantity, Rate, Reader, Speed, Torque, refused
+
+WORDS = ("auto", "all", "none")
 KNOWN_EFFECTS = {
     "viscous_friction": "ViscousFriction",
     "dry_friction": "DryFriction",
@@ -21,6 +28,27 @@ KNOWN_EFFECTS = {
 """Effects that a study's simulation may leave out, by the name that the file gives them, and the class of each."""
 
 
+class _Effects(Reader):
+    """A word, or names of effects."""
+
+    def read(self, value: Any) -> tuple[str, ...]:
+        if isinstance(value, str):
+            if value in WORDS:
+                return () if value == "none" else (value,)
+            value = [value]
+        if not isinstance(value, list | tuple):
+            raise refused("must be auto, all, none, or a list of effects", ", ".join(KNOWN_EFFECTS))
+        for name in value:
+            if name not in KNOWN_EFFECTS:
+                hint = nearest(str(name), KNOWN_EFFECTS) or f"known are {', '.join(KNOWN_EFFECTS)}"
+                raise refused("is no effect of a study", hint, str(name))
+        return tuple(dict.fromkeys(value))
+
+    def json_schema(self) -> dict[str, Any]:
+        names = {"enum": list(KNOWN_EFFECTS)}
+        return {"anyOf": [{"enum": [*WORDS, *KNOWN_EFFECTS]}, {"type": "array", "items": names}]}
+
+
 @dataclass(frozen=True)
 class Control:
     """How a joint is controlled, where that is not a continuous loop.
@@ -34,10 +62,10 @@ class Control:
     """
 
     sampled: bool = True
-    rate: float = 1e3
-    amplifier_rate: float | None = 1e4
-    delay: int = 1
-    encoder_bits: int | None = None
+    rate: Rate = 1e3
+    amplifier_rate: Rate | None = 1e4
+    delay: Annotated[int, Ge(0), Le(2)] = 1
+    encoder_bits: Annotated[int, Ge(4), Le(40)] | None = None
 
 
 @dataclass(frozen=True)
@@ -45,12 +73,12 @@ class Teeth:
     """What a motor's magnets pull at its teeth; sheets hold no such data.
 
     Attributes:
-        amplitude: Of the cogging torque at the motor's shaft [N m].
-        periods: A turn of the motor.
+        amplitude: Of the cogging torque at the motor's shaft [N m]; 0: none.
+        periods: A turn of the motor: the least common multiple of teeth and poles.
     """
 
-    amplitude: float
-    periods: int
+    amplitude: Torque = 0.0
+    periods: Annotated[int, Ge(1)] | None = None
 
 
 @dataclass(frozen=True)
@@ -58,7 +86,7 @@ class Simulation:
     """What a study's simulation holds, and how it is run.
 
     Attributes:
-        effects: ``("auto",)``, ``("all",)``, or names from ``KNOWN_EFFECTS``.
+        effects: ``auto``, ``all``, or names from ``KNOWN_EFFECTS``.
         tolerance: Of the decision quantities, where effects are chosen [-].
         tip_tolerance: Of the tip [m]; None: the tolerance's share of the distance that the tip is commanded to go.
         solver: ``fixed``, ``adaptive`` or ``inverse``.
@@ -72,15 +100,15 @@ class Simulation:
         cogging: By joint name; a joint that is not named has none.
     """
 
-    effects: tuple[str, ...] = ("all",)
-    tolerance: float = 0.01
-    tip_tolerance: float | None = None
-    solver: str = "fixed"
-    step: float = 5e-4
-    precision: float = 1e-6
-    bandwidth: float = 40.0
-    current_bandwidth: float = 6283.185307179586
-    damping: float = 0.02
-    repetitions: int = 1
+    effects: Annotated[tuple[str, ...], _Effects()] = ("all",)
+    tolerance: Factor = 0.01
+    tip_tolerance: Annotated[float, Quantity("m", above=0.0)] | None = None
+    solver: Literal["fixed", "adaptive", "inverse"] = "fixed"
+    step: Duration = 5e-4
+    precision: Factor = 1e-6
+    bandwidth: Speed = 40.0
+    current_bandwidth: Speed = 6283.185307179586
+    damping: Annotated[float, Quantity("", minimum=0.0)] = 0.02
+    repetitions: Annotated[int, Ge(1)] = 1
     control: Mapping[str, Control] = field(default_factory=dict)
     cogging: Mapping[str, Teeth] = field(default_factory=dict)

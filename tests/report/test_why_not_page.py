@@ -12,7 +12,7 @@ from drivetrain.report.why_not_page import change_sentence, why_not_lines, why_n
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.why_not import why_not
 from drivetrain.sizing.answers.why_not_results import SmallestChange
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 STUDY = shipped("examples") / "ur5_pick_and_place" / "study.yaml"
 

@@ -17,7 +17,7 @@ from drivetrain.sizing.answers.free_ratio import free_ratios
 from drivetrain.sizing.answers.free_ratio_results import Goal
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.operation import operation
-from drivetrain.study.study import FreeRatio
+from drivetrain.study.model import FreeRatio
 
 WIDE = FreeRatio(2.0, 2000.0)
 

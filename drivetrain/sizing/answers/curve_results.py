@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.tolerance.uncertainty import Chance
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 PROVEN = "optimal"
 PROVEN_ROBUST = "optimal among the sets that hold often enough"

@@ -26,7 +26,7 @@ from drivetrain.sizing.tolerance.bench import Bench, worst_of_set
 from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE, robust_select
 from drivetrain.sizing.tolerance.scatter_ground import ground
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 POINTS = 17
 TOLERANCE = 1e-6  # of the span of values

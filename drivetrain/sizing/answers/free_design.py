@@ -17,8 +17,8 @@ from drivetrain.sizing.judge.checks_motor import motor_speed, motor_voltage
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.tolerance.bench import Worst
+from drivetrain.study.model import Study
 from drivetrain.study.mounting import drive_mass
-from drivetrain.study.study import Study
 
 SIZINGS = 12  # a gear that rides on the link it moves is sized again until its own weight is borne
 SETTLED = 1e-10

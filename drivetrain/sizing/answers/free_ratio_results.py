@@ -8,7 +8,7 @@ from enum import StrEnum
 from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.gear_family import GearFamily
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Verdict
 
 

@@ -38,7 +38,7 @@ from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.judge import is_direct, judge
 from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.search.search import select
-from drivetrain.study.study import JointTask, Study
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.verdicts import lacking, verdict_of
 
 GRID = 81  # ratios of the sweep

@@ -11,7 +11,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.matching import LoadMatch, RatioRange
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check, Verdict
 
 

@@ -20,9 +20,9 @@ from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import JointResult, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.bench import Bench, worst_of
+from drivetrain.study.candidates import excluded_by
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import drive_mass, mass_counts
-from drivetrain.study.put_aside import put_aside
-from drivetrain.study.study import JointTask, Study
 from drivetrain.study.verdicts import Verdict
 
 
@@ -134,7 +134,7 @@ def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
     study, task = question.study, question.study.joints[joint]
     pairs = _pairs(question, task)
     if not pairs:
-        words = put_aside(task, study.catalog, question.motor, question.gear)
+        words = excluded_by(task, study.catalog, question.motor, question.gear)
         words = words or ("nothing in the catalogue that the study allows goes with it",)
         motor, gear = question.motor or "", question.gear or ""
         return PairAnswer(
@@ -199,7 +199,7 @@ def _standing(question: _Question, shown: _Tried, task: JointTask) -> Standing:
 def _passed_over(question: _Question, task: JointTask, shown: _Tried) -> tuple[str, ...]:
     """Rules of the study and missing data for which the shown pair may not be chosen."""
     study = question.study
-    words = list(put_aside(task, study.catalog, *shown.keys))
+    words = list(excluded_by(task, study.catalog, *shown.keys))
     drive, joint = shown.result.drive, [one.name for one in study.joints].index(task.name)
     for column in ("mass", "price"):
         for part in lacking_parts(drive, column):

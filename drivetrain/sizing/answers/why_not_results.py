@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from drivetrain.sizing.answers.ratio_results import NearGear
 from drivetrain.sizing.results import JointResult, Selection
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check
 
 

@@ -22,7 +22,7 @@ from drivetrain.sizing.judge.judge import judge
 from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.change import TaskChange
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check
 
 AS_IT_IS = TaskChange()

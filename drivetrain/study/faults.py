@@ -1,16 +1,24 @@
-"""The data of a study file as a form, with every fault found: what is wrong is cut out and the rest read again."""
+"""Every fault of a study file at once: those of its form, and those found while it is resolved.
+
+What is wrong in the form is cut out and the rest read again; what may only be the consequence of a known fault is not
+told.
+"""
 
 from __future__ import annotations
 
 import copy
 import re
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from drivetrain.errors import Fault, nearest
-from drivetrain.study.document import Document, Place
+from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
+from drivetrain.study.document import Document, Place, spelled
 from drivetrain.study.schema import StudyForm
 
 _ROUNDS = 20  # each round cuts out at least one entry; faults hidden behind others come up in the next
@@ -62,9 +70,11 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
         return [_unknown(document, place, name, context["known"]) for name in context["unknown"]]
     if kind == "missing":
         return [(place, document.fault(place, "is missing"))]
-    if kind == "study":
-        shown = context["found"] if context["found"] is not None else _shown(found)
-        return [(place, document.fault(place, context["problem"], shown, context["hint"]))]
+    if isinstance(context.get("error"), InputError):  # an entry has one place, so its faults are told as one
+        faults = context["error"].faults
+        problem, first = "; ".join(dict.fromkeys(fault.problem for fault in faults)), faults[0]
+        shown = _shown(found) if first.value is None else first.value
+        return [(place, document.fault(place, problem, shown, first.hint))]
     if kind in ("literal_error", "enum"):
         allowed = re.findall(r"'([^']*)'|(\d+)", context["expected"])
         names = [word or number for word, number in allowed]
@@ -110,3 +120,75 @@ def _cut(data: dict[str, Any], place: Place) -> None:
     for name, stand_in in _STAND_INS.items():
         if name not in data:
             data[name] = copy.deepcopy(stand_in)
+
+
+@dataclass(eq=False)
+class Ledger:
+    """Faults and notes of one study, gathered until all of it has been looked at.
+
+    Attributes:
+        document: The study file.
+        faults: Found so far.
+        faulty: Places of the faults in the study file.
+        notes: Warnings and remarks, in the order found, each once.
+    """
+
+    document: Document
+    faults: list[Fault] = field(default_factory=list)
+    faulty: set[Place] = field(default_factory=set)
+    notes: list[str] = field(default_factory=list)
+
+    def fault(self, place: Place, problem: str, value: object = None, hint: str = "") -> None:
+        """Notes down a fault of the study file, unless it can only be the consequence of one already known."""
+        if not self.spoiled(place):
+            self.faults.append(self.document.fault(place, problem, value, hint))
+            self.faulty.add(place)
+
+    def note(self, notes: Iterable[str]) -> None:
+        """Notes down remarks for the report."""
+        self.notes.extend(note for note in dict.fromkeys(notes) if note not in self.notes)
+
+    def spoiled(self, place: Place) -> bool:
+        """Whether an entry has a fault already, so that what depends on it need not be looked at."""
+        return touches(place, self.faulty)
+
+    @contextmanager
+    def gather(self, place: Place) -> Iterator[None]:
+        """Takes up the faults and physics warnings of what is done inside, and goes on."""
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                yield
+            except InputError as error:
+                self._take(place, error.faults)
+        for warning in caught:
+            if issubclass(warning.category, PhysicsWarning):
+                self.note([str(warning.message)])
+            else:
+                warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+
+    def raise_any(self) -> None:
+        """Raises what has been found, in the order of the file's lines.
+
+        Raises:
+            InputError: At least one fault was found.
+        """
+        if self.faults:
+            raise InputError(sorted(self.faults, key=_line))
+
+    def _take(self, place: Place, faults: Iterable[Fault]) -> None:
+        """Faults of another reader: those without a file stand at the entry that asked."""
+        for fault in faults:
+            if fault.file:
+                self.faults.append(fault)
+            else:
+                told = fault.place.startswith(spelled(place))  # it names the entry itself
+                inner = fault.place if told else ", ".join(filter(None, (spelled(place), fault.place)))
+                self.faults.append(replace(fault, place=inner, file=self.document.where(place)))
+        self.faulty.add(place)
+
+
+def _line(fault: Fault) -> tuple[str, int]:
+    """Where a fault is sorted: by file, then by line; sorting keeps the order found within a line."""
+    file, _, line = fault.file.rpartition(":")
+    return (file, int(line)) if line.isdigit() else (fault.file, 0)
