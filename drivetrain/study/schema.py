@@ -279,7 +279,7 @@ Curves = Annotated[tuple[Annotated[CurveWanted, _Curve()], ...], BeforeValidator
 
 
 class SelectionForm(form_of(SelectionOptions, without=("weights",))):  # type: ignore[misc]
-    """What a selection must respect, how far it goes, and what is told beside the best set."""
+    """What a selection must respect, how far it goes, and what is reported beside the best set."""
 
     front: Criteria = Field(default=(), description="criteria of a Pareto front in the report, such as [mass, energy]")
     curves: Curves = Field(
