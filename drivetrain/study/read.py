@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from pydantic import PydanticSchemaGenerationError
+
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
@@ -185,8 +187,13 @@ def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tup
             ledger.fault((*place, "joint"), f"does not go with {name}, which is of the whole scene", joint)
         elif kind.scope != "scene" and joints and joint not in joints:
             ledger.fault((*place, "joint"), "names a joint that is not there", joint, nearest(str(joint), joints))
+        try:
+            form = form_of(kind, without=tuple(drive_fields(kind)))
+        except PydanticSchemaGenerationError:
+            ledger.fault((*place, "effect"), "takes what no study can state, such as a whole motion", name)
+            continue
         fields = {key: value for key, value in entry.items() if key not in ("effect", "joint")}
-        stated = ledger.read(form_of(kind, without=tuple(drive_fields(kind))), fields, place)
+        stated = ledger.read(form, fields, place)
         if stated is not None:
             added = AddedEffect(joint or "", kind, {key: made(getattr(stated, key)) for key in stated.model_fields_set})
             found.append(added)
