@@ -177,7 +177,7 @@ class ContainedForm(Form):
     """The drive that the arm's links already hold at a joint (drive_mass: replaced)."""
 
     mass: f.Mass
-    mount: MountEntry = Mount()
+    mount: MountEntry = Field(default_factory=Mount)
 
 
 class AmplifierForm(form_of(Amplifier)):  # type: ignore[misc]
@@ -195,7 +195,7 @@ class JointForm(Form):
     drive: DriveForm | None = None
     candidates: CandidatesForm | None = None
     free_ratio: FreeRatioForm | None = Field(default=None, description="for `drivetrain free-ratio`")
-    mount: MountEntry = Mount()
+    mount: MountEntry = Field(default_factory=Mount)
     contained: ContainedForm | None = None
     friction: Entry[Friction] = Friction()
     motor_friction: Entry[Friction] | None = Field(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ from drivetrain.simulation.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.simulation import Control, Teeth
+from drivetrain.study.simulation import AddedEffect, Control, Teeth
 
 STATED = """
 simulation:
@@ -114,6 +115,16 @@ def test_what_stands_in_may_be_left_out_too(full: Scene) -> None:
         assert not any(of_kind(quick, name, kind) for kind in (Winding, CurrentLoop, SampledCurrentLoop, Cogging))
     inductive = wanted_scene(full, ("inductance",))
     assert all(of_kind(inductive, name, CurrentLoop) for name in full.joints)
+
+
+def test_an_added_effect_stays_where_its_kind_is_left_out_and_acts(evaluation: Evaluation) -> None:
+    more = (AddedEffect("joint_1", Cogging, {"amplitudes": (3e-3,), "orders": (12,)}),)
+    study = replace(evaluation.study, simulation=replace(evaluation.study.simulation, add=more))
+    scene = wanted_scene(full_scene(replace(evaluation, study=study)), (), more)
+    assert of_kind(scene, "joint_1", Cogging) == [Cogging((3e-3,), (12,))] and not of_kind(scene, "joint_2", Cogging)
+    run = simulate(scene, solver=FixedStep(5e-4), interval=5e-3, duration=0.1)
+    turned = 12.0 * run["joint_1.motor_position"]
+    np.testing.assert_allclose(run["joint_1.cogging_energy"], 3e-3 / 12.0 * (1.0 - np.cos(turned)), atol=1e-12)
 
 
 def test_the_sampled_scene_runs_and_feels_its_samples(full: Scene) -> None:
