@@ -12,7 +12,8 @@ from drivetrain.cli import app
 from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
 from drivetrain.report.figures_curve import colour_of, figure_curve
 from drivetrain.shipped import shipped
-from drivetrain.sizing.answers.curve_results import CurvePiece, CurvePoint, OptimumCurve, Vary
+from drivetrain.sizing.answers.curve import CurvePiece, CurvePoint, OptimumCurve
+from drivetrain.sizing.judge.vary import Vary
 from drivetrain.study.load import load_study
 
 

@@ -16,7 +16,7 @@ from drivetrain.sizing.judge.checks_gear import gear_maximum_input_speed, gear_m
 from drivetrain.sizing.judge.checks_motor import motor_speed, motor_voltage
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.operation import Operation, operation
-from drivetrain.sizing.tolerance.bench import Worst
+from drivetrain.sizing.judge.vary import Worst
 from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import Study
 

@@ -27,7 +27,7 @@ from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.judge import judge
 from drivetrain.sizing.judge.operation import Operation
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.tolerance.bench import worst_of
+from drivetrain.sizing.judge.vary import worst_of
 from drivetrain.study.study import FreeRatio, Study
 from drivetrain.study.verdicts import verdict_of
 

@@ -85,6 +85,13 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     return tuple(found)
 
 
+def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
+    """What is missing to prove that a set fits."""
+    found = gap_lines(gaps(evaluation))
+    hint = "No change of the task mends missing data: complete the catalogue rows, or state assumptions."
+    return (*found, hint) if found else ()
+
+
 def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...]:
     """The joints whose drives load the arm by masses that are not known."""
     joints = {task.name: joint for joint, task in enumerate(study.joints)}

@@ -1,8 +1,8 @@
-"""The best set of drives as payload, cycle time, supply voltage or air change: a curve in pieces, each with its end.
+"""The best set of drives as payload, cycle time, supply voltage or ambient change: a curve in pieces with their ends.
 
 Sets are selected on a grid of values. Between two values with different best sets the breakpoint is where the first
-set ceases to hold, or ceases to be the better one of the two; it is found by bisection on the figures of these two
-sets, and a selection on each side of it tells whether a third set lies between, until none does.
+set ceases to be feasible, or the better one of the two; it is found by bisection on the figures of these two sets, and
+a selection on each side of it tells whether a third set lies between, until none does.
 """
 
 from __future__ import annotations
@@ -11,29 +11,106 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 
 import numpy as np
 
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.answers.curve_results import PROVEN_ROBUST, CurvePiece, CurvePoint, OptimumCurve, Vary, is_proven
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
+from drivetrain.sizing.judge.vary import Number, Vary, edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.front_chances import chance_of, scatters
 from drivetrain.sizing.search.known_terms import unknown_terms
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.tolerance.bench import Bench, worst_of_set
 from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE, robust_select
 from drivetrain.sizing.tolerance.scatter_ground import ground
-from drivetrain.study.change import TaskChange, changed
+from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.study.change import changed
 from drivetrain.study.study import Study
 
 POINTS = 17
 TOLERANCE = 1e-6  # of the span of values
 EQUAL = 1e-9  # of an objective: sums in another order
 DRAWN = 9  # points of each piece
-ARMS = 2048  # drawn of each set selected, where tolerances are stated and no probability is wanted
+SAMPLES = 2048  # of each set selected, where tolerances are stated and no probability is wanted
+PROVEN = "optimal"
+PROVEN_ROBUST = "optimal among the sets that hold often enough"
 Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePoint:
+    """The best set at one value."""
+
+    value: float  # of what is varied
+    drives: dict[str, Pair]  # keys of (motor, gear) by joint name; empty where nothing fits
+    objective: float  # NaN where nothing fits
+    criteria: dict[str, float]  # mass [kg], price, energy of a cycle [J] and largest utilisation
+    proof: str  # of the search that found it; empty where the set was found at another value and evaluated here
+    chance: Chance | None = None  # that the set is feasible within the tolerances; None where that was not counted
+
+    @property
+    def feasible(self) -> bool:
+        """Whether a set was found."""
+        return bool(self.drives)
+
+
+def is_proven(proof: str) -> bool:
+    """Whether the words of a search say that its answer is proven."""
+    return proof in ("", PROVEN, PROVEN_ROBUST) or proof.startswith("no set")
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePiece:
+    """A range of values in which one set is the best, or none fits."""
+
+    low: float
+    high: float
+    drives: dict[str, Pair]  # empty where nothing fits
+    points: tuple[CurvePoint, ...]  # the set at some values from low to high
+    low_ends_by: str  # place and check that fail beyond the end, or what makes another set better there;
+    high_ends_by: str  # empty at the ends of what was looked at
+
+
+@dataclass(frozen=True, eq=False)
+class OptimumCurve:
+    """The best set over one number of the task.
+
+    Attributes:
+        study: The task as it is.
+        vary: What is changed.
+        payload: Name of the payload whose mass is varied; empty otherwise.
+        now: The value in the study.
+        points: Every selection made, by value.
+        pieces: By rising value, without gaps.
+        tolerance: Within which each breakpoint lies [unit of what is varied].
+        notes: What a reader should know: what was not proven, and what may have been passed over.
+    """
+
+    study: Study
+    vary: Vary
+    payload: str
+    now: float
+    points: tuple[CurvePoint, ...]
+    pieces: tuple[CurvePiece, ...]
+    tolerance: float
+    notes: tuple[str, ...]
+
+    @property
+    def unit(self) -> str:
+        """Of the values."""
+        return self.vary.unit
+
+    @property
+    def proven(self) -> bool:
+        """Whether every selection was proven."""
+        return all(is_proven(point.proof) for point in self.points)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether a set was found at any value."""
+        return any(piece.drives for piece in self.pieces)
 
 
 def optimum_curve(
@@ -85,7 +162,7 @@ def optimum_curve(
     if row.often is not None:
         tolerance = 0.5 * (grid[1] - grid[0])
     return OptimumCurve(
-        study, what, row.payload, row.now, tuple(sorted(row.made, key=lambda one: one.value)),
+        study, what, row.payload, what.now(study, row.payload), tuple(sorted(row.made, key=lambda one: one.value)),
         _pieces(row, marks), tolerance, tuple(_notes(row, grid)),
     )  # fmt: skip
 
@@ -98,40 +175,24 @@ class _Row:
     vary: Vary
     payload: str
     made: list[CurvePoint] = field(default_factory=list)
-    benches: dict[tuple[tuple[str, Pair], ...], Bench] = field(default_factory=dict)
+    sets: dict[tuple[tuple[str, Pair], ...], Number] = field(default_factory=dict)
     missing: list[str] = field(default_factory=list)
+
+    @cached_property
+    def family(self) -> WorkFamily:
+        return WorkFamily(self.study, (self.payload,) if self.payload else ())
 
     @property
     def often(self) -> float | None:
-        """Probability with which sets must hold; None where none is wanted or nothing scatters."""
+        """Probability with which sets must be feasible; None where none is wanted or nothing scatters."""
         return self.study.wanted.holds if scatters(self.study) else None
-
-    @property
-    def now(self) -> float:
-        if self.vary is Vary.PAYLOAD:
-            return next(one.mass for one in self.study.payloads if one.name == self.payload)
-        return {
-            Vary.CYCLE_TIME: self.study.cycle.duration,
-            Vary.VOLTAGE: self.study.supply.voltage,
-            Vary.AMBIENT: self.study.ambient,
-        }[self.vary]
-
-    def change(self, value: float) -> TaskChange:
-        """Of the task, at a value."""
-        if self.vary is Vary.PAYLOAD:
-            return TaskChange(payload=value / self.now, payloads=(self.payload,))
-        if self.vary is Vary.AMBIENT:
-            return TaskChange(ambient=value - self.now)
-        if self.vary is Vary.VOLTAGE:
-            return TaskChange(voltage=value / self.now)
-        return TaskChange(time=value / self.now)
 
     def selected(self, value: float, before: CurvePoint | None) -> CurvePoint:
         """The best set at a value; of equals the set before, so that a set goes on as long as none is better.
 
         Sets found elsewhere are held against it too: a search that was stopped may have missed them.
         """
-        study = changed(self.study, self.change(value))
+        study = changed(self.study, self.vary.change(self.study, value, self.payload))
         if self.often is not None:
             self.made.append(_robust(study, value))
             return self.made[-1]
@@ -141,7 +202,7 @@ class _Row:
         point = CurvePoint(
             value, dict(found.drives) if found.feasible else {}, found.objective, found.evaluation.criteria, found.proof
         )
-        known = [dict(key) for key in self.benches]
+        known = [dict(key) for key in self.sets]
         for drives in [*known, *([before.drives] if before is not None and before.drives else [])]:
             evaluation = self.evaluated(drives, value)
             least = point.objective if point.drives else math.inf
@@ -149,18 +210,16 @@ class _Row:
             if evaluation.feasible and evaluation.objective <= least * (1.0 + slack):
                 point = replace(point, drives=drives, objective=evaluation.objective, criteria=evaluation.criteria)
         if point.drives and scatters(study):
-            point = replace(point, chance=chance_of(ground(study), point.drives, ARMS))
+            point = replace(point, chance=chance_of(ground(study), point.drives, SAMPLES))
         self.made.append(point)
         return point
 
     def evaluated(self, drives: dict[str, Pair], value: float) -> Evaluation:
         """A set at a value."""
         key = tuple(drives.items())
-        if key not in self.benches:
-            family = next((bench.family for bench in self.benches.values()), None)
-            names = (self.payload,) if self.payload else ()
-            self.benches[key] = Bench(family or WorkFamily(self.study, names), drives)
-        return self.benches[key].evaluation(self.change(value))
+        if key not in self.sets:
+            self.sets[key] = task_number(self.family, named_drives(self.study, drives), self.vary, self.payload)
+        return self.sets[key].put(value).evaluation()
 
     def worth(self, drives: dict[str, Pair], value: float) -> float:
         """Objective of a set at a value; infinite where it does not hold, or there is none."""
@@ -192,13 +251,8 @@ def _between(row: _Row, marks: _Marks, end: CurvePoint, tolerance: float) -> Non
     """Go on from the last set to the set at a further value, breakpoint by breakpoint."""
     while marks.sets[-1].drives != end.drives:
         start = marks.sets[-1]
-        low, high = start.value, end.value
-        while high - low > tolerance:
-            middle = 0.5 * (low + high)
-            if _goes_on(row, start.drives, end.drives, middle):
-                low = middle
-            else:
-                high = middle
+        low, high = edge(partial(_goes_on, row, start.drives, end.drives), start.value, end.value,
+                         error=0.0, least=tolerance)  # fmt: skip
         before, after = row.selected(low, start), row.selected(high, end)
         if before.drives != start.drives and low > start.value:
             # A third set is better somewhere before the edge: look for its own edge first.
@@ -279,7 +333,7 @@ def _ended_by(row: _Row, drives: dict[str, Pair], value: float, way: int) -> str
     """What is over its limit just beyond an end."""
     if not drives:
         return ""
-    beyond = value + way * 2.0 * TOLERANCE * max(abs(value), abs(row.now), 1e-9)
+    beyond = value + way * 2.0 * TOLERANCE * max(abs(value), abs(row.vary.now(row.study, row.payload)), 1e-9)
     found = row.evaluated(drives, beyond)
     if row.often is not None:
         return "another set is better, or it holds too seldom"
@@ -318,7 +372,7 @@ def _told_of_scatter(row: _Row, step: float) -> list[str]:
     if row.often is None:
         return [
             "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
-            f"counted at every selection over at most {ARMS} arms (`selection: holds` asks for sets that hold often "
+            f"counted at every selection over at most {SAMPLES} arms (`selection: holds` asks for sets that hold often "
             "enough)"
         ]
     told = f"every set selected holds with at least {100.0 * row.often:g} % ({100.0 * CONFIDENCE:g} % confidence)"
