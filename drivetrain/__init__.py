@@ -137,8 +137,8 @@ if TYPE_CHECKING:
     from drivetrain.simulation.study_scene import with_feed_forward as with_feed_forward
     from drivetrain.sizing.answers.curve import OptimumCurve as OptimumCurve
     from drivetrain.sizing.answers.curve import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.free_ratio import FreeRatios as FreeRatios
     from drivetrain.sizing.answers.free_ratio import free_ratios as free_ratios
-    from drivetrain.sizing.answers.free_ratio_results import FreeRatios as FreeRatios
     from drivetrain.sizing.answers.ratio import ratio_studies as ratio_studies
     from drivetrain.sizing.answers.ratio import ratio_study as ratio_study
     from drivetrain.sizing.answers.trade_offs import trade_offs as trade_offs
@@ -316,7 +316,7 @@ _HOME = {
     "evaluate": "sizing.judge.evaluate",
     "evaluate_drives": "sizing.judge.evaluate",
     "free_ratios": "sizing.answers.free_ratio",
-    "FreeRatios": "sizing.answers.free_ratio_results",
+    "FreeRatios": "sizing.answers.free_ratio",
     "Front": "sizing.search.front",
     "pareto_front": "sizing.search.front",
     "gaps": "sizing.judge.missing",

@@ -13,8 +13,7 @@ from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.errors import InputError
-from drivetrain.sizing.answers.free_ratio import free_ratios
-from drivetrain.sizing.answers.free_ratio_results import Goal
+from drivetrain.sizing.answers.free_ratio import Goal, free_ratios
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.study.study import FreeRatio

@@ -14,7 +14,7 @@ from drivetrain.drive.matching import scaled_gear
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.vary import (
-    Case,
+    Setup,
     Vary,
     Worst,
     edge,
@@ -72,15 +72,15 @@ def same(found, expected):
 def test_a_number_of_the_task(study, vary, value, change):
     number = task_number(WorkFamily(study), named_drives(study, KEYS), vary)
     assert number.now == pytest.approx(vary.now(study)) and number.unit == vary.unit
-    case, expected = number.put(value), evaluate(changed(study, change), KEYS)
-    same(case.evaluation(), expected)
-    same(case.proven(), expected)
+    setup, expected = number.put(value), evaluate(changed(study, change), KEYS)
+    same(setup.evaluation(), expected)
+    same(setup.proven(), expected)
     everything = [c for one in expected.joints.values() for c in one.checks] + list(expected.shared)
-    assert worst_of_set(case.evaluation()).utilisation == pytest.approx(worst_of(everything).utilisation, rel=1e-9)
+    assert worst_of_set(setup.evaluation()).utilisation == pytest.approx(worst_of(everything).utilisation, rel=1e-9)
 
 
 def test_a_ratio(study):
-    number = ratio_number(Case(WorkFamily(study).at(TaskChange()), named_drives(study, KEYS)), 1)
+    number = ratio_number(Setup(WorkFamily(study).at(TaskChange()), named_drives(study, KEYS)), 1)
     assert number.now == 50.0
     turned = replace(scaled_gear(study.catalog.gears["g50"], 71.0), key="turned")
     catalog = replace(study.catalog, gears={**study.catalog.gears, "turned": turned})

@@ -15,6 +15,7 @@ from drivetrain.drive.gear import mesh_loss_coefficient
 from drivetrain.drive.matching import (
     LoadMatch,
     RatioRange,
+    TorqueTerms,
     inertia_matching_ratio,
     load_match,
     rated_ranges,
@@ -25,8 +26,7 @@ from drivetrain.drive.matching import (
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
-from drivetrain.sizing.judge.vary import Case, Number, edges, named_drives, ratio_number
-from drivetrain.sizing.results import JointResult
+from drivetrain.sizing.judge.vary import Number, Setup, edges, named_drives, ratio_number
 from drivetrain.sizing.search.search import select
 from drivetrain.study.study import JointTask, Study
 from drivetrain.study.verdicts import Check, Verdict, lacking
@@ -185,8 +185,8 @@ def ratio_study(
     index, own = names.index(joint), (drives or {}).get(joint, study.joints[names.index(joint)].drive) or ("", "")
     wanted = (own[0] if motor is None else motor, own[1] if gear is None else gear)
     keys = given_drives(study, {**(drives or {}), joint: wanted} if any(wanted) else drives or {})
-    case = Case(workload(study), named_drives(study, keys))
-    number, template = ratio_number(case, index), case.joint(index)
+    setup = Setup(workload(study), named_drives(study, keys))
+    number, template = ratio_number(setup, index), setup.joint(index)
 
     known: dict[float, RatioPoint] = {}
 
@@ -196,7 +196,7 @@ def ratio_study(
         return known[ratio]
 
     # Where torque cannot be judged nothing ends a window, and there is no sense in looking further.
-    points = _sweep(at, _grid(case, index, ratios), fixed=ratios is not None or not template.torque_known)
+    points = _sweep(at, _grid(setup, index, ratios), fixed=ratios is not None or not template.torque_known)
     runs = edges(lambda ratio: at(ratio).fits, [point.ratio for point in points])
     windows = tuple(
         RatioWindow(low.inside, high.inside, *(at(end.outside).binding if end.known else "" for end in (low, high)))
@@ -205,9 +205,9 @@ def ratio_study(
     best = min(points, key=_strain(points))
     there = number.put(best.ratio)
     return RatioStudy(
-        study, joint, *keys[joint], case.drives[index], points, windows, best, _limits(there, index),
-        _closed_forms(there, index), _near_gears(case, index, keys[joint], best.ratio, windows),
-        _reaction(number, index, windows), _notes(case, index), lacking(template.checks),
+        study, joint, *keys[joint], setup.drives[index], points, windows, best, _limits(there, index),
+        _closed_forms(there, index), _near_gears(setup, index, keys[joint], best.ratio, windows),
+        _reaction(number, index, windows), _notes(setup, index), lacking(template.checks),
     )  # fmt: skip
 
 
@@ -239,40 +239,45 @@ def chosen_drives(study: Study) -> dict[str, Pair]:
     return {name: (joint.motor, joint.gear) for name, joint in select(study).evaluation.joints.items()}
 
 
-def _point(case: Case, joint: int) -> RatioPoint:
+def _point(setup: Setup, joint: int) -> RatioPoint:
     with np.errstate(over="ignore", invalid="ignore"):  # far from any ratio that fits, heat leaves the range of numbers
-        result = case.joint(joint)
+        result = setup.joint(joint)
     series, checks = result.series, {check.name: check for check in result.checks}
     peak, heat = checks["motor peak torque"].required, checks["winding temperature"].required
     if heat is None:
         heat = math.nan if series.winding_temperature is None else float(series.winding_temperature.max())
     return RatioPoint(
         ratio=abs(result.drive.gear.ratio),
-        rms_torque=_rms_torque(case, result),
-        peak_torque=float(np.abs(series.motor_torque).max()) if peak is None else peak / case.study.safety.peak_torque,
+        rms_torque=rms_torque(setup, joint),
+        peak_torque=float(np.abs(series.motor_torque).max()) if peak is None else peak / setup.study.safety.peak_torque,
         motor_speed=float(np.abs(series.motor_speed).max()),
         winding_temperature=heat,
         utilisations={name: math.nan if c.utilisation is None else c.utilisation for name, c in checks.items()},
     )
 
 
-def _rms_torque(case: Case, result: JointResult) -> float:
-    return math.sqrt(_mean(case, result.series.motor_torque**2))
+def rms_torque(setup: Setup, joint: int) -> float:
+    """Of a joint's motor over the cycle [N m]."""
+    weights = setup.work.weights if setup.work.weights.any() else None
+    return math.sqrt(np.average(setup.joint(joint).series.motor_torque ** 2, weights=weights))
 
 
-def _mean(case: Case, values: Array) -> float:
-    return float(values @ case.work.weights) / float(case.work.weights.sum())
+def terms_of(setup: Setup, joint: int) -> TorqueTerms:
+    """How a joint's motor torque depends on the ratio of its gear."""
+    demand = setup.demand(joint)
+    motion = (demand.speed, demand.acceleration, demand.carrier_acceleration)
+    return torque_terms(setup.drives[joint], demand.gear_torque, *motion, demand.weights)
 
 
-def _grid(case: Case, joint: int, ratios: Sequence[float] | None) -> list[float]:
+def _grid(setup: Setup, joint: int, ratios: Sequence[float] | None) -> list[float]:
     if ratios is not None:
         wrong = [Fault(f"ratios[{i}]", "must be positive and finite", r) for i, r in enumerate(ratios)
                  if not 0.0 < r < math.inf]  # fmt: skip
         if wrong or not len(ratios):
             raise InputError(wrong or Fault("ratios", "must not be empty"))
         return sorted(float(ratio) for ratio in ratios)
-    own = abs(case.drives[joint].gear.ratio)
-    known = [ratio for ratio in (own, _closed_forms(case, joint).least_rms) if SMALLEST < ratio < LARGEST] or [own]
+    own = abs(setup.drives[joint].gear.ratio)
+    known = [ratio for ratio in (own, _closed_forms(setup, joint).least_rms) if SMALLEST < ratio < LARGEST] or [own]
     low, high = max(min(known) / SPAN, SMALLEST), min(max(known) * SPAN, LARGEST)
     return [float(ratio) for ratio in np.geomspace(low, high, GRID)]
 
@@ -314,8 +319,8 @@ def _least(function: Callable[[float], float], low: float, high: float) -> float
     return math.exp(0.5 * (low + high))
 
 
-def _limits(case: Case, joint: int) -> RatioLimits:
-    checks, safety = {check.name: check for check in case.joint(joint).checks}, case.study.safety
+def _limits(setup: Setup, joint: int) -> RatioLimits:
+    checks, safety = {check.name: check for check in setup.joint(joint).checks}, setup.study.safety
 
     def available(name: str, factor: float = 1.0) -> float | None:
         check = checks.get(name)
@@ -323,28 +328,25 @@ def _limits(case: Case, joint: int) -> RatioLimits:
 
     speeds = [available(name, safety.speed) for name in ("motor speed", "gear maximum input speed")]
     return RatioLimits(
-        _rated_torque(case, joint),
+        _rated_torque(setup, joint),
         available("motor peak torque", safety.peak_torque),
         min((speed for speed in speeds if speed is not None), default=None),
         available("winding temperature"),
     )
 
 
-def _rated_torque(case: Case, joint: int) -> float | None:
+def _rated_torque(setup: Setup, joint: int) -> float | None:
     """Continuous torque of the warm motor: the RMS torque with which its RMS current would be at the limit [N m]."""
-    result = case.joint(joint)
+    result = setup.joint(joint)
     used = next(check.utilisation for check in result.checks if check.name == "motor RMS current")
-    return _rms_torque(case, result) / used if used else None
+    return rms_torque(setup, joint) / used if used else None
 
 
-def _closed_forms(case: Case, joint: int) -> ClosedForms:
-    demand, drive, rated = case.demand(joint), case.drives[joint], _rated_torque(case, joint)
-    if not case.joint(joint).torque_known:
+def _closed_forms(setup: Setup, joint: int) -> ClosedForms:
+    demand, drive, rated = setup.demand(joint), setup.drives[joint], _rated_torque(setup, joint)
+    if not setup.joint(joint).torque_known:
         return ClosedForms(None, math.nan, math.nan, None, None)
-    terms = torque_terms(
-        drive, demand.gear_torque, demand.speed, demand.acceleration, demand.carrier_acceleration, demand.weights
-    )
-    inertia, matching, match = drive_inertia(drive), None, None
+    terms, inertia, matching, match = terms_of(setup, joint), drive_inertia(drive), None, None
     if demand.load_inertia is not None and inertia > 0.0 and demand.mean(demand.load_inertia) > 0.0:
         matching = inertia_matching_ratio(demand.mean(demand.load_inertia), inertia)
     if rated is not None and inertia > 0.0:
@@ -358,17 +360,17 @@ def _closed_forms(case: Case, joint: int) -> ClosedForms:
 
 
 def _near_gears(
-    case: Case, joint: int, keys: Pair, best: float, windows: tuple[RatioWindow, ...]
+    setup: Setup, joint: int, keys: Pair, best: float, windows: tuple[RatioWindow, ...]
 ) -> tuple[NearGear, ...]:
     """The gears whose ratios are nearest to the best one, by their own sheets; where none is known to go with the
     motor, those of the same kind.
     """
-    (motor, gear), gears, found = keys, case.study.catalog.gears, []
-    allowed = [key for key in partners(case.study, case.study.joints[joint], motor) if key in gears]
+    (motor, gear), gears, found = keys, setup.study.catalog.gears, []
+    allowed = [key for key in partners(setup.study, setup.study.joints[joint], motor) if key in gears]
     if gear and not allowed:
         allowed = [key for key, row in gears.items() if row.kind == gears[gear].kind]
     for key in sorted(allowed, key=lambda key: (abs(math.log(abs(gears[key].ratio) / best)), key))[:NEAR_GEARS]:
-        result, ratio = case.with_keys(joint, motor, key).joint(joint), gears[key].ratio
+        result, ratio = setup.with_keys(joint, motor, key).joint(joint), gears[key].ratio
         used, name = (math.inf, "") if result.binding is None else (result.binding.utilisation, result.binding.name)
         inside = any(window.low <= abs(ratio) <= window.high for window in windows)
         found.append(NearGear(key, ratio, used or 0.0, name, result.verdict, inside))
@@ -395,11 +397,11 @@ def _reaction(number: Number, joint: int, windows: tuple[RatioWindow, ...]) -> d
     return found
 
 
-def _notes(case: Case, joint: int) -> tuple[str, ...]:
-    result = case.joint(joint)
+def _notes(setup: Setup, joint: int) -> tuple[str, ...]:
+    result = setup.joint(joint)
     notes = [f"not judged at any ratio: {check.name}" for check in result.lacking]
     if not result.gear:
         notes.append("an ideal gear: no limits, no loss, no inertia of its own")
-    if joint > 0 and case.study.arm is not None:
+    if joint > 0 and setup.study.arm is not None:
         notes.append("the joints before feel this joint's rotor; they are not judged here")
     return (*notes, *result.drive.assumptions)

@@ -25,9 +25,9 @@ from drivetrain.sizing.judge.missing import lacking_parts, row_of
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.judge.vary import (
     EDGE,
-    Case,
     Edge,
     Number,
+    Setup,
     Vary,
     Worst,
     first_edge,
@@ -129,7 +129,7 @@ class _Question:
     gear: str | None
     chosen: Mapping[str, Pair]
     family: WorkFamily
-    case: Case
+    setup: Setup
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +137,7 @@ class _Tried:
     """One pair judged beside the chosen set."""
 
     keys: Pair
-    case: Case
+    setup: Setup
     result: JointResult
 
     @property
@@ -192,8 +192,8 @@ def why_not(
     key, wheel = _named(study, joint, motor, gear)
     found = select(study) if selection is None else selection
     chosen, family = {name: (one.motor, one.gear) for name, one in found.evaluation.joints.items()}, WorkFamily(study)
-    case = Case(family.at(TaskChange()), named_drives(study, chosen))
-    question = _Question(study, key, wheel, chosen, family, case)
+    setup = Setup(family.at(TaskChange()), named_drives(study, chosen))
+    question = _Question(study, key, wheel, chosen, family, setup)
     joints = [i for i, task in enumerate(study.joints) if joint in (None, task.name)]
     return WhyNot(study, key, wheel, found, tuple(_answer(question, i, cost) for i in joints))
 
@@ -235,7 +235,7 @@ def _key(what: str, name: str, rows: Mapping[str, Motor] | Mapping[str, Gear], f
 def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
     """One joint."""
     study, task = question.study, question.study.joints[joint]
-    pairs, chosen = _pairs(question, task), question.chosen[task.name]
+    pairs, chosen = _pairs(question, task), question.chosen.get(task.name)
     if not pairs:
         words = put_aside(task, study.catalog, question.motor, question.gear)
         words = words or ("nothing in the catalogue that the study allows goes with it",)
@@ -253,7 +253,7 @@ def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
     return PairAnswer(
         task.name, *shown.keys, standing, _passed_over(question, joint, shown), len(pairs), len(feasible),
         shown.result, next((check for check in failed if check.name == furthest), None), shown.lacks,
-        _smallest_changes(question, joint, shown.case) if standing is Standing.FALLS else (),
+        _smallest_changes(question, joint, shown.setup) if standing is Standing.FALLS else (),
         _best_with(study, joint, pairs) if cost and standing in (Standing.HOLDS, Standing.FALLS) else None,
     )  # fmt: skip
 
@@ -276,8 +276,8 @@ def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
 
 
 def _tried(question: _Question, joint: int, pair: Pair) -> _Tried:
-    case = question.case.with_keys(joint, *pair)
-    return _Tried(pair, case, case.joint(joint))
+    setup = question.setup.with_keys(joint, *pair)
+    return _Tried(pair, setup, setup.joint(joint))
 
 
 def _passed_over(question: _Question, joint: int, shown: _Tried) -> tuple[str, ...]:
@@ -302,11 +302,11 @@ def _best_with(study: Study, joint: int, pairs: Sequence[Pair]) -> Selection:
     return select(replace(study, joints=joints))
 
 
-def _smallest_changes(question: _Question, joint: int, case: Case) -> tuple[SmallestChange, ...]:
+def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[SmallestChange, ...]:
     """The smallest change of ratio, of payload, of cycle time and of supply voltage that lets a joint's drive pass."""
     study = question.study
     payload, pace, voltage = (
-        task_number(question.family, case.drives, vary) for vary in (Vary.PAYLOAD, Vary.CYCLE_TIME, Vary.VOLTAGE)
+        task_number(question.family, setup.drives, vary) for vary in (Vary.PAYLOAD, Vary.CYCLE_TIME, Vary.VOLTAGE)
     )
     slowest, held = _worst(pace, joint, pace.now * SLOWEST), ""
     if slowest.utilisation > 1.0 and study.arm is not None:
@@ -319,7 +319,7 @@ def _smallest_changes(question: _Question, joint: int, case: Case) -> tuple[Smal
         lighter = _smallest(payload, joint, np.linspace(1.0, 0.0, STEPS), "without any payload")
     outwards = np.geomspace(1.0, MOST, STEPS)
     return (
-        _ratio(case, joint), lighter, _smallest(pace, joint, outwards, f"in {MOST:g} times the time", held),
+        _ratio(setup, joint), lighter, _smallest(pace, joint, outwards, f"in {MOST:g} times the time", held),
         _smallest(voltage, joint, outwards, f"with {MOST:g} times the voltage"),
     )  # fmt: skip
 
@@ -342,14 +342,14 @@ def _smallest(number: Number, joint: int, steps: Array, furthest: str, held: str
                           reason=words + held)  # fmt: skip
 
 
-def _ratio(case: Case, joint: int) -> SmallestChange:
+def _ratio(setup: Setup, joint: int) -> SmallestChange:
     """The nearer edge of a larger and of a smaller ratio."""
-    number = ratio_number(case, joint)
-    if not case.joint(joint).gear:
+    number = ratio_number(setup, joint)
+    if not setup.joint(joint).gear:
         return SmallestChange("gear ratio", "", number.now, reason="a direct drive has no ratio to change")
     up, down = (number.now * np.geomspace(1.0, end, RATIO_STEPS) for end in (MOST, 1.0 / MOST))
     found = [first_edge(lambda value: _worst(number, joint, value).utilisation <= 1.0, steps) for steps in (up, down)]
-    known, gear = [one for one in found if one is not None], _nearest_gear(case, joint)
+    known, gear = [one for one in found if one is not None], _nearest_gear(setup, joint)
     if known:
         nearer = min(known, key=lambda one: abs(math.log(one.inside / number.now)))
         return replace(_proven(number, joint, nearer), gear=gear)
@@ -366,10 +366,10 @@ def _ratio(case: Case, joint: int) -> SmallestChange:
                           reason=reason, gear=gear)  # fmt: skip
 
 
-def _nearest_gear(case: Case, joint: int) -> NearGear | None:
+def _nearest_gear(setup: Setup, joint: int) -> NearGear | None:
     """The gear nearest in ratio that passes with its own sheet; of equals, one of the same series and size first."""
-    study, own, rows = case.study, case.drives[joint].gear, case.study.catalog.gears
-    motor = case.drives[joint].motor.key
+    study, own, rows = setup.study, setup.drives[joint].gear, setup.study.catalog.gears
+    motor = setup.drives[joint].motor.key
 
     def far(key: str) -> tuple[float, bool, str]:
         row = rows[key]
@@ -378,7 +378,7 @@ def _nearest_gear(case: Case, joint: int) -> NearGear | None:
 
     known = [key for key in partners(study, study.joints[joint], motor) if key in rows and key != own.key]
     for key in sorted(known, key=far):
-        result = case.with_keys(joint, motor, key).joint(joint)
+        result = setup.with_keys(joint, motor, key).joint(joint)
         if result.torque_known and result.binding is not None and result.verdict is not Verdict.FAIL:
             verdict = worst(check.verdict for check in result.checks)
             return NearGear(key, rows[key].ratio, result.binding.utilisation or 0.0, result.binding.name, verdict, True)
@@ -390,7 +390,8 @@ def _proven(number: Number, joint: int, found: Edge) -> SmallestChange:
     passes, fails = found
     step = math.copysign(EDGE * max(abs(passes), abs(fails)), passes - fails)
     good, bad = number.put(passes).proven(), number.put(fails).proven()
-    name = list(good.joints)[joint]
+    joints = good.study.joints
+    name = joints[joint].name
 
     def rejected(evaluation: Evaluation) -> bool:
         return evaluation.joints[name].verdict is Verdict.FAIL
@@ -404,7 +405,8 @@ def _proven(number: Number, joint: int, found: Edge) -> SmallestChange:
             bad = number.put(fails).proven()
     most = worst_of(bad.joints[name].checks)
     return SmallestChange(
-        number.name, number.unit, number.now, passes, fails, most.check, most.utilisation, good.feasible
+        number.name, number.unit, number.now, passes, fails, most.check, most.utilisation,
+        good.feasible and len(good.joints) == len(joints),
     )  # fmt: skip
 
 

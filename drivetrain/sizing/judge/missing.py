@@ -85,6 +85,15 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     return tuple(found)
 
 
+def torque_lacks(drive: Drive) -> str:
+    """What the sheets of a drive lack to compute the motor's torque, in words; empty when nothing does."""
+    geared = drive.gear.kind != "ideal"
+    lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
+    lacks += ["the gear's efficiency"] if geared and drive.gear.efficiency is None else []
+    lacks += ["the gear's input inertia"] if geared and drive.gear.inertia is None else []
+    return " and ".join(lacks)
+
+
 def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
     """What is missing to prove that a set fits."""
     found = gap_lines(gaps(evaluation))

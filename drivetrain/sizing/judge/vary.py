@@ -1,8 +1,7 @@
 """One number of a task or of a drive varied, everything else kept: what is judged at a value, and where it first holds.
 
 Curves, ratio studies, free ratios, the smallest change and the advice of a search stand on this. The arm is not run
-again for another value (see ``changed_work``): figures are those of ``evaluate`` for the changed study to rounding, and
-what is found here is proven there.
+again for another value (see ``changed_work``): figures are those of ``evaluate`` for the changed study to rounding.
 """
 
 from __future__ import annotations
@@ -18,8 +17,8 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.matching import scaled_gear
 from drivetrain.sizing.demand.changed_work import WorkFamily
-from drivetrain.sizing.demand.demand import JointDemand, Workload
-from drivetrain.sizing.judge.evaluate import evaluate_drives, evaluate_joint, evaluation_of, shared_checks
+from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
+from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.change import TaskChange
@@ -60,8 +59,8 @@ class Vary(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
-    """A task with its work prepared, and a drive at every joint, by index; joints are judged when first asked for."""
+class Setup:
+    """A task with its work prepared, and drives by joint index; a joint is judged when first asked for."""
 
     work: Workload
     drives: Mapping[int, Drive]
@@ -78,20 +77,20 @@ class Case:
         return self._results[joint]
 
     def evaluation(self) -> Evaluation:
-        results = {task.name: self.joint(i) for i, task in enumerate(self.study.joints)}
+        results = {self.study.joints[i].name: self.joint(i) for i in sorted(self.drives)}
         return evaluation_of(self.study, results, shared_checks(self.study, results))
 
     def proven(self) -> Evaluation:
         """The same with the arm run anew."""
-        return evaluate_drives(self.study, {task.name: self.drives[i] for i, task in enumerate(self.study.joints)})
+        return Setup(workload(self.study), self.drives).evaluation()
 
     def demand(self, joint: int) -> JointDemand:
         return self.work.at(joint, self.drives).demand(self.drives[joint])
 
-    def with_drive(self, joint: int, drive: Drive) -> Case:
-        return Case(self.work, {**self.drives, joint: drive})
+    def with_drive(self, joint: int, drive: Drive) -> Setup:
+        return Setup(self.work, {**self.drives, joint: drive})
 
-    def with_keys(self, joint: int, motor: str, gear: str) -> Case:
+    def with_keys(self, joint: int, motor: str, gear: str) -> Setup:
         return self.with_drive(joint, Shelf(self.study).drive(self.study.joints[joint], motor, gear))
 
 
@@ -102,13 +101,13 @@ class Number:
     name: str
     unit: str
     now: float
-    put: Callable[[float], Case]
+    put: Callable[[float], Setup]
 
 
 def named_drives(study: Study, keys: Mapping[str, tuple[str, str]]) -> dict[int, Drive]:
-    """The drives of a set of catalogue keys, assumptions filled in, by joint index."""
+    """The drives of some joints' catalogue keys, assumptions filled in, by joint index."""
     shelf = Shelf(study)
-    return {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
+    return {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints) if task.name in keys}
 
 
 def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary, payload: str = "") -> Number:
@@ -116,16 +115,16 @@ def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary, pay
     study, name = family.study, {Vary.VOLTAGE: "supply voltage"}.get(vary, vary.replace("_", " "))
     return Number(
         name, vary.unit, vary.now(study, payload),
-        lambda value: Case(family.at(vary.change(study, value, payload)), drives),
+        lambda value: Setup(family.at(vary.change(study, value, payload)), drives),
     )  # fmt: skip
 
 
-def ratio_number(case: Case, joint: int) -> Number:
+def ratio_number(setup: Setup, joint: int) -> Number:
     """The magnitude of a joint's gear ratio, its sheet kept otherwise (see ``scaled_gear``)."""
-    drive = case.drives[joint]
+    drive = setup.drives[joint]
     return Number(
         "gear ratio", "", abs(drive.gear.ratio),
-        lambda value: case.with_drive(joint, replace(drive, gear=scaled_gear(drive.gear, value))),
+        lambda value: setup.with_drive(joint, replace(drive, gear=scaled_gear(drive.gear, value))),
     )  # fmt: skip
 
 
