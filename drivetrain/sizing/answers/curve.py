@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,6 +38,7 @@ SAMPLES = 2048  # of each set selected, where tolerances are stated and no proba
 PROVEN = "optimal"
 PROVEN_ROBUST = "optimal among the sets that hold often enough"
 Progress = Callable[[int, int, str], None]
+Drives = dict[str, Pair]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +46,7 @@ class CurvePoint:
     """The best set at one value."""
 
     value: float  # of what is varied
-    drives: dict[str, Pair]  # keys of (motor, gear) by joint name; empty where nothing fits
+    drives: Drives  # keys of (motor, gear) by joint name; empty where nothing fits
     objective: float  # NaN where nothing fits
     criteria: dict[str, float]  # mass [kg], price, energy of a cycle [J] and largest utilisation
     proof: str  # of the search that found it; empty where the set was found at another value and evaluated here
@@ -67,7 +69,7 @@ class CurvePiece:
 
     low: float
     high: float
-    drives: dict[str, Pair]  # empty where nothing fits
+    drives: Drives  # empty where nothing fits
     points: tuple[CurvePoint, ...]  # the set at some values from low to high
     low_ends_by: str  # place and check that fail beyond the end, or what makes another set better there;
     high_ends_by: str  # empty at the ends of what was looked at
@@ -152,18 +154,18 @@ def optimum_curve(
         found.append(row.selected(value, found[-1] if found else None))
     tolerance = TOLERANCE * (span[1] - span[0])
     tell(points, points + 1, "locating the breakpoints")
-    marks = _Marks([found[0]], [])
+    starts = [(grid[0], found[0])]
     for before, one in itertools.pairwise(found):
         if row.often is None:
-            _between(row, marks, one, tolerance)
-        elif one.drives != before.drives:  # whether a set holds often enough is too dear to be asked on the way
-            marks.breaks.append(0.5 * (before.value + one.value))
-            marks.sets.append(one)
+            _between(row, starts, one, tolerance)
+        elif one.drives != before.drives:  # whether a set is feasible often enough is too dear to be asked on the way
+            starts.append((0.5 * (before.value + one.value), one))
+    pieces = _pieces(row, starts, grid[-1], tolerance)
     if row.often is not None:
         tolerance = 0.5 * (grid[1] - grid[0])
     return OptimumCurve(
-        study, what, row.payload, what.now(study, row.payload), tuple(sorted(row.made, key=lambda one: one.value)),
-        _pieces(row, marks), tolerance, tuple(_notes(row, grid)),
+        study, what, row.payload, row.now, tuple(sorted(row.made, key=lambda one: one.value)), pieces, tolerance,
+        tuple(_notes(row, grid[1] - grid[0])),
     )  # fmt: skip
 
 
@@ -181,6 +183,10 @@ class _Row:
     @cached_property
     def family(self) -> WorkFamily:
         return WorkFamily(self.study, (self.payload,) if self.payload else ())
+
+    @property
+    def now(self) -> float:
+        return self.vary.now(self.study, self.payload)
 
     @property
     def often(self) -> float | None:
@@ -202,11 +208,11 @@ class _Row:
         point = CurvePoint(
             value, dict(found.drives) if found.feasible else {}, found.objective, found.evaluation.criteria, found.proof
         )
-        known = [dict(key) for key in self.sets]
-        for drives in [*known, *([before.drives] if before is not None and before.drives else [])]:
+        last = {} if before is None else before.drives
+        for drives in [dict(key) for key in self.sets] + ([last] if last else []):
             evaluation = self.evaluated(drives, value)
             least = point.objective if point.drives else math.inf
-            slack = EQUAL if before is not None and drives == before.drives else -EQUAL
+            slack = EQUAL if drives == last else -EQUAL
             if evaluation.feasible and evaluation.objective <= least * (1.0 + slack):
                 point = replace(point, drives=drives, objective=evaluation.objective, criteria=evaluation.criteria)
         if point.drives and scatters(study):
@@ -214,14 +220,14 @@ class _Row:
         self.made.append(point)
         return point
 
-    def evaluated(self, drives: dict[str, Pair], value: float) -> Evaluation:
+    def evaluated(self, drives: Drives, value: float) -> Evaluation:
         """A set at a value."""
         key = tuple(drives.items())
         if key not in self.sets:
             self.sets[key] = task_number(self.family, named_drives(self.study, drives), self.vary, self.payload)
         return self.sets[key].put(value).evaluation()
 
-    def worth(self, drives: dict[str, Pair], value: float) -> float:
+    def worth(self, drives: Drives, value: float) -> float:
         """Objective of a set at a value; infinite where it does not hold, or there is none."""
         if not drives:
             return math.inf
@@ -239,32 +245,27 @@ def _robust(study: Study, value: float) -> CurvePoint:
     return CurvePoint(value, dict(best.drives), best.objective, best.criteria, proof, found.chosen.chance)
 
 
-@dataclass(frozen=True, eq=False)
-class _Marks:
-    """The best sets so far by rising value, and the breakpoints between them."""
+def _between(row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float) -> None:
+    """Go on from the last set to the set at a further value, breakpoint by breakpoint.
 
-    sets: list[CurvePoint]
-    breaks: list[float]
-
-
-def _between(row: _Row, marks: _Marks, end: CurvePoint, tolerance: float) -> None:
-    """Go on from the last set to the set at a further value, breakpoint by breakpoint."""
-    while marks.sets[-1].drives != end.drives:
-        start = marks.sets[-1]
+    Args:
+        starts: Where each best set begins, and the set, by rising value; those on the way are put in.
+    """
+    while starts[-1][1].drives != end.drives:
+        start = starts[-1][1]
         low, high = edge(partial(_goes_on, row, start.drives, end.drives), start.value, end.value,
                          error=0.0, least=tolerance)  # fmt: skip
         before, after = row.selected(low, start), row.selected(high, end)
         if before.drives != start.drives and low > start.value:
             # A third set is better somewhere before the edge: look for its own edge first.
-            _between(row, marks, before, tolerance)
+            _between(row, starts, before, tolerance)
             continue
-        marks.breaks.append(0.5 * (low + high))
-        marks.sets.append(replace(after, value=high))
+        starts.append((0.5 * (low + high), after))
         if high >= end.value:
             return
 
 
-def _goes_on(row: _Row, first: dict[str, Pair], last: dict[str, Pair], value: float) -> bool:
+def _goes_on(row: _Row, first: Drives, last: Drives, value: float) -> bool:
     """Whether the first of two sets is still the better one."""
     if not first:
         return math.isinf(row.worth(last, value))
@@ -272,119 +273,110 @@ def _goes_on(row: _Row, first: dict[str, Pair], last: dict[str, Pair], value: fl
     return math.isfinite(own) and own <= row.worth(last, value) * (1.0 + EQUAL)
 
 
-def _pieces(row: _Row, marks: _Marks) -> tuple[CurvePiece, ...]:
-    """The sets with the ranges in which they are the best; neighbours of one set are one piece."""
-    last = max(point.value for point in row.made)
-    first = min(point.value for point in row.made)
-    ends = [first, *marks.breaks, last]
-    runs: list[_Run] = []
-    for one, low, high in zip(marks.sets, ends, ends[1:], strict=False):
-        if runs and runs[-1][2] == one.drives:
-            runs[-1] = (runs[-1][0], high, one.drives)
-        else:
-            runs.append((low, high, one.drives))
+class _Run(NamedTuple):
+    """A range of values with its best set."""
+
+    low: float
+    high: float
+    drives: Drives
+
+
+def _pieces(
+    row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float
+) -> tuple[CurvePiece, ...]:
+    """The sets with the ranges in which they are the best, without those that rounding or equal worth tell apart."""
+    ends = [*(start for start, _ in starts[1:]), last]
+    runs = [_Run(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]
+    runs = _joined(runs, lambda one, other: one.drives if one.drives == other.drives else None)
     if row.often is None:
-        runs = _merged(row, runs, 2.0 * TOLERANCE * (last - first))
-    pieces = []
-    for index, (low, high, drives) in enumerate(runs):
-        lower = "" if index == 0 else _ended_by(row, drives, low, -1)
-        upper = "" if index == len(runs) - 1 else _ended_by(row, drives, high, 1)
-        pieces.append(CurvePiece(low, high, drives, _drawn(row, drives, low, high), lower, upper))
-    return tuple(pieces)
+        runs = _joined(_joined(runs, partial(_wider, 2.0 * tolerance)), partial(_as_good_as_both, row))
+    return tuple(
+        CurvePiece(
+            low, high, drives, _drawn(row, drives, low, high),
+            _ended_by(row, drives, low, -1) if low > runs[0].low else "",
+            _ended_by(row, drives, high, 1) if high < last else "",
+        )
+        for low, high, drives in runs
+    )  # fmt: skip
 
 
-_Run = tuple[float, float, dict[str, Pair]]
-
-
-def _merged(row: _Row, runs: list[_Run], narrow: float) -> list[_Run]:
-    """Runs without those that only rounding or sets of equal worth tell apart."""
-    wide = [runs[0]]
-    for low, high, drives in runs[1:]:
-        if high - low <= narrow or wide[-1][1] - wide[-1][0] <= narrow:
-            kept = wide[-1][2] if high - low <= narrow else drives
-            wide[-1] = (wide[-1][0], high, kept)
+def _joined(runs: list[_Run], one_for_both: Callable[[_Run, _Run], Drives | None]) -> list[_Run]:
+    """Runs, neighbours for which one set stands made one."""
+    found = [runs[0]]
+    for run in runs[1:]:
+        drives = one_for_both(found[-1], run)
+        if drives is None:
+            found.append(run)
         else:
-            wide.append((low, high, drives))
-    found = [wide[0]]
-    for low, high, drives in wide[1:]:
-        before = found[-1]
-        if before[2] == drives or _as_good(row, before[2], drives, low, high):
-            found[-1] = (before[0], high, before[2])
-        elif _as_good(row, drives, before[2], before[0], before[1]):
-            found[-1] = (before[0], high, drives)
-        else:
-            found.append((low, high, drives))
+            found[-1] = _Run(found[-1].low, run.high, drives)
     return found
 
 
-def _as_good(row: _Row, one: dict[str, Pair], other: dict[str, Pair], low: float, high: float) -> bool:
-    """Whether a set holds over the whole range of another and is worth no less there, looked at where it is drawn."""
-    if not one or not other:
+def _wider(narrow: float, one: _Run, other: _Run) -> Drives | None:
+    if other.high - other.low <= narrow:
+        return one.drives
+    return other.drives if one.high - one.low <= narrow else None
+
+
+def _as_good_as_both(row: _Row, one: _Run, other: _Run) -> Drives | None:
+    if one.drives == other.drives or _as_good(row, one.drives, other):
+        return one.drives
+    return other.drives if _as_good(row, other.drives, one) else None
+
+
+def _as_good(row: _Row, drives: Drives, run: _Run) -> bool:
+    """Whether a set is feasible over the whole run of another and worth no less there, looked at where it is drawn."""
+    if not drives or not run.drives:
         return False
-    inner = np.linspace(low, high, DRAWN + 2)[1:-1]
-    ends = (low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+    inner, ends = np.linspace(run.low, run.high, DRAWN + 2)[1:-1], 1e-9 * (run.high - run.low)
     return all(
-        row.worth(one, float(value)) <= row.worth(other, float(value)) * (1.0 + EQUAL) < math.inf
-        for value in (inner[DRAWN // 2], *ends, *inner)
+        row.worth(drives, float(value)) <= row.worth(run.drives, float(value)) * (1.0 + EQUAL) < math.inf
+        for value in (inner[DRAWN // 2], run.low + ends, run.high - ends, *inner)
     )
 
 
-def _ended_by(row: _Row, drives: dict[str, Pair], value: float, way: int) -> str:
+def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
     """What is over its limit just beyond an end."""
     if not drives:
         return ""
-    beyond = value + way * 2.0 * TOLERANCE * max(abs(value), abs(row.vary.now(row.study, row.payload)), 1e-9)
-    found = row.evaluated(drives, beyond)
     if row.often is not None:
         return "another set is better, or it holds too seldom"
+    found = row.evaluated(drives, value + direction * 2.0 * TOLERANCE * max(abs(value), abs(row.now), 1e-9))
     if found.feasible:
         return "another set is better"
     worst = worst_of_set(found)
     return f"{worst.check} at {worst.place}" if worst.place != "supply" else worst.check
 
 
-def _drawn(row: _Row, drives: dict[str, Pair], low: float, high: float) -> tuple[CurvePoint, ...]:
+def _drawn(row: _Row, drives: Drives, low: float, high: float) -> tuple[CurvePoint, ...]:
     """The set at some values of its piece."""
-    if not drives:
-        return ()
-    found = []
-    for value in np.linspace(low, high, DRAWN):
-        evaluation = row.evaluated(drives, float(value))
-        found.append(CurvePoint(float(value), drives, evaluation.objective, evaluation.criteria, ""))
-    return tuple(found)
+    values = [float(value) for value in np.linspace(low, high, DRAWN)] if drives else []
+    found = [(value, row.evaluated(drives, value)) for value in values]
+    return tuple(CurvePoint(value, drives, one.objective, one.criteria, "") for value, one in found)
 
 
-def _notes(row: _Row, grid: Sequence[float]) -> list[str]:
-    unproven = [point for point in row.made if not is_proven(point.proof)]
-    notes = [*row.missing, *_told_of_scatter(row, 0.5 * (grid[1] - grid[0]))]
-    notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in unproven]
-    step = grid[1] - grid[0]
+def _notes(row: _Row, step: float) -> list[str]:
+    notes = list(row.missing)
+    if scatters(row.study) and row.often is None:
+        notes.append(
+            "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
+            f"counted at every selection over at most {SAMPLES} arms (`selection: holds` asks for sets that hold often "
+            "enough)"
+        )
+    elif row.often is not None:
+        notes.append(
+            f"every set selected holds with at least {100.0 * row.often:g} % ({100.0 * CONFIDENCE:g} % confidence); "
+            f"between two selections a breakpoint is only known to {0.5 * step:.3g} {row.vary.unit}"
+        )
+    notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in row.made if not is_proven(point.proof)]
     notes.append(f"a set that is best only within one step of the grid, {step:.3g}, can have been passed over")
     if row.vary is Vary.CYCLE_TIME and row.study.arm is None:
         notes.append("the torques of the load table are kept at every pace")
     return notes
 
 
-def _told_of_scatter(row: _Row, step: float) -> list[str]:
-    """What tolerances mean for the curve, in words."""
-    if not scatters(row.study):
-        return []
-    if row.often is None:
-        return [
-            "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
-            f"counted at every selection over at most {SAMPLES} arms (`selection: holds` asks for sets that hold often "
-            "enough)"
-        ]
-    told = f"every set selected holds with at least {100.0 * row.often:g} % ({100.0 * CONFIDENCE:g} % confidence)"
-    return [f"{told}; between two selections a breakpoint is only known to {step:.3g} {row.vary.unit}"]
-
-
 def varied(vary: Vary | str) -> Vary:
-    """What is varied, from its name.
-
-    Raises:
-        InputError: Another name.
-    """
+    """What is varied, from its name, or an error that tells the nearest one."""
     known = [one.value for one in Vary]
     if str(vary) not in known:
         raise InputError(Fault("vary", "is nothing that can be varied", str(vary), nearest(str(vary), known)))
@@ -392,41 +384,21 @@ def varied(vary: Vary | str) -> Vary:
 
 
 def check_curve(study: Study, vary: Vary | str, span: tuple[float, float]) -> None:
-    """Refuse a curve that cannot be found, before anything is searched.
-
-    Args:
-        span: Smallest and largest value, SI, temperatures in [C].
-
-    Raises:
-        InputError: Every fault, as of ``optimum_curve``.
-    """
+    """Refuse a curve that cannot be found, before anything is searched, as ``optimum_curve`` would."""
     _checked(study, varied(vary), None, span, POINTS)
 
 
-def _payload(study: Study, vary: Vary, name: str | None) -> str:
-    """The payload that is varied."""
-    if vary is not Vary.PAYLOAD:
-        return ""
-    known = [one.name for one in study.payloads if one.mass > 0.0]
-    if study.arm is None or not known:
-        problem = "a load table has none" if study.arm is None else "the study carries none of any mass"
-        raise InputError(Fault("payload", f"cannot be varied: {problem}"))
-    if name is None:
-        return max(study.payloads, key=lambda one: one.mass).name
-    if name not in known:
-        raise InputError(Fault("payload", "is none that the study carries", name, nearest(name, known)))
-    return name
-
-
 def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, float], points: int) -> str:
-    """The payload that is varied, along a range that can be walked."""
-    low, high = span
-    faults: list[Fault] = []
-    name = ""
-    try:
-        name = _payload(study, vary, payload)
-    except InputError as error:
-        faults.extend(error.faults)
+    """Name of the payload that is varied, if one is, along a range that can be walked."""
+    (low, high), faults, name = span, [], ""
+    if vary is Vary.PAYLOAD:
+        masses = {one.name: one.mass for one in study.payloads if one.mass > 0.0}
+        name = payload or max(masses, key=lambda one: masses[one], default="")
+        if study.arm is None or not masses:
+            problem = "a load table has none" if study.arm is None else "the study carries none of any mass"
+            faults.append(Fault("payload", f"cannot be varied: {problem}"))
+        elif name not in masses:
+            faults.append(Fault("payload", "is none that the study carries", name, nearest(name, masses)))
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         faults.append(Fault("span", "must rise from its first to its last value", span))
     if vary in (Vary.CYCLE_TIME, Vary.VOLTAGE) and not low > 0.0:
