@@ -25,8 +25,8 @@ from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.solvers.rosenbrock import Rodas5P
 from drivetrain.solvers.solver import Solver
+from drivetrain.study.model import Study
 from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
-from drivetrain.study.study import Study
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ def study_scene(
     if wishes.effects == ("all",):
         return StudyScene(full, without(full, ()), "all effects that the sheets have numbers for")
     left = [name for name in KNOWN_EFFECTS if name not in wishes.effects]
-    return StudyScene(full, wanted_scene(full, wishes.effects), f"without {', '.join(left)}")
+    return StudyScene(full, wanted_scene(full, wishes.effects, wishes.add), f"without {', '.join(left)}")
 
 
 def engine_of(wishes: Simulation) -> Engine:

@@ -20,7 +20,7 @@ from drivetrain.commands.shared import (
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation
-    from drivetrain.study.study import Study
+    from drivetrain.study.model import Study
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -49,7 +49,7 @@ def _accuracy(
         from drivetrain.report.outputs import write_files
         from drivetrain.simulation.fixed_step import FixedStep
         from drivetrain.sizing.results import Verdict
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
         from drivetrain.units import quantity
 
         together = Together()

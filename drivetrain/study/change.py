@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 
 @dataclass(frozen=True)

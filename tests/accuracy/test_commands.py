@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from drivetrain.cli import app
 from drivetrain.errors import InputError
 from drivetrain.simulation.recording import load_recording
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 STUDY = """\
 schema_version: 1

@@ -15,7 +15,7 @@ from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.errors import InputError
 from drivetrain.sizing.answers.free_ratio import Goal, free_ratios
 from drivetrain.sizing.judge.evaluate import evaluate_drives
-from drivetrain.study.study import FreeRatio
+from drivetrain.study.model import FreeRatio
 
 WIDE = FreeRatio(2.0, 2000.0)
 

@@ -14,7 +14,7 @@ from drivetrain.sizing.answers.why_not import Standing, why_not
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 from drivetrain.study.verdicts import Verdict
 
 EXAMPLES = ("one_axis", "desktop_arm", "ur5_pick_and_place")

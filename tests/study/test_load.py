@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.study.study import DriveMass, Study
+from drivetrain.study.model import DriveMass, Study
 
 
 def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:

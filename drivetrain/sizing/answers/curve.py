@@ -28,7 +28,7 @@ from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE, robust_sele
 from drivetrain.sizing.tolerance.scatter_ground import ground
 from drivetrain.sizing.tolerance.uncertainty import Chance
 from drivetrain.study.change import changed
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 POINTS = 17
 TOLERANCE = 1e-6  # of the span of values
@@ -281,9 +281,7 @@ class _Run(NamedTuple):
     drives: Drives
 
 
-def _pieces(
-    row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float
-) -> tuple[CurvePiece, ...]:
+def _pieces(row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float) -> tuple[CurvePiece, ...]:
     """The sets with the ranges in which they are the best, without those that rounding or equal worth tell apart."""
     ends = [*(start for start, _ in starts[1:]), last]
     runs = [_Run(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]

@@ -31,8 +31,8 @@ from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.judge.vary import Setup, Worst, edges, worst_of
 from drivetrain.sizing.search.search import select
+from drivetrain.study.model import FreeRatio, Study
 from drivetrain.study.mounting import drive_mass
-from drivetrain.study.study import FreeRatio, Study
 from drivetrain.study.verdicts import Verdict, verdict_of
 
 ROUNDS = 12

@@ -28,7 +28,7 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
 from drivetrain.sizing.judge.vary import Number, Setup, edges, named_drives, ratio_number
 from drivetrain.sizing.search.search import select
-from drivetrain.study.study import JointTask, Study
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.verdicts import Check, Verdict, lacking
 
 GRID = 81  # ratios of the sweep

@@ -8,8 +8,8 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.answers.curve import OptimumCurve, Progress, check_curve, optimum_curve
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.search.front import Front, check_criteria, pareto_front
-from drivetrain.study.study import Study
-from drivetrain.study.trade_offs import CurveWanted
+from drivetrain.study.model import Study
+from drivetrain.study.selection import CurveWanted
 
 FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}  # of the study's own
 AROUND = 20.0  # K each way of the study's air

@@ -38,10 +38,10 @@ from drivetrain.sizing.judge.vary import (
 )
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.search.search import select
+from drivetrain.study.candidates import excluded_by
 from drivetrain.study.change import TaskChange
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import drive_mass, mass_counts
-from drivetrain.study.put_aside import put_aside
-from drivetrain.study.study import JointTask, Study
 from drivetrain.study.verdicts import Check, Verdict, worst
 
 MOST = 10.0  # times slower, times the voltage, times the ratio or a tenth of it: beyond, it is another task
@@ -237,7 +237,7 @@ def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
     study, task = question.study, question.study.joints[joint]
     pairs, chosen = _pairs(question, task), question.chosen.get(task.name)
     if not pairs:
-        words = put_aside(task, study.catalog, question.motor, question.gear)
+        words = excluded_by(task, study.catalog, question.motor, question.gear)
         words = words or ("nothing in the catalogue that the study allows goes with it",)
         motor, gear = question.motor or "", question.gear or ""
         return PairAnswer(task.name, motor, gear, Standing.NO_PARTNER, words, 0, 0, None, None, (), (), None)
@@ -283,7 +283,7 @@ def _tried(question: _Question, joint: int, pair: Pair) -> _Tried:
 def _passed_over(question: _Question, joint: int, shown: _Tried) -> tuple[str, ...]:
     """Rules of the study and missing data for which the shown pair may not be chosen."""
     study = question.study
-    words = list(put_aside(study.joints[joint], study.catalog, *shown.keys))
+    words = list(excluded_by(study.joints[joint], study.catalog, *shown.keys))
     for column in ("mass", "price"):
         for part in lacking_parts(shown.result.drive, column):
             counted = weight_of(study.wanted, column) != 0.0

@@ -14,8 +14,8 @@ from drivetrain.drive.motor import Motor
 from drivetrain.drive.motor_limits import continuous_current
 from drivetrain.sizing.judge.checks_motor import short_time_limit
 from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import drive_mass, mass_counts
-from drivetrain.study.study import JointTask, Study
 from drivetrain.study.verdicts import ESSENTIAL, lacking
 
 REPEATED, PEAK, _, RMS, _ = ESSENTIAL

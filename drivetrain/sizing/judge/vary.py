@@ -22,7 +22,7 @@ from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shar
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.change import TaskChange
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check
 
 EDGE = 1e-7  # relative error of an edge

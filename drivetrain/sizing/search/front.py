@@ -21,7 +21,7 @@ from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE
 from drivetrain.sizing.tolerance.scatter_ground import ground
 from drivetrain.sizing.tolerance.uncertainty import Chance
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 CRITERIA = ("mass", "energy")
 TIME_LIMIT = 60.0  # s

@@ -23,7 +23,8 @@ from drivetrain.sizing.search.no_candidates import nothing_to_choose, why_nothin
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.search_tree import Found, Tell, Tree
 from drivetrain.sizing.search.spare_parts import narrowed_by
-from drivetrain.study.study import Study, Wanted
+from drivetrain.study.model import Study
+from drivetrain.study.selection import Wanted
 
 OPTIMAL = "optimal"
 ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none

@@ -1,4 +1,4 @@
-"""The rows a study may choose from: its catalogue folders, and the motors and gears written into the study itself."""
+"""The sheets of a study: its catalogues, the rows written into it, and what it assumes where they are silent."""
 
 from __future__ import annotations
 
@@ -7,23 +7,31 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import yaml
+from pydantic import ValidationError
+
 from drivetrain.catalog.convention import dc_equivalent
 from drivetrain.catalog.read import Catalog, read_catalog
+from drivetrain.catalog.schema import GEAR_KINDS
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
+from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.shipped import shipped
-from drivetrain.study.form import Form
-from drivetrain.study.ledger import Ledger
-from drivetrain.study.schema import StudyForm
+from drivetrain.study.faults import Ledger
+from drivetrain.study.form import Form, made
+from drivetrain.study.model import GearAssumption, MotorAssumption
+from drivetrain.study.schema import AssumptionsForm, StudyForm
 
-SHIPPED = "shipped"  # what a study calls the catalogue that comes with the package
+SHIPPED_CATALOG = "shipped"  # what a study calls the catalogue that comes with the package
+MOTOR_GROUPS = ("brushed", "brushless", "frameless")
+ASSUMPTIONS = Path(__file__).with_name("assumptions.yaml")
 
 Sheet = TypeVar("Sheet", Motor, Gear)
 
 
 def catalog_folders(form: StudyForm, folder: Path) -> list[Path]:
     """The catalogue folders a study names."""
-    return [shipped("catalogs") if name == SHIPPED else folder / name for name in form.catalogs]
+    return [shipped("catalogs") if name == SHIPPED_CATALOG else folder / name for name in form.catalogs]
 
 
 def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
@@ -50,3 +58,26 @@ def _own(forms: Mapping[str, Form], kind: type[Sheet], part: str, ledger: Ledger
         with ledger.gather((part, key)):
             sheets[key] = kind(key=key, **{name: value for name, value in told.items() if name in known})
     return sheets
+
+
+def resolve_assumptions(
+    own: AssumptionsForm, ledger: Ledger
+) -> tuple[dict[str, GearAssumption], dict[str, MotorAssumption]]:
+    """The assumptions by gear kind and by motor group: the study's own entry replaces the shipped one as a whole."""
+    shipped = shipped_assumptions()
+    for part, known in (("gears", GEAR_KINDS), ("motors", MOTOR_GROUPS)):
+        for kind in getattr(own, part):
+            if kind not in known:
+                ledger.fault(("assumptions", part, kind), "is no kind to assume for", hint=nearest(kind, known))
+    gears = {kind: made(one) for kind, one in {**shipped.gears, **own.gears}.items()}
+    motors = {kind: made(one) for kind, one in {**shipped.motors, **own.motors}.items()}
+    return gears, motors
+
+
+def shipped_assumptions() -> AssumptionsForm:
+    """The defaults that ship with the package."""
+    try:
+        data: Any = yaml.safe_load(ASSUMPTIONS.read_text(encoding="utf-8"))
+        return AssumptionsForm.model_validate(data)
+    except (yaml.YAMLError, ValidationError) as error:
+        raise InputError(Fault("shipped assumptions", f"cannot be read: {error}", file=ASSUMPTIONS.name)) from None

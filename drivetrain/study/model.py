@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import Gear
-from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.study.selection import SelectionOptions, TradeOffs
 from drivetrain.study.simulation import Simulation
 from drivetrain.study.tolerances import EXACT, Tolerances
-from drivetrain.study.trade_offs import TradeOffs
+from drivetrain.units import Duration, Efficiency, Factor, Length, Name, Share, Temperature, TemperatureStep
 
 if TYPE_CHECKING:
-    from drivetrain.study.schema_parts import CandidatesForm
+    from drivetrain.study.rules import CandidatesForm
+
+Carrier = Literal["parent", "child", "base", "group"]
 
 
 class DriveMass(StrEnum):
@@ -51,6 +52,9 @@ class Payload:
 class Mount:
     """Where a drive sits.
 
+    A drive of coupled joints may sit where its group begins (``group``): on the link before the first joint of them, at
+    and along that joint's axis. As read, that is ``parent`` of another joint.
+
     Attributes:
         carrier: Link that holds the stator: ``parent`` (before the joint), ``child`` (after it) or ``base``.
         offset: Of the drive's centre of mass from the joint's point, along the joint axis [m].
@@ -58,8 +62,8 @@ class Mount:
             its own; None: its own.
     """
 
-    carrier: str = "parent"
-    offset: float = 0.0
+    carrier: Carrier = "parent"
+    offset: Length = 0.0
     joint: int | None = None
 
 
@@ -100,7 +104,7 @@ class JointTask:
         name: Of the joint.
         drive: Keys of the given (motor, gear), or None; gear key "" is a direct drive.
         pairs: The (motor key, gear key) pairs that may be chosen, in a fixed order; empty when only a drive is given.
-        passed_over: How many catalogue rows each rule of the study put aside, in words: shown in the report.
+        passed_over: How many catalogue rows each rule of the study excluded, in words: shown in the report.
         mount: Where the drive sits.
         contained: What the arm's links already hold here (``replaced`` only).
         friction: At the joint, outside the gear's mesh.
@@ -148,14 +152,14 @@ class Safety:
         life: Wanted gear life [s]; None: reported, not judged.
     """
 
-    peak_torque: float = 1.0
-    rms: float = 1.0
-    speed: float = 1.0
-    voltage: float = 1.0
-    reserve: float = 0.1
-    temperature_margin: float = 0.0
-    inertia_ratio: float | None = None
-    life: float | None = None
+    peak_torque: Factor = 1.0
+    rms: Factor = 1.0
+    speed: Factor = 1.0
+    voltage: Factor = 1.0
+    reserve: Share = 0.1
+    temperature_margin: TemperatureStep = 0.0
+    inertia_ratio: Factor | None = None
+    life: Duration | None = None
 
 
 @dataclass(frozen=True)
@@ -169,10 +173,10 @@ class GearAssumption:
         source: Where the assumption is from.
     """
 
-    efficiency: float | None = None
-    backdriving_efficiency: float | None = None
-    no_load_torque_share: float | None = None
-    source: str = ""
+    efficiency: Efficiency | None = None
+    backdriving_efficiency: Share | None = None
+    no_load_torque_share: Share | None = None
+    source: Name = ""
 
 
 @dataclass(frozen=True)
@@ -185,44 +189,10 @@ class MotorAssumption:
         source: Where the assumption is from.
     """
 
-    max_winding_temperature: float | None = None
-    winding_time_constant: float | None = None
-    housing_time_constant: float | None = None
-    source: str = ""
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What a selection minimises and must respect.
-
-    Attributes:
-        weights: What each term counts in the objective: ``mass`` [1/kg], ``price`` [1/unit of the catalogue's price]
-            and ``energy`` [1/J a cycle]; terms that count nothing are left out.
-        most_motor_types, most_gear_types: Different keys over all joints, at most; None: any number.
-        same_family: Groups of joint names whose motors must be of one family, and whose gears too (see ``family``).
-        sets: How many of the best sets are wanted.
-        time_limit: Of the search [s]; what is left unproven then is told.
-        holds: Probability with which the chosen set must hold under the study's tolerances; None: not asked.
-    """
-
-    weights: tuple[tuple[str, float], ...] = (("mass", 1.0),)
-    most_motor_types: int | None = None
-    most_gear_types: int | None = None
-    same_family: tuple[tuple[str, ...], ...] = ()
-    sets: int = 5
-    time_limit: float = 30.0
-    holds: float | None = None
-
-    @property
-    def objective(self) -> str:
-        """``mass``, ``price`` or ``energy`` when that alone counts, as it is; ``weighted`` otherwise."""
-        name, weight = self.weights[0]
-        return name if len(self.weights) == 1 and weight == 1.0 else "weighted"
-
-
-def family(row: Motor | Gear) -> str:
-    """What parts share a family: those of one maker and series; a part whose sheet names no series stands alone."""
-    return f"{row.maker} {row.series}".strip() if row.series else f"{row.maker} {row.key}".strip()
+    max_winding_temperature: Temperature | None = None
+    winding_time_constant: Duration | None = None
+    housing_time_constant: Duration | None = None
+    source: Name = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +209,7 @@ class Study:
         cycle: The repeated task.
         joints: One a joint, in the arm's order.
         supply: Behind all amplifiers.
-        ambient: Air temperature [C].
+        ambient: Temperature around the drives [C].
         safety: Factors and reserves.
         gear_assumptions: By gear kind.
         motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
@@ -248,7 +218,7 @@ class Study:
         tolerances: How far what is built may lie from these numbers.
         simulation: What a simulation of it holds, and how it is run.
         trade_offs: What the report of a selection tells beside the best set.
-        notes: Doubts raised while reading (arm, motion, catalogue), for the report.
+        notes: Warnings raised while reading (arm, motion, catalogue), for the report.
     """
 
     name: str
@@ -266,7 +236,7 @@ class Study:
     gear_assumptions: dict[str, GearAssumption]
     motor_assumptions: dict[str, MotorAssumption]
     catalog: Catalog
-    wanted: Wanted = Wanted()
+    wanted: SelectionOptions = field(default_factory=SelectionOptions)
     tolerances: Tolerances = EXACT
     simulation: Simulation = field(default_factory=Simulation)
     trade_offs: TradeOffs = field(default_factory=TradeOffs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
@@ -13,13 +13,13 @@ from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.errors import nearest
 from drivetrain.study.candidates import candidate_pairs, known_pair
 from drivetrain.study.document import Place
-from drivetrain.study.ledger import Ledger
-from drivetrain.study.resolve_free_ratio import resolve_free_ratio
-from drivetrain.study.schema import DEFAULT, StudyForm
-from drivetrain.study.schema_parts import AmplifierForm, CandidatesForm, FrictionForm, JointForm, MountForm
-from drivetrain.study.study import ContainedDrive, DriveMass, JointTask, Mount
+from drivetrain.study.faults import Ledger
+from drivetrain.study.form import given, made, over
+from drivetrain.study.model import ContainedDrive, DriveMass, FreeRatio, JointTask, Mount
+from drivetrain.study.rules import CandidatesForm
+from drivetrain.study.schema import DEFAULT, AmplifierForm, FreeRatioForm, JointForm, StudyForm
 
-Found = tuple[tuple[tuple[str, str], ...], tuple[str, ...]]  # pairs, and what was put aside in words
+Found = tuple[tuple[tuple[str, str], ...], tuple[str, ...]]  # pairs, and what was excluded in words
 _CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
 
 
@@ -61,19 +61,16 @@ def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTas
 
 
 def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm | None:
-    """What holds for a joint: its own entry over the default one.
+    """What holds for a joint: its own entry over the default one; None when there is neither.
 
     An own drive is not joined by the default's candidates, nor own candidates by the default's drive.
-
-    Returns:
-        The merged entry; None when there is neither.
     """
     if own is None or default is None:
         return own if default is None else default
-    merged = own.over(default)
-    if own.given("drive") and not own.given("candidates"):
+    merged = over(own, default)
+    if given(own, "drive") and not given(own, "candidates"):
         return merged.model_copy(update={"candidates": None})
-    if own.given("candidates") and not own.given("drive"):
+    if given(own, "candidates") and not given(own, "drive"):
         return merged.model_copy(update={"drive": None})
     return merged
 
@@ -86,6 +83,7 @@ def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledge
 
 
 def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, float]:
+    """What an entry states, currents in DC-equivalent ampere."""
     found = {} if form.modulation is None else {"modulation": form.modulation}
     for name in ("peak_current", "continuous_current"):
         current = getattr(form, name)
@@ -111,9 +109,9 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     friction: Friction = FRICTIONLESS
     motor_friction: Friction | None = None
     with ledger.gather((*place, "friction")):
-        friction = _friction(form.friction)
+        friction = made(form.friction)
     with ledger.gather((*place, "motor_friction")):
-        motor_friction = None if form.motor_friction is None else _friction(form.motor_friction)
+        motor_friction = made(form.motor_friction)
     return JointTask(
         name=name,
         drive=drive,
@@ -167,11 +165,7 @@ def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tu
     return pair
 
 
-def _friction(form: FrictionForm) -> Friction:
-    return replace(FRICTIONLESS, **form.model_dump())
-
-
-def _mount(around: Surroundings, index: int, form: MountForm, place: Place) -> Mount:
+def _mount(around: Surroundings, index: int, form: Mount, place: Place) -> Mount:
     """Where a drive sits; with its group, that is on the link before the first joint of it."""
     if form.carrier != "group":
         return Mount(form.carrier, form.offset)
@@ -218,3 +212,20 @@ def _travel(around: Surroundings, index: int, form: JointForm, place: Place) -> 
     if travel is not None and not slides and place[1] != DEFAULT:
         around.ledger.fault((*place, "travel_per_turn"), "goes with a prismatic joint of an arm only")
     return travel if slides else None
+
+
+def resolve_free_ratio(form: FreeRatioForm | None, catalog: Catalog, ledger: Ledger, place: Place) -> FreeRatio | None:
+    """The range of ratios of a joint, and of which gears; None where nothing is written, or with a fault."""
+    if form is None:
+        return None
+    low, high = form.ratio
+    if low is None or high is None or not 0.0 < low < high:
+        ledger.fault((*place, "ratio"), "needs a smaller and a larger positive ratio, such as [30, 160]")
+        return None
+    known = {row.series for row in catalog.gears.values() if row.series}
+    if form.series is not None and form.series not in known and not ledger.spoiled(("catalogs",)):
+        hint = nearest(form.series, known)
+        ledger.fault((*place, "series"), "no gear of the catalogue has this series", form.series, hint)
+    if form.motor is not None and form.motor not in catalog.motors and not ledger.spoiled(("catalogs",)):
+        ledger.fault((*place, "motor"), "no motor has this key", form.motor, nearest(form.motor, catalog.motors))
+    return FreeRatio(low, high, form.series, form.motor)
