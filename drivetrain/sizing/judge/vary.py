@@ -55,7 +55,7 @@ class Vary(StrEnum):
             return TaskChange(ambient=value - now)
         if self is Vary.PAYLOAD:
             return TaskChange(payload=value / now, payloads=(payload,) if payload else ())
-        return TaskChange(**{"time" if self is Vary.CYCLE_TIME else "voltage": value / now})
+        return TaskChange(time=value / now) if self is Vary.CYCLE_TIME else TaskChange(voltage=value / now)
 
 
 @dataclass(frozen=True, eq=False)
