@@ -11,12 +11,10 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.accuracy.auto import choose_effects
-from drivetrain.accuracy.conditions import task_of
+from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of, change, decision
-from drivetrain.accuracy.estimates import estimates
-from drivetrain.accuracy.full_scene import full_scene, wanted_scene
-from drivetrain.accuracy.runs import ran
-from drivetrain.accuracy.variants import LABELS, choices, without
+from drivetrain.accuracy.estimates import estimates, task_of
+from drivetrain.accuracy.scenes import LABELS, choices, full_scene, wanted_scene, without
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.cogging import Cogging
 from drivetrain.effects.current_loop import CurrentLoop
