@@ -24,7 +24,7 @@ from drivetrain.sizing.answers.free_ratio_results import CatalogueGear, FreeJoin
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import judge
+from drivetrain.sizing.judge.old_judge import judge
 from drivetrain.sizing.judge.operation import Operation
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.bench import worst_of

@@ -35,7 +35,7 @@ from drivetrain.sizing.answers.ratio_results import (
 from drivetrain.sizing.demand.demand import JointWork, workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import is_direct, judge
+from drivetrain.sizing.judge.old_judge import is_direct, judge
 from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.search.search import select
 from drivetrain.study.study import JointTask, Study

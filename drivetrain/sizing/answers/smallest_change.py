@@ -18,7 +18,7 @@ from drivetrain.drive.matching import scaled_gear
 from drivetrain.sizing.answers.ratio_results import NearGear
 from drivetrain.sizing.answers.why_not_results import SmallestChange
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.judge import judge
+from drivetrain.sizing.judge.old_judge import judge
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.bench import Bench, Worst, with_ratio, worst_of
 from drivetrain.study.change import TaskChange, changed

@@ -15,7 +15,7 @@ from drivetrain.drive.friction import Friction, breakaway_torque, friction_torqu
 from drivetrain.drive.gear import average_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
-from drivetrain.sizing.judge.checks import Peak, peak
+from drivetrain.sizing.judge.held import Peak, peak
 from drivetrain.study.mounting import seat
 from drivetrain.study.study import Study
 
@@ -194,14 +194,14 @@ class JointWork:
         return self.others is not None and self.joint in self.work.basis[self.joint].drives
 
     @cached_property
-    def _fixed(self) -> JointDemand:
+    def fixed(self) -> JointDemand:
         """The demand without what the joint's own drive adds."""
         return self._demand(self.others)
 
     def demand(self, drive: Drive) -> JointDemand:
         """What the task asks of the joint's own drive."""
         if not self.own_load or self.others is None:
-            return self._fixed
+            return self.fixed
         basis = self.work.basis[self.joint]
         at = NUMBERS * basis.drives.index(self.joint)
         numbers = np.zeros(len(basis.force))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drivetrain.drive.gear import Gear, gear_life, torque_exponent
-from drivetrain.sizing.judge.checks import Limit, Peak, held, reported
+from drivetrain.sizing.judge.held import Limit, Peak, held, reported
 from drivetrain.sizing.judge.operation import Operation
 from drivetrain.study.verdicts import Check
 

@@ -9,7 +9,7 @@ from drivetrain.drive.drive import drive_inertia
 from drivetrain.drive.heat import rms_rule_validity, thermal_network
 from drivetrain.drive.motor import Motor, stall_torque
 from drivetrain.motion.duty_cycle import sample_weights
-from drivetrain.sizing.judge.checks import Limit, held, judged, peak, reported
+from drivetrain.sizing.judge.held import Limit, held, judged, peak, reported
 from drivetrain.sizing.judge.operation import Operation
 from drivetrain.study.verdicts import Check, Verdict
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Supply
-from drivetrain.sizing.judge.checks import Limit, held, peak
+from drivetrain.sizing.judge.held import Limit, held, peak
 from drivetrain.study.verdicts import Check
 
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
-from drivetrain.sizing.judge.checks import reported
+from drivetrain.sizing.judge.held import reported
 from drivetrain.sizing.judge.checks_supply import supply_checks
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import joint_result, placed
+from drivetrain.sizing.judge.old_judge import joint_result, placed
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import operation

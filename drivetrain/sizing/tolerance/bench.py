@@ -18,7 +18,7 @@ from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import judge
+from drivetrain.sizing.judge.old_judge import judge
 from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.change import TaskChange
