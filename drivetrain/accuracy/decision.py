@@ -21,16 +21,20 @@ from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.motion.duty_cycle import Cycle, sample_weights
+from drivetrain.records import as_numbers
 from drivetrain.simulation.cost_results import Change, Decision, JointDecision
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.demand.demand import JointDemand
-from drivetrain.sizing.judge.checks_motor import ELECTRIC_CHECKS, motor_peak_torque, motor_speed
-from drivetrain.sizing.judge.operation import Operation
+from drivetrain.sizing.judge.cases import cases_of
+from drivetrain.sizing.judge.checks import CHECKS, TORQUE, table
+from drivetrain.sizing.judge.judge import set_limits, utilisation_of
+from drivetrain.sizing.judge.operation import Judgement, Operation
+from drivetrain.sizing.judge.verdicts import told
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.verdicts import Check
 
-CHECKS = (motor_speed, motor_peak_torque, *ELECTRIC_CHECKS)
+CHECKED = tuple(row for row in CHECKS if row.name == "motor speed" or row.stage >= TORQUE)
 """Checks of a study that simulated currents, voltages and temperatures can be held against."""
 
 
@@ -238,20 +242,29 @@ class _Simulated(Operation):
         return ""
 
     @cached_property
-    def peak_torque(self) -> Array:
-        constant = torque_constant(self.drive.motor, self.magnet_temperature)
-        return np.asarray(self.series_of["current"] * constant)
+    def judgement(self) -> Judgement:
+        cases = cases_of(self.study, self.joint, self.demand, [self.drive])
+        case, heat = cases[0], self.heat_of
+        set_limits(case)
+        figures, total = case.figures, float(self.demand.weights.sum())
+        figures.motor_torque, figures.voltage = np.abs(self.peak_torque).max(), self.largest_voltage.max()
+        figures.motor_current = np.abs(self.current).max()
+        figures.rms_current = math.sqrt(float(self.demand.weights @ self.current**2) / total) if total > 0.0 else 0.0
+        if heat is not None:
+            figures.winding_temperature = heat.peak_winding
+            figures.hottest_time = heat.peak_time - float(self.demand.time[0])
+        used = [utilisation_of(case, as_numbers(cases)[0], row) for row in table()]
+        return Judgement(case, np.array(used), np.zeros(0), None)
 
     @cached_property
-    def heat(self) -> PeriodicTemperature | None:
-        return self.heat_of
+    def peak_torque(self) -> Array:
+        magnets = self.study.ambient
+        if self.heat_of is not None and not self.heat_of.runaway:
+            magnets = self.heat_of.magnet_temperature
+        return np.asarray(self.series_of["current"] * torque_constant(self.drive.motor, magnets))
 
     @cached_property
     def current(self) -> Array:
-        return self.series_of["current"]
-
-    @cached_property
-    def peak_current(self) -> Array:
         return self.series_of["current"]
 
     @cached_property
@@ -274,8 +287,8 @@ def _checks(
         task.friction, np.zeros(len(time), dtype=np.int64), None, None, cycle,
     )  # fmt: skip
     own = {what: series.get(f"{name}.{what}", zero) for what in ("current", "voltage")}
-    op = _Simulated(demand, joint.drive, task, study.supply, study.ambient, study.safety, own, heat)
-    return tuple(check(op) for check in CHECKS)
+    op = _Simulated(demand, joint.drive, study, study.joints.index(task), own, heat)
+    return tuple(told(op, row) for row in CHECKED)
 
 
 def _sampled(cycle: Cycle, time: Array, use: Use) -> Cycle:

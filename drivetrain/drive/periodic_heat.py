@@ -27,7 +27,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.exponentials import first, second
-from drivetrain.drive.motor import copper_coefficient, torque_constant, winding_resistance
+from drivetrain.drive.motor import copper_coefficient, winding_resistance
 from drivetrain.drive.motor_limits import thermal_path
 from drivetrain.jit import FAST, law
 from drivetrain.records import UNKNOWN, known, known_or, record_type
@@ -284,7 +284,7 @@ def _short_integrals(steps: Any, growth: Any, rates: Any, out: Any) -> None:
         v[k] = square * h * (1.0 / 6.0 + o2 / 24.0 + o3 / 120.0 + o4 / 720.0 + o5 / 5040.0 + o6 / 40320.0)
 
 
-@law(inline="always")
+@law
 def _all_integrals(steps: Any, growth: Any, rates: Any, out: Any) -> None:
     """``_integrals`` of every interval, four rows."""
     p, q, u, v = out
@@ -359,7 +359,7 @@ def cycle_map(steps: Any, growth: Any, source: Any, injected: Any, rates: Any, i
     )  # fmt: skip
 
 
-@law(inline="always")
+@law
 def cycle_trace(
     steps: Any, growth: Any, source: Any, injected: Any, rates: Any, integrals: Any, start: Any, winding: Any,
     housing: Any,
@@ -449,7 +449,7 @@ def _large(cycle: Any) -> Any:
     return not (rows + abs(cycle.wh) + abs(cycle.hw) + abs(cycle.mean_ww) + abs(cycle.mean_hh) < GROWN_BEYOND)
 
 
-@law(inline="always")
+@law
 def _still_alone(nodes: Any, cold: Any, slope: Any, part: Any) -> Any:
     """A part by itself whose temperatures do not move: P (1 - r (R1 + R2)) = R(T_amb) i^2 + r R2 P_housing."""
     gain = slope * part.square * (nodes.inner + nodes.outer)
@@ -462,7 +462,7 @@ def _still_alone(nodes: Any, cold: Any, slope: Any, part: Any) -> Any:
     return True
 
 
-@law(inline="always")
+@law
 def _still_shared(nodes: Any, cold: Any, slope: Any, part: Any) -> Any:
     """The same of a part of a mix, as a line over the housing's mean rise."""
     rise = slope * part.square
@@ -494,7 +494,7 @@ def _start_of(cycle: Any, winding: Any, housing: Any) -> Any:
     )
 
 
-@law(inline="always")
+@law
 def _moving(nodes: Any, use: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, shared: Any) -> Any:
     """A part whose temperatures move, by itself or as a line over the housing's mean rise; its spectral radius.
 
@@ -538,7 +538,7 @@ def _moving(nodes: Any, use: Any, losses: Any, i: Any, cold: Any, slope: Any, pa
 # The periodic state of the use
 
 
-@law(inline="always")
+@law
 def _mean_housing(nodes: Any, copper: Any, use: Any, losses: Any, parts: Any, magnets: Any, moves: Any) -> Any:
     """Mean housing rise with magnets of a temperature, infinite in a runaway, and the spectral radius of one cycle."""
     cold, slope = per_torque(copper, magnets)
@@ -622,7 +622,7 @@ def periodic_heat(nodes: Any, copper: Any, use: Any, losses: Any, parts: Any, am
     return Heat(magnets, winding, housing, ambient + peak, peak_time, peak_part, converged, radius)
 
 
-@law(inline="always")
+@law
 def _traced(nodes: Any, use: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any) -> Any:
     """The rises of a part over its period; the largest of the winding and its time."""
     begin, end = intervals(use, i)
@@ -635,5 +635,6 @@ def _traced(nodes: Any, use: Any, losses: Any, i: Any, cold: Any, slope: Any, pa
         losses.winding_rise[begin : end + 1], losses.housing_rise[begin : end + 1],
     )  # fmt: skip
     if nodes.inner == 0.0:
-        losses.housing_rise[begin : end + 1] = losses.winding_rise[begin : end + 1]
+        for t in range(begin, end + 1):
+            losses.housing_rise[t] = losses.winding_rise[t]
     return found

@@ -6,22 +6,24 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.gear import torque_exponent
+from drivetrain.drive.gear import average_torque, torque_exponent
 from drivetrain.drive.gear_family import GearFamily
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.sizing.answers.free_ratio_results import Goal
 from drivetrain.sizing.demand.demand import Workload
-from drivetrain.sizing.judge.checks_gear import gear_maximum_input_speed, gear_mean_input_speed
-from drivetrain.sizing.judge.checks_motor import motor_speed, motor_voltage
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.operation import Operation, operation
+from drivetrain.sizing.judge.verdicts import check_of
 from drivetrain.sizing.tolerance.bench import Worst
 from drivetrain.study.mounting import drive_mass
 from drivetrain.study.study import Study
 
 SIZINGS = 12  # a gear that rides on the link it moves is sized again until its own weight is borne
 SETTLED = 1e-10
+SPEED_AND_VOLTAGE = ("motor speed", "gear maximum input speed", "gear mean input speed", "motor voltage")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +85,8 @@ class FreeDesign:
         if op.missing:
             return math.nan
         if self.goal is Goal.ENERGY:
-            return float(op.balance.electrical @ self.work.weights)
-        current = op.torque.total / float(torque_constant(drive.motor, self.study.ambient))
+            return float(op.power @ self.work.weights)
+        current = op.motor_torque / float(torque_constant(drive.motor, self.study.ambient))
         squared = op.demand.mean(current**2)
         if self.goal is Goal.HEAT:
             return float(winding_resistance(drive.motor, self.study.ambient)) * squared
@@ -100,7 +102,7 @@ class FreeDesign:
     def limit(self, joint: int, drives: Mapping[int, Drive]) -> Worst:
         """How near a joint comes to its limits of speed and of voltage."""
         op = self.at(joint, drives)
-        found = [check(op) for check in (motor_speed, gear_maximum_input_speed, gear_mean_input_speed, motor_voltage)]
+        found = [check_of(op, name) for name in SPEED_AND_VOLTAGE]
         return max(
             (Worst(check.name, check.utilisation) for check in found if check.utilisation is not None),
             key=lambda one: one.utilisation, default=Worst("", 0.0),
@@ -120,8 +122,12 @@ class FreeDesign:
         before = 0.0
         for _ in range(SIZINGS):
             demand = work.demand(found)
-            peak = self.study.safety.peak_torque * demand.largest_load.value
-            torque = family.size_for(ratio, peak, demand.average_torque(torque_exponent(found.gear)))
+            peak = self.study.safety.peak_torque * float(np.abs(demand.loosening_torque).max())
+            torque = family.size_for(
+                ratio,
+                peak,
+                average_torque(torque_exponent(found.gear), demand.load_torque, demand.speed, demand.weights),
+            )
             found = drive(torque)
             if not work.own_load or abs(torque - before) <= SETTLED * torque:
                 break

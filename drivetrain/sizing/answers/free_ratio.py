@@ -291,7 +291,7 @@ def _joint(design: FreeDesign, joint: int, ratios: Mapping[int, float], drives: 
 
 
 def _rms(op: Operation) -> float:
-    return math.nan if op.missing else math.sqrt(op.demand.mean(op.torque.total**2))
+    return math.nan if op.missing else math.sqrt(op.demand.mean(op.motor_torque**2))
 
 
 def _gears(design: FreeDesign, joint: int, line: _Line, ratios: Mapping[int, float]) -> tuple[CatalogueGear, ...]:

@@ -193,15 +193,12 @@ def _point(op: Operation) -> RatioPoint:
     # Far from any ratio that fits, the heat may leave the range of numbers: that is a runaway like any other.
     with np.errstate(over="ignore", invalid="ignore"):
         checks = judge(op)
-        heat = math.nan
-        if op.heat is not None and not op.missing:
-            heat = math.inf if op.heat.runaway else op.heat.peak_winding
     return RatioPoint(
         ratio=abs(op.drive.gear.ratio),
-        rms_torque=math.sqrt(op.demand.mean(op.torque.total**2)),
+        rms_torque=math.sqrt(op.demand.mean(op.motor_torque**2)),
         peak_torque=float(np.abs(op.peak_torque).max()),
         motor_speed=float(np.abs(op.motor_speed).max()),
-        winding_temperature=heat,
+        winding_temperature=float(op.figures.winding_temperature),
         utilisations={check.name: math.nan if check.utilisation is None else check.utilisation for check in checks},
     )
 

@@ -13,8 +13,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.answers.smallest_change import smallest_changes
 from drivetrain.sizing.answers.why_not_results import PairAnswer, SmallestChange, Standing, WhyNot
 from drivetrain.sizing.demand.changed_work import WorkFamily
-from drivetrain.sizing.judge.evaluate import NO_GEAR, Pair
-from drivetrain.sizing.judge.old_judge import joint_result
+from drivetrain.sizing.judge.evaluate import NO_GEAR, Pair, joint_result
 from drivetrain.sizing.judge.missing import lacking_parts, row_of
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import JointResult, Selection

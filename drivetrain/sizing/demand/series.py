@@ -102,20 +102,16 @@ class Work(NamedTuple):
     Attributes:
         motion: Series.
         load, added: What it carries, and what amounts add.
-        few, few_load, few_added: The same at some samples that ask much.
-        sum, few_sum, traces, few_traces: Memory.
+        sum, traces: Memory.
+        few: The same at some samples that ask much, for a first look; None of these themselves.
     """
 
     motion: Motion
     load: Load
     added: Added
-    few: Motion
-    few_load: Load
-    few_added: Added
     sum: Load
-    few_sum: Load
     traces: Traces
-    few_traces: Traces
+    few: Work | None = None
 
 
 def work_of(demand: JointDemand, added: Added | None = None) -> Work:
@@ -125,25 +121,20 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
         demand: Without what the amounts add.
         added: None: nothing.
     """
-    motion, load = motion_of(demand), load_of(demand)
-    samples = len(demand.time)
-    rows = Added(np.zeros((0, samples)), np.zeros((0, 6, load.wrench.shape[1])), np.zeros((0, len(load.inertia))))
-    added = rows if added is None else added
-    pick = _sharp(demand)
-    few = Motion(
-        *(_chosen(row, pick) for row in motion[:-2]), motion.rests[:0], use_of(demand.cycle)._replace(step=np.zeros(0))
-    )
-    nothing = Load(_chosen(load.torque, pick), np.zeros((6, 0)), np.zeros(0))
-    less = Added(
-        np.ascontiguousarray(added.torque[:, pick]),
-        np.zeros((len(added.torque), 6, 0)),
-        np.zeros((len(added.torque), 0)),
-    )
-    parts = len(demand.cycle.parts)
-    return Work(
-        motion, load, added, few, nothing, less, Load(*(row.copy() for row in load)),
-        Load(*(row.copy() for row in nothing)), new_traces(samples, parts), new_traces(len(pick), parts),
+    motion, load, pick, parts = motion_of(demand), load_of(demand), _sharp(demand), len(demand.cycle.parts)
+    if added is None:
+        empty = np.zeros((0, len(demand.time)))
+        added = Added(empty, np.zeros((0, 6, load.wrench.shape[1])), np.zeros((0, len(load.inertia))))
+    use = motion.use._replace(step=np.zeros(len(pick)))
+    some = Motion(*(np.ascontiguousarray(row[pick]) for row in motion[:-2]), motion.rests[:0], use)
+    nothing, rows = np.zeros((6, 0)), len(added.torque)
+    torque = np.ascontiguousarray(added.torque[:, pick])
+    few = Work(
+        some, Load(np.ascontiguousarray(load.torque[pick]), nothing, np.zeros(0)),
+        Added(torque, np.zeros((rows, 6, 0)), np.zeros((rows, 0))), Load(np.zeros(len(pick)), nothing, np.zeros(0)),
+        new_traces(len(pick), parts),
     )  # fmt: skip
+    return Work(motion, load, added, Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts), few)
 
 
 def new_traces(samples: int, parts: int) -> Traces:
@@ -254,7 +245,3 @@ def _sharp(demand: JointDemand) -> Any:
 
 def _row(values: Array) -> Array:
     return np.array(values, dtype=np.float64, order="C")
-
-
-def _chosen(row: Array, pick: Any) -> Array:
-    return np.ascontiguousarray(row[pick])

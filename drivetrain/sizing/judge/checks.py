@@ -60,12 +60,12 @@ class Requirement:
 CHECKS: tuple[Requirement, ...] = (
     Requirement(
         "gear repeated peak torque", "N m", "figures.load_torque", "limits.repeated_peak_torque", GEAR,
-        "repeated peak torque", "safety.peak_torque", peak=True, essential=True, instant="largest_load",
+        "repeated peak torque", "safety.peak_torque", peak=True, essential=True, instant="loosening_torque",
         words=words.repeated_peak, formula="largest load torque of every cycle, breaking loose from rest included",
     ),
     Requirement(
         "gear momentary peak torque", "N m", "figures.load_torque", "gear.momentary_torque", GEAR,
-        "momentary peak torque", "safety.peak_torque", peak=True, instant="largest_load",
+        "momentary peak torque", "safety.peak_torque", peak=True, instant="loosening_torque",
         formula="largest load torque of every cycle, breaking loose from rest included",
     ),
     Requirement(
@@ -104,21 +104,21 @@ CHECKS: tuple[Requirement, ...] = (
         peak=True, instant="speed", formula="|G| max |w|",
     ),
     Requirement(
-        "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED, instant="inertia",
+        "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED, instant="load_inertia",
         words=words.inertia_ratio, formula="load inertia / (G^2 rotor inertia), at its largest",
     ),
     Requirement(
         "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "",
-        "safety.peak_torque", peak=True, essential=True, instant="largest_torque", words=words.short_time,
+        "safety.peak_torque", peak=True, essential=True, instant="peak_torque", words=words.short_time,
         formula="largest electromagnetic torque, starting from rest included",
     ),
     Requirement(
         "motor peak current", "A", "figures.motor_current", "motor.peak_current", HEAT, "peak current",
-        "safety.peak_torque", instant="largest_torque", formula="largest torque / kt(magnets)",
+        "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
     ),
     Requirement(
         "amplifier peak current", "A", "figures.motor_current", "amplifier.peak_current", HEAT, "peak current",
-        "safety.peak_torque", instant="largest_torque", formula="largest torque / kt(magnets)",
+        "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
     ),
     Requirement(
         "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,

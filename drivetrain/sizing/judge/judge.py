@@ -18,7 +18,8 @@ from drivetrain.drive.motor import torque_constant, winding_resistance, winding_
 from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
 from drivetrain.drive.periodic_heat import copper_of, mean_losses, mean_squares, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
-from drivetrain.records import known, known_or
+from drivetrain.records import as_numbers, known, known_or
+from drivetrain.sizing.demand.series import Work
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.vector import larger
 
@@ -26,9 +27,8 @@ NOTHING = np.int64(-1)  # numpy's, as for the stages: each plain number or truth
 NO, YES = np.int64(0) != 0, np.int64(1) != 0
 
 
-@kernel(fastmath=FAST)
 def judge_cases(
-    cases: Any, numbers: Any, checks: Any, work: Any, amounts: Any, until: float, quick: bool, power: Any, used: Any,
+    cases: Any, numbers: Any, checks: Any, work: Work, amounts: Any, until: float, quick: bool, power: Any, used: Any,
     found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
     """Judge many cases at one joint, each until a stage has a check that asks more than ``until`` of its limit.
@@ -48,6 +48,30 @@ def judge_cases(
         found, binding: Take the largest utilisation and its check, -1 for none, (P,).
         lacking: Takes the first essential check that cannot be made, else -1, (P,).
     """
+    whole = work._replace(few=None)
+    if not quick or work.few is None:
+        judge_all(cases, numbers, checks, whole, amounts, until, quick, False, power, used, found, binding, lacking)
+        return
+    nothing = np.zeros((0, 0))
+    judge_all(cases, numbers, checks, work.few, amounts, until, True, True, nothing, nothing, found, binding, lacking)
+    left = np.flatnonzero((found <= until) & (lacking < 0))
+    some, rows = cases[left], power[left] if len(power) > 1 else power
+    told, figures = used[left] if len(used) else used, (found[left], binding[left], lacking[left])
+    judge_all(some, as_numbers(some), checks, whole, amounts[left], until, True, False, rows, told, *figures)
+    cases[left] = some
+    found[left], binding[left], lacking[left] = figures
+    if len(power) > 1:
+        power[left] = rows
+    if len(used):
+        used[left] = told
+
+
+@kernel
+def judge_all(
+    cases: Any, numbers: Any, checks: Any, work: Any, amounts: Any, until: float, quick: bool, screen: bool, power: Any,
+    used: Any, found: Any, binding: Any, lacking: Any,
+) -> None:  # fmt: skip
+    """``judge_cases``, or with ``screen`` the peaks that some samples ask at least: no peak over all samples is less."""
     own, still = len(work.added.torque) > 0, still_figures(work.load)
     for i in range(len(cases)):
         case, row, load = cases[i], numbers[i], work.load
@@ -56,18 +80,15 @@ def judge_cases(
             lacking[i], found[i], binding[i] = first_lacking(case, row, checks, NO), np.inf, NOTHING
             if lacking[i] >= 0:
                 continue
-            some = work.few_load
-            if own:
-                add_rows(some.torque, work.few_added.torque, amounts[i], work.few_sum.torque)
-                some = work.few_sum
-            found[i], binding[i] = screen(case, row, checks, work.few, some, work.few_traces)
-            if found[i] > until:
-                continue
         if own:
             load = added_up(load, work.added, amounts[i], work.sum)
             if not quick or bearing_asked(case):
                 still = still_figures(added_wrench(load, work.load, work.added, amounts[i]))
-        found[i], binding[i] = judge(case, row, checks, work.motion, load, still, work.traces, until, quick)
+        found[i], binding[i] = judge(
+            case, row, checks, work.motion, load.torque, still, work.traces, until, quick, screen
+        )
+        if screen:
+            continue
         lacking[i] = first_lacking(case, row, checks, YES)
         if len(power) > 0 and not (quick and found[i] > until):
             electrical_power(case, work.motion, work.traces, power[min(i, len(power) - 1)])
@@ -80,29 +101,30 @@ def judge_cases(
 
 @law(fastmath=FAST)
 def judge(
-    case: Any, row: Any, checks: Any, motion: Any, load: Any, still: Any, traces: Any, until: Any, quick: Any
-) -> Any:
+    case: Any, row: Any, checks: Any, motion: Any, gear_torque: Any, still: Any, traces: Any, until: Any, quick: Any,
+    screen: Any,
+) -> Any:  # fmt: skip
     """Fill the figures of one case, stage by stage; its largest utilisation, and the check that has it."""
     gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
-    found = mechanical(case, motion, load.torque, traces)
+    found = mechanical(case, motion, gear_torque, traces)
     figures.load_torque, figures.average_load_torque = found.load, found.average_load
     figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
     figures.tilting_moment, figures.axial_load, figures.radial_load = still.tilting, still.axial, still.radial
-    used, binding = worst(case, row, checks, GEAR, 0.0, NOTHING, NO)
+    used, binding = worst(case, row, checks, GEAR, 0.0, NOTHING, screen)
     if used > until:
         return used, binding
 
     inertia = motor.rotor_inertia + known_or(gear.inertia, 0.0)
     figures.inertia_ratio = still.inertia / (gear.ratio * gear.ratio * inertia)
-    used, binding = worst(case, row, checks, SPEED, used, binding, NO)
+    used, binding = worst(case, row, checks, SPEED, used, binding, screen)
     if used > until:
         return used, binding
 
     unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / setting.duration) + unknown
-    used, binding = worst(case, row, checks, TORQUE, used, binding, NO)
-    if used > until:
+    used, binding = worst(case, row, checks, TORQUE, used, binding, screen)
+    if used > until or screen:
         return used, binding
 
     if quick and motor.magnet_coefficient <= 0.0:  # a warm motor asks no less current, and its cold voltage counts
@@ -145,17 +167,6 @@ def set_currents(figures: Any, constant: Any) -> None:
     """Peak and RMS current with a torque constant [N m/A]."""
     figures.motor_current = figures.motor_torque / abs(constant)
     figures.rms_current = figures.rms_torque / abs(constant)
-
-
-@law(fastmath=FAST)
-def screen(case: Any, row: Any, checks: Any, few: Any, load: Any, traces: Any) -> Any:
-    """What some samples ask at least, by the same laws: no peak over all samples is less."""
-    found = mechanical(case, few, load.torque, traces)
-    case.figures.load_torque, case.figures.motor_torque = found.load, found.torque
-    used, binding = 0.0, NOTHING
-    for stage in (GEAR, SPEED, TORQUE):
-        used, binding = worst(case, row, checks, stage, used, binding, YES)
-    return used, binding
 
 
 @law(fastmath=FAST)
