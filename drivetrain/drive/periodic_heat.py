@@ -20,6 +20,7 @@ temperature is the common one; over the mix, by shares of time, these heats canc
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -98,7 +99,7 @@ def new_losses(samples: int) -> Losses:
     return Losses(row, row.copy(), row.copy(), row.copy(), row.copy(), rows, row.copy(), row.copy())
 
 
-class Use(NamedTuple):
+class Periods(NamedTuple):
     """How a motor is used: one cycle, or a mix of parts that repeat by themselves.
 
     Attributes:
@@ -112,9 +113,18 @@ class Use(NamedTuple):
     step: Array
 
 
+def periods_of(time: Array, parts: Sequence[slice], shares: Sequence[float]) -> Periods:
+    """Samples that repeat part by part."""
+    steps = np.append(np.diff(time), 0.0)
+    steps[[part.stop - 1 for part in parts]] = 0.0
+    steps[[part.start for part in parts if part.stop == part.start + 1]] = 1.0  # any length will do
+    edges = np.array([*(part.start for part in parts), len(time)], dtype=np.int64)
+    return Periods(edges, np.array(shares, dtype=np.float64), steps)
+
+
 @dataclass(frozen=True)
 class PartHeat:
-    """What one part of the use comes to. Rises over ambient [K], at a mean housing rise of 0 and with each kelvin of it.
+    """What one part of the mix comes to: rises over ambient [K], at a mean housing rise of 0 and each kelvin of it.
 
     Attributes:
         length: Of a period [s].
@@ -192,7 +202,7 @@ def copper_of(motor: Any, ambient: Any) -> Any:
 
 @law
 def per_torque(copper: Any, magnets: Any) -> Any:
-    """Copper loss at ambient temperature and its slope a unit of squared torque [W], [W/K]; infinite without magnets."""
+    """Copper loss at ambient temperature and its slope, over squared torque; infinite where nothing is left of kt."""
     constant = copper.constant * (1.0 + copper.coefficient * (magnets - copper.reference))
     if not (constant > 0.0 and magnets < np.inf):
         return np.inf, np.inf
@@ -218,17 +228,17 @@ def mean_losses(loss: Any, housing: Any) -> None:
 
 
 @law
-def intervals(use: Any, i: Any) -> Any:
+def intervals(periods: Any, i: Any) -> Any:
     """First interval of a part, and the one after its last; a part of one sample is a constant load."""
-    return use.edges[i], max(use.edges[i + 1] - 1, use.edges[i] + 1)
+    return periods.edges[i], max(periods.edges[i + 1] - 1, periods.edges[i] + 1)
 
 
 @law(fastmath=FAST)
-def part_means(use: Any, losses: Any, parts: Any) -> None:
+def part_means(periods: Any, losses: Any, parts: Any) -> None:
     """Length, mean square and mean loss of each part."""
     for i in range(len(parts)):
-        begin, end = intervals(use, i)
-        steps, squares, housing = use.step[begin:end], losses.square[begin:end], losses.housing[begin:end]
+        begin, end = intervals(periods, i)
+        steps, squares, housing = periods.step[begin:end], losses.square[begin:end], losses.housing[begin:end]
         length, square, loss = 0.0, 0.0, 0.0
         for k in range(len(steps)):
             length += steps[k]
@@ -239,7 +249,7 @@ def part_means(use: Any, losses: Any, parts: Any) -> None:
 
 # The exact step of two coupled nodes
 #
-# On each interval the two rises x obey x' = M x + s with constant M = [[growth - a, b], [c, -d]]. Both exponentials come
+# On each interval the two rises x obey x' = M x + s, M = [[growth - a, b], [c, -d]] constant. Both exponentials come
 # from the two real eigenvalues of M, through functions that stay exact where they nearly meet or nearly vanish, so that
 # neither zero-length intervals nor a momentary balance of heating and cooling need a case.
 
@@ -416,7 +426,7 @@ def heat_rates(nodes: Any, housing: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def _sources(
+def heat_sources(
     nodes: Any, losses: Any, first: Any, last: Any, cold: Any, slope: Any, housing: Any, injected: Any
 ) -> None:
     """Growth and the two sources of each interval of a part, over the capacities."""
@@ -430,7 +440,7 @@ def _sources(
 
 
 @law
-def _rows(losses: Any, first: Any, last: Any) -> Any:
+def integral_rows(losses: Any, first: Any, last: Any) -> Any:
     """Memory for the integrals of some intervals."""
     rows = losses.integrals
     return rows[0][first:last], rows[1][first:last], rows[2][first:last], rows[3][first:last]
@@ -495,20 +505,21 @@ def _start_of(cycle: Any, winding: Any, housing: Any) -> Any:
 
 
 @law
-def _moving(nodes: Any, use: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, shared: Any) -> Any:
+def _moving(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, shared: Any) -> Any:
     """A part whose temperatures move, by itself or as a line over the housing's mean rise; its spectral radius.
 
     Infinite where it runs away.
     """
-    begin, end = intervals(use, i)
+    begin, end = intervals(periods, i)
     housing = housing_capacity(nodes, part.length)
     rates, radius, lines = heat_rates(nodes, housing), 0.0, 2 if shared else 1
-    _sources(nodes, losses, begin, end, cold, slope, housing, 0.0)
+    heat_sources(nodes, losses, begin, end, cold, slope, housing, 0.0)
     part.injected, first = 0.0, _no_map()
     for line in range(lines):
         cycle = cycle_map(
-            use.step[begin:end], losses.growth[begin:end], losses.source[begin:end], losses.injected[begin:end], rates,
-            _rows(losses, begin, end),
+            periods.step[begin:end], losses.growth[begin:end], losses.source[begin:end], losses.injected[begin:end],
+            rates,
+            integral_rows(losses, begin, end),
         )  # fmt: skip
         if _large(cycle):
             radius = np.inf
@@ -539,7 +550,7 @@ def _moving(nodes: Any, use: Any, losses: Any, i: Any, cold: Any, slope: Any, pa
 
 
 @law
-def _mean_housing(nodes: Any, copper: Any, use: Any, losses: Any, parts: Any, magnets: Any, moves: Any) -> Any:
+def _mean_housing(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, magnets: Any, moves: Any) -> Any:
     """Mean housing rise with magnets of a temperature, infinite in a runaway, and the spectral radius of one cycle."""
     cold, slope = per_torque(copper, magnets)
     if cold == np.inf:
@@ -549,7 +560,7 @@ def _mean_housing(nodes: Any, copper: Any, use: Any, losses: Any, parts: Any, ma
     for i in range(len(parts)):
         part = parts[i]
         if moves:
-            radius = _moving(nodes, use, losses, i, cold, slope, part, shared)
+            radius = _moving(nodes, periods, losses, i, cold, slope, part, shared)
             fine = radius < (np.inf if shared else 1.0)
         elif shared:
             fine = _still_shared(nodes, cold, slope, part)
@@ -557,8 +568,8 @@ def _mean_housing(nodes: Any, copper: Any, use: Any, losses: Any, parts: Any, ma
             fine = _still_alone(nodes, cold, slope, part)
         if not fine:
             return np.inf, radius
-        needed += use.shares[i] * part.injected
-        steep += use.shares[i] * part.injected_slope
+        needed += periods.shares[i] * part.injected
+        steep += periods.shares[i] * part.injected_slope
         hottest = max(hottest, part.housing)  # whose magnets are the weakest, where each stands alone
     if not shared:
         return hottest, radius
@@ -576,19 +587,19 @@ def _mean_housing(nodes: Any, copper: Any, use: Any, losses: Any, parts: Any, ma
 
 
 @law
-def periodic_heat(nodes: Any, copper: Any, use: Any, losses: Any, parts: Any, ambient: Any) -> Any:
+def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, ambient: Any) -> Any:
     """The temperatures of a use: ``square`` and ``housing`` of the losses are given, their rises are filled.
 
     The magnets are as warm as the mean housing that they make. Weaker magnets heat more, and the more the warmer they
     are: a convex map, on which the secant from the cold side never passes the answer; a slope of 1 or more means there
     is none. The balance of means of a single cycle is near, and costs nothing: from there the search begins.
     """
-    part_means(use, losses, parts)
+    part_means(periods, losses, parts)
     moves, magnets, converged, rise, radius = known(nodes.winding), ambient, True, 0.0, 0.0
     for stage in range(0 if len(parts) == 1 else 1, 3):  # the means, the state, and the state with what was found
         previous, reached = magnets, 0.0
         for step in range(MOST_STEPS):
-            rise, radius = _mean_housing(nodes, copper, use, losses, parts, magnets, moves and stage > 0)
+            rise, radius = _mean_housing(nodes, copper, periods, losses, parts, magnets, moves and stage > 0)
             found = ambient + rise
             if stage == 2:
                 break
@@ -609,29 +620,29 @@ def periodic_heat(nodes: Any, copper: Any, use: Any, losses: Any, parts: Any, am
     cold, slope = per_torque(copper, magnets)
     winding, housing, peak, peak_time, peak_part = ambient, ambient, -np.inf, 0.0, 0
     for i in range(len(parts)):
-        part, begin, end = parts[i], use.edges[i], use.edges[i + 1]
+        part, begin, end = parts[i], periods.edges[i], periods.edges[i + 1]
         highest, at = part.winding, 0.0
         if moves:
-            highest, at = _traced(nodes, use, losses, i, cold, slope, part)
+            highest, at = _traced(nodes, periods, losses, i, cold, slope, part)
         else:
             losses.winding_rise[begin:end], losses.housing_rise[begin:end] = part.winding, part.housing
         if highest > peak:
             peak, peak_time, peak_part = highest, at, i
-        winding += use.shares[i] * part.winding
-        housing += use.shares[i] * part.housing
+        winding += periods.shares[i] * part.winding
+        housing += periods.shares[i] * part.housing
     return Heat(magnets, winding, housing, ambient + peak, peak_time, peak_part, converged, radius)
 
 
 @law
-def _traced(nodes: Any, use: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any) -> Any:
+def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any) -> Any:
     """The rises of a part over its period; the largest of the winding and its time."""
-    begin, end = intervals(use, i)
+    begin, end = intervals(periods, i)
     housing = housing_capacity(nodes, part.length)
     rates = heat_rates(nodes, housing)
-    _sources(nodes, losses, begin, end, cold, slope, housing, part.injected)
+    heat_sources(nodes, losses, begin, end, cold, slope, housing, part.injected)
     found = cycle_trace(
-        use.step[begin:end], losses.growth[begin:end], losses.source[begin:end], losses.injected[begin:end], rates,
-        _rows(losses, begin, end), (part.start_winding, part.start_housing),
+        periods.step[begin:end], losses.growth[begin:end], losses.source[begin:end], losses.injected[begin:end], rates,
+        integral_rows(losses, begin, end), (part.start_winding, part.start_housing),
         losses.winding_rise[begin : end + 1], losses.housing_rise[begin : end + 1],
     )  # fmt: skip
     if nodes.inner == 0.0:

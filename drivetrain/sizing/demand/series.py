@@ -9,8 +9,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, loss_speed
-from drivetrain.drive.periodic_heat import Losses, Use, new_losses, new_parts
-from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.drive.periodic_heat import Losses, Periods, new_losses, new_parts, periods_of
 from drivetrain.sizing.demand.demand import JointDemand, Workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
 
@@ -28,7 +27,7 @@ class Motion(NamedTuple):
             and the one after [1/s].
         next_way: Speed at the sample after, of which the sign counts [rad/s].
         rests: Stretches in which the joint stands still, first sample and the one after the last, (M, 2).
-        use: Parts, shares and steps.
+        periods: Parts, shares and steps.
     """
 
     speed: Array
@@ -41,7 +40,7 @@ class Motion(NamedTuple):
     rate_after: Array
     next_way: Array
     rests: Any
-    use: Use
+    periods: Periods
 
 
 class Load(NamedTuple):
@@ -81,7 +80,7 @@ class Traces(NamedTuple):
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft [W].
         losses: For the temperatures.
-        parts: Their states, one a part of the use.
+        parts: Their states, one a part of the periods.
     """
 
     load: Array
@@ -125,8 +124,8 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
     if added is None:
         empty = np.zeros((0, len(demand.time)))
         added = Added(empty, np.zeros((0, 6, load.wrench.shape[1])), np.zeros((0, len(load.inertia))))
-    use = motion.use._replace(step=np.zeros(len(pick)))
-    some = Motion(*(np.ascontiguousarray(row[pick]) for row in motion[:-2]), motion.rests[:0], use)
+    periods = motion.periods._replace(step=np.zeros(len(pick)))
+    some = Motion(*(np.ascontiguousarray(row[pick]) for row in motion[:-2]), motion.rests[:0], periods)
     nothing, rows = np.zeros((6, 0)), len(added.torque)
     torque = np.ascontiguousarray(added.torque[:, pick])
     few = Work(
@@ -159,7 +158,7 @@ def motion_of(demand: JointDemand) -> Motion:
         *rates(demand),
         slow[cycle.after],
     )
-    return Motion(*(_row(one) for one in series), edges, use_of(cycle))
+    return Motion(*(_row(one) for one in series), edges, periods_of(cycle.time, cycle.parts, cycle.shares))
 
 
 def load_of(demand: JointDemand) -> Load:
@@ -203,20 +202,6 @@ def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[J
 def own_amounts(work: Work, amounts: Array) -> Array:
     """Of pairs, (P, NUMBERS), what the joint's work asks for: all of them or none, (P, K)."""
     return np.ascontiguousarray(amounts[:, : len(work.added.torque)])
-
-
-def use_of(cycle: Cycle) -> Use:
-    """The parts of a cycle, their shares and steps."""
-    return uses(cycle.time, cycle.parts, cycle.shares)
-
-
-def uses(time: Array, parts: Sequence[slice], shares: Sequence[float]) -> Use:
-    """Samples that repeat part by part."""
-    steps = np.append(np.diff(time), 0.0)
-    steps[[part.stop - 1 for part in parts]] = 0.0
-    steps[[part.start for part in parts if part.stop == part.start + 1]] = 1.0  # any length will do
-    edges = np.array([*(part.start for part in parts), len(time)], dtype=np.int64)
-    return Use(edges, np.array(shares, dtype=np.float64), steps)
 
 
 def rates(demand: JointDemand) -> tuple[Array, Array, Array]:

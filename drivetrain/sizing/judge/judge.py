@@ -71,7 +71,7 @@ def judge_all(
     cases: Any, numbers: Any, checks: Any, work: Any, amounts: Any, until: float, quick: bool, screen: bool, power: Any,
     used: Any, found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
-    """``judge_cases``, or with ``screen`` the peaks that some samples ask at least: no peak over all samples is less."""
+    """``judge_cases``; with ``screen`` the peaks of some samples alone, than which those of all samples are no less."""
     own, still = len(work.added.torque) > 0, still_figures(work.load)
     for i in range(len(cases)):
         case, row, load = cases[i], numbers[i], work.load
@@ -363,7 +363,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
 def at_rest(
     case: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, rest: Any, gear_torque: Any, traces: Any
 ) -> Any:
-    """Largest load and largest motor torque in one stretch of rest, with what breaks the joint loose if it ever moves."""
+    """Largest load and motor torque in one stretch of rest, with what breaks the joint loose if it ever moves."""
     acceleration, carrier, way = motion.acceleration[rest], motion.carrier_acceleration[rest], motion.next_way[rest]
     torque, load, starting = traces.torque[1:-1][rest], traces.load[rest], traces.starting[rest]
     largest_load, largest = 0.0, 0.0
@@ -391,7 +391,7 @@ def warm_up(case: Any, motion: Any, traces: Any) -> Any:
         friction_losses(case, motion, traces)
         mean_squares(traces.torque[1:-1], losses.square)
         mean_losses(traces.friction_loss, losses.housing)
-        heat = periodic_heat(nodes, copper_of(motor, ambient), motion.use, losses, traces.parts, ambient)
+        heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
         if heat.peak < np.inf:

@@ -1,4 +1,4 @@
-"""The candidates of a study as tables: filled sheets, pairs by joint, and the numbers through which pairs load joints."""
+"""The candidates of a study as tables: filled sheets, pairs by joint, and the numbers by which they load joints."""
 
 from __future__ import annotations
 
