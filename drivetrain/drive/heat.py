@@ -15,8 +15,7 @@ from drivetrain.drive.periodic_heat import (
     Copper,
     Nodes,
     copper_of,
-    mean_losses,
-    mean_squares,
+    interval_means,
     new_losses,
     new_parts,
     periodic_heat,
@@ -215,8 +214,8 @@ def _solved(
     )  # fmt: skip
     runaway, start = not math.isfinite(heat.peak), float(time[mix.parts[heat.peak_part]][0])
     return PeriodicTemperature(
-        winding=ambient + losses.winding_rise[: values.size],
-        housing=ambient + losses.housing_rise[: values.size],
+        winding=losses.winding_at[: values.size],
+        housing=losses.housing_at[: values.size],
         current=values,
         mean_winding=heat.winding,
         mean_housing=heat.housing,
@@ -251,8 +250,7 @@ def _heat(
     nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, ambient: float, values: Array, loss: Array
 ) -> Any:
     """``periodic_heat`` of a torque or current and the loss in the housing."""
-    mean_squares(values, losses.square)
-    mean_losses(loss, losses.housing)
+    interval_means(values, loss, losses)
     return periodic_heat(nodes, copper, periods, losses, parts, ambient)
 
 

@@ -80,7 +80,7 @@ class Losses(NamedTuple):
         housing: Mean loss in the housing [W].
         growth, source, injected: Memory.
         integrals: Memory, (4, N + 1).
-        winding_rise, housing_rise: Take the rises over ambient at the samples [K].
+        winding_at, housing_at: Take the temperatures at the samples [C].
     """
 
     square: Array
@@ -89,8 +89,8 @@ class Losses(NamedTuple):
     source: Array
     injected: Array
     integrals: Array
-    winding_rise: Array
-    housing_rise: Array
+    winding_at: Array
+    housing_at: Array
 
 
 def new_losses(samples: int) -> Losses:
@@ -210,21 +210,13 @@ def per_torque(copper: Any, magnets: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def mean_squares(torque: Any, square: Any) -> None:
-    """The mean square from each sample to the next, of a torque linear between them."""
-    before, after = torque[:-1], torque[1:]
+def interval_means(torque: Any, loss: Any, losses: Any) -> None:
+    """Mean square of the torque and mean loss from each sample to the next, both linear between them."""
+    before, after, lost, loses = torque[:-1], torque[1:], loss[:-1], loss[1:]
     for t in range(len(before)):
-        square[t] = (before[t] * before[t] + before[t] * after[t] + after[t] * after[t]) * (1.0 / 3.0)
-    square[len(before)] = torque[-1] * torque[-1]
-
-
-@law(fastmath=FAST)
-def mean_losses(loss: Any, housing: Any) -> None:
-    """The mean from each sample to the next, of a loss linear between them."""
-    before, after = loss[:-1], loss[1:]
-    for t in range(len(before)):
-        housing[t] = 0.5 * (before[t] + after[t])
-    housing[len(before)] = loss[-1]
+        losses.square[t] = (before[t] * before[t] + before[t] * after[t] + after[t] * after[t]) * (1.0 / 3.0)
+        losses.housing[t] = 0.5 * (lost[t] + loses[t])
+    losses.square[len(before)], losses.housing[len(before)] = torque[-1] * torque[-1], loss[-1]
 
 
 @law
@@ -371,16 +363,16 @@ def cycle_map(steps: Any, growth: Any, source: Any, injected: Any, rates: Any, i
 
 @law
 def cycle_trace(
-    steps: Any, growth: Any, source: Any, injected: Any, rates: Any, integrals: Any, start: Any, winding: Any,
-    housing: Any,
+    steps: Any, growth: Any, source: Any, injected: Any, rates: Any, integrals: Any, start: Any, ambient: Any,
+    winding: Any, housing: Any,
 ) -> Any:  # fmt: skip
-    """The rises at the ends of all intervals from a start; the largest of the winding also inside them, and its time.
+    """The temperatures at the ends of all intervals from a start, in rises; the winding's largest rise and its time.
 
-    The integrals are those that ``cycle_map`` left; inside long intervals finer steps are taken.
+    The integrals are those that ``cycle_map`` left; inside long intervals finer steps are taken, which count.
     """
     a, b, c, d = rates
     x0, x1 = start
-    winding[0], housing[0] = x0, x1
+    winding[0], housing[0] = ambient + x0, ambient + x1
     peak, peak_time, time = x0, 0.0, 0.0
     p_of, q_of, _, _ = integrals
     for k in range(len(steps)):
@@ -399,7 +391,7 @@ def cycle_trace(
             time += step
             if x0 > peak:
                 peak, peak_time = x0, time
-        winding[k + 1], housing[k + 1] = x0, x1
+        winding[k + 1], housing[k + 1] = ambient + x0, ambient + x1
     return peak, peak_time
 
 
@@ -588,7 +580,7 @@ def _mean_housing(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
 
 @law
 def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, ambient: Any) -> Any:
-    """The temperatures of a use: ``square`` and ``housing`` of the losses are given, their rises are filled.
+    """The temperatures of a use: ``square`` and ``housing`` of the losses are given.
 
     The magnets are as warm as the mean housing that they make. Weaker magnets heat more, and the more the warmer they
     are: a convex map, on which the secant from the cold side never passes the answer; a slope of 1 or more means there
@@ -615,7 +607,7 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
         if stage == 0 and not magnets < np.inf:
             magnets = ambient
     if not rise < np.inf:
-        losses.winding_rise[:], losses.housing_rise[:] = np.inf, np.inf
+        losses.winding_at[:], losses.housing_at[:] = np.inf, np.inf
         return Heat(ambient, np.inf, np.inf, np.inf, 0.0, 0, converged, radius)
     cold, slope = per_torque(copper, magnets)
     winding, housing, peak, peak_time, peak_part = ambient, ambient, -np.inf, 0.0, 0
@@ -623,9 +615,9 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
         part, begin, end = parts[i], periods.edges[i], periods.edges[i + 1]
         highest, at = part.winding, 0.0
         if moves:
-            highest, at = _traced(nodes, periods, losses, i, cold, slope, part)
+            highest, at = _traced(nodes, periods, losses, i, cold, slope, part, ambient)
         else:
-            losses.winding_rise[begin:end], losses.housing_rise[begin:end] = part.winding, part.housing
+            losses.winding_at[begin:end], losses.housing_at[begin:end] = ambient + part.winding, ambient + part.housing
         if highest > peak:
             peak, peak_time, peak_part = highest, at, i
         winding += periods.shares[i] * part.winding
@@ -634,18 +626,18 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
 
 
 @law
-def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any) -> Any:
-    """The rises of a part over its period; the largest of the winding and its time."""
+def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, ambient: Any) -> Any:
+    """The temperatures of a part over its period; the winding's largest rise and its time."""
     begin, end = intervals(periods, i)
     housing = housing_capacity(nodes, part.length)
     rates = heat_rates(nodes, housing)
     heat_sources(nodes, losses, begin, end, cold, slope, housing, part.injected)
     found = cycle_trace(
         periods.step[begin:end], losses.growth[begin:end], losses.source[begin:end], losses.injected[begin:end], rates,
-        integral_rows(losses, begin, end), (part.start_winding, part.start_housing),
-        losses.winding_rise[begin : end + 1], losses.housing_rise[begin : end + 1],
+        integral_rows(losses, begin, end), (part.start_winding, part.start_housing), ambient,
+        losses.winding_at[begin : end + 1], losses.housing_at[begin : end + 1],
     )  # fmt: skip
     if nodes.inner == 0.0:
         for t in range(begin, end + 1):
-            losses.housing_rise[t] = losses.winding_rise[t]
+            losses.housing_at[t] = losses.winding_at[t]
     return found

@@ -24,8 +24,7 @@ from drivetrain.drive.periodic_heat import (
     heat_sources,
     housing_capacity,
     integral_rows,
-    mean_losses,
-    mean_squares,
+    interval_means,
     new_losses,
 )
 from drivetrain.drive.thermal_network import ThermalNetwork
@@ -107,8 +106,7 @@ def _repeated(
     nodes: Any, cold: float, slope: float, steps: Array, losses: Any, current: Array, loss: Array, rises: Array
 ) -> float:
     """Fill the rises after each cycle, (K + 1, 2), until they are beyond all bounds; the winding's peak in the last."""
-    mean_squares(current, losses.square)
-    mean_losses(loss, losses.housing)
+    interval_means(current, loss, losses)
     count = len(steps)
     housing = housing_capacity(nodes, steps.sum())
     rates, rows = heat_rates(nodes, housing), integral_rows(losses, 0, count)
@@ -122,5 +120,5 @@ def _repeated(
             return np.inf
         rises[k + 1, 0], rises[k + 1, 1] = winding, base
     start = (rises[-2, 0], rises[-2, 1])
-    trace = (losses.winding_rise[: count + 1], losses.housing_rise[: count + 1])
-    return cycle_trace(steps, growth, source, injected, rates, rows, start, trace[0], trace[1])[0]
+    winding, housing_at = losses.winding_at[: count + 1], losses.housing_at[: count + 1]
+    return cycle_trace(steps, growth, source, injected, rates, rows, start, 0.0, winding, housing_at)[0]

@@ -75,17 +75,15 @@ class Traces(NamedTuple):
     Attributes:
         load: Torque at the gear's output, joint friction in it [N m].
         torque: Electromagnetic [N m].
-        winding: Temperature [C].
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft [W].
-        losses: For the temperatures.
+        losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
     """
 
     load: Array
     torque: Array
-    winding: Array
     joint_excess: Array
     loss_excess: Array
     shaft_excess: Array

@@ -16,7 +16,7 @@ from drivetrain.drive.friction import breakaway_friction, friction_curve, slidin
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
-from drivetrain.drive.periodic_heat import copper_of, mean_losses, mean_squares, periodic_heat, thermal_nodes
+from drivetrain.drive.periodic_heat import copper_of, interval_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work
@@ -84,11 +84,15 @@ def judge_all(
             load = added_up(load, work.added, amounts[i], work.sum)
             if not quick or bearing_asked(case):
                 still = still_figures(added_wrench(load, work.load, work.added, amounts[i]))
-        found[i], binding[i] = judge(
-            case, row, checks, work.motion, load.torque, still, work.traces, until, quick, screen
+        found[i], binding[i] = judge_mechanics(
+            case, row, checks, work.motion, load.torque, still, work.traces, until, screen
         )
         if screen:
             continue
+        if quick and found[i] <= until:
+            found[i], binding[i] = judge_cold(case, row, checks, work.motion, work.traces, found[i], binding[i])
+        if found[i] <= until:
+            found[i], binding[i] = judge_warm(case, row, checks, work.motion, work.traces, found[i], binding[i])
         lacking[i] = first_lacking(case, row, checks, YES)
         if len(power) > 0 and not (quick and found[i] > until):
             electrical_power(case, work.motion, work.traces, power[min(i, len(power) - 1)])
@@ -99,54 +103,66 @@ def judge_all(
 # The judgement
 
 
-@law(fastmath=FAST)
-def judge(
-    case: Any, row: Any, checks: Any, motion: Any, gear_torque: Any, still: Any, traces: Any, until: Any, quick: Any,
-    screen: Any,
-) -> Any:  # fmt: skip
-    """Fill the figures of one case, stage by stage; its largest utilisation, and the check that has it."""
-    gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
+@law
+def judge_mechanics(
+    case: Any, row: Any, checks: Any, motion: Any, gear_torque: Any, still: Any, traces: Any, until: Any, screen: Any
+) -> Any:
+    """The figures that need no temperature, stage by stage; the largest utilisation, and the check that has it."""
+    gear, motor, figures = case.gear, case.motor, case.figures
     found = mechanical(case, motion, gear_torque, traces)
     figures.load_torque, figures.average_load_torque = found.load, found.average_load
     figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
     figures.tilting_moment, figures.axial_load, figures.radial_load = still.tilting, still.axial, still.radial
-    used, binding = worst(case, row, checks, GEAR, 0.0, NOTHING, screen)
-    if used > until:
-        return used, binding
-
     inertia = motor.rotor_inertia + known_or(gear.inertia, 0.0)
     figures.inertia_ratio = still.inertia / (gear.ratio * gear.ratio * inertia)
-    used, binding = worst(case, row, checks, SPEED, used, binding, screen)
-    if used > until:
-        return used, binding
-
-    unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess
+    unknown = unknown_torque(case)
     figures.motor_torque = found.torque + unknown
-    figures.rms_torque = math.sqrt(found.square / setting.duration) + unknown
-    used, binding = worst(case, row, checks, TORQUE, used, binding, screen)
-    if used > until or screen:
+    figures.rms_torque = math.sqrt(found.square / case.setting.duration) + unknown
+    used, binding = 0.0, NOTHING
+    for stage in (GEAR, SPEED, TORQUE):
+        used, binding = worst(case, row, checks, stage, used, binding, screen)
+        if used > until:
+            break
+    return used, binding
+
+
+@law
+def judge_cold(case: Any, row: Any, checks: Any, motion: Any, traces: Any, used: Any, binding: Any) -> Any:
+    """What a motor at ambient temperature asks: a warm one needs no less current, and the cold voltage counts."""
+    if case.motor.magnet_coefficient > 0.0:
         return used, binding
-
-    if quick and motor.magnet_coefficient <= 0.0:  # a warm motor asks no less current, and its cold voltage counts
-        cold = torque_constant(motor, setting.ambient)
-        figures.winding_temperature = np.nan
-        set_currents(figures, cold)
-        ohms = winding_resistance(motor, setting.ambient)
-        figures.voltage = cold_voltage(case, motion, traces, cold, ohms) + unknown
-        least, check = worst(case, row, checks, HEAT, used, binding, NO)
-        if least > until:
-            return least, check
-
-    magnets = warm_up(case, motion, traces)
-    constant, cold = torque_constant(motor, magnets), torque_constant(motor, setting.ambient)
+    ambient, figures = case.setting.ambient, case.figures
+    constant = torque_constant(case.motor, ambient)
     set_currents(figures, constant)
-    figures.winding_temperature += unknown
+    figures.winding_temperature = np.nan
+    figures.voltage = cold_voltage(case, motion, traces, constant, winding_resistance(case.motor, ambient))
+    return worst(case, row, checks, HEAT, used, binding, NO)
+
+
+@law
+def judge_warm(case: Any, row: Any, checks: Any, motion: Any, traces: Any, used: Any, binding: Any) -> Any:
+    """Currents, voltage and temperature of the warm motor."""
+    ambient, figures, unknown, magnets = (
+        case.setting.ambient,
+        case.figures,
+        unknown_torque(case),
+        warm_up(case, motion, traces),
+    )
+    constant, cold = torque_constant(case.motor, magnets), torque_constant(case.motor, ambient)
+    set_currents(figures, constant)
+    figures.winding_temperature, figures.magnet_temperature = figures.winding_temperature + unknown, magnets
     volts = larger(
-        cold_voltage(case, motion, traces, cold, winding_resistance(motor, setting.ambient)),
+        cold_voltage(case, motion, traces, cold, winding_resistance(case.motor, ambient)),
         larger(warm_voltage(case, motion, traces, constant), starting_voltage(case, motion, traces, constant)),
     )
-    figures.voltage, figures.magnet_temperature = volts + unknown, magnets
+    figures.voltage = volts + unknown
     return worst(case, row, checks, HEAT, used, binding, NO)
+
+
+@law
+def unknown_torque(case: Any) -> Any:
+    """NaN where the sheets lack what the motor's torque rests on, else 0."""
+    return 0.0 * (case.motor.rotor_inertia + case.gear.efficiency + case.gear.inertia)
 
 
 @law(fastmath=FAST)
@@ -376,30 +392,27 @@ def at_rest(
     return largest_load, largest
 
 
-@law(fastmath=FAST)
+@law
 def warm_up(case: Any, motion: Any, traces: Any) -> Any:
     """The temperatures of a drive at work, those of the winding at the samples; returns that of the magnets [C].
 
     Where the sheet does not say enough, or no steady temperature exists, the magnets are at ambient temperature and the
     winding at its limit.
     """
-    motor, figures, ambient = case.motor, case.figures, case.setting.ambient
-    nodes, losses, winding = thermal_nodes(motor, case.setting.mounting), traces.losses, traces.winding
+    motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
+    nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
-    magnets, figures.heat_converged = ambient, 1.0
+    figures.heat_converged, losses.housing_at[0] = 1.0, ambient
     if known(nodes.inner + nodes.outer):
         friction_losses(case, motion, traces)
-        mean_squares(traces.torque[1:-1], losses.square)
-        mean_losses(traces.friction_loss, losses.housing)
+        interval_means(traces.torque[1:-1], traces.friction_loss, losses)
         heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
         if heat.peak < np.inf:
-            for t in range(len(winding)):
-                winding[t] = ambient + losses.winding_rise[t]
             return heat.magnets
-    winding[:] = known_or(motor.max_winding_temperature, ambient)
-    return magnets
+    losses.winding_at[:] = rest
+    return ambient
 
 
 @law(fastmath=FAST)
@@ -434,7 +447,7 @@ def warm_voltage(case: Any, motion: Any, traces: Any, constant: Any) -> Any:
     slope = winding_resistance(case.motor, 1.0) - ohms
     for t in range(len(torque)):
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
-        speed, hot = ratio * motion.speed[t], ohms + slope * traces.winding[t]
+        speed, hot = ratio * motion.speed[t], ohms + slope * traces.losses.winding_at[t]
         volts = winding_voltage(constant, hot, inductance, speed, torque[t] * inverse, rate * inverse)
         largest = larger(largest, abs(volts))
     return largest
@@ -445,7 +458,7 @@ def starting_voltage(case: Any, motion: Any, traces: Any, constant: Any) -> Any:
     """Largest voltage that starts the joint from rest, or holds it [V]."""
     largest = 0.0
     for first, last in motion.rests:
-        winding, starting = traces.winding[first:last], traces.starting[first:last]
+        winding, starting = traces.losses.winding_at[first:last], traces.starting[first:last]
         for t in range(len(starting)):
             hot = winding_resistance(case.motor, winding[t])
             largest = larger(largest, abs(hot * starting[t] / constant))
@@ -460,7 +473,7 @@ def electrical_power(case: Any, motion: Any, traces: Any, power: Any) -> None:
     ohms = winding_resistance(case.motor, 0.0)
     slope, inverse, energy = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant, 0.0
     for t in range(len(torque)):
-        current, hot = torque[t] * inverse, ohms + slope * traces.winding[t]
+        current, hot = torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
         drawn = winding_voltage(constant, hot, 0.0, ratio * motion.speed[t], current, 0.0) * current
         energy += motion.weight[t] * drawn
         power[t] += drawn

@@ -139,8 +139,7 @@ class Operation:
     @cached_property
     def runaway(self) -> bool:
         """Whether no steady temperature exists."""
-        hottest = self.judgement.work.traces.losses.winding_rise
-        return self.network is not None and bool(np.isinf(hottest).all())
+        return self.network is not None and bool(np.isinf(self.judgement.work.traces.losses.housing_at[0]))
 
     @cached_property
     def constant(self) -> float:
@@ -165,7 +164,7 @@ class Operation:
     @property
     def winding_temperature(self) -> Array:
         """That the resistance is taken at [C], (N,): computed, else the winding's limit, else ambient."""
-        return self.judgement.work.traces.winding
+        return self.judgement.work.traces.losses.winding_at[: len(self.demand.time)]
 
     @cached_property
     def voltage(self) -> Array:
@@ -215,7 +214,7 @@ class Operation:
             voltage=self.voltage,
             electrical_power=self.power,
             winding_temperature=self.winding_temperature if steady else None,
-            housing_temperature=self.study.ambient + losses.housing_rise[:samples] if steady else None,
+            housing_temperature=losses.housing_at[:samples] if steady else None,
             bearing_load=demand.wrench,
             load_inertia=demand.load_inertia,
         )
