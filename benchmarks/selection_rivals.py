@@ -14,7 +14,7 @@ from inverse_dynamics import along_z
 from drivetrain.drive.drive import Drive
 from drivetrain.sizing.demand.load_kernels import load_joint, new_load
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import judge
+from drivetrain.sizing.judge.old_judge import judge
 from drivetrain.sizing.judge.judge_kernels import HOLDS, judge_exact
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.packed_task import Packed

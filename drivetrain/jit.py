@@ -18,26 +18,30 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
-import numba
-
 PACKAGE = Path(__file__).resolve().parent
 KEPT = 2  # folders of earlier sources, for who goes back and forth between two versions
-FAST = frozenset({"contract", "reassoc", "nsz", "arcp"})  # sums in any order, reciprocals; NaN (unknown) stays NaN
+FAST = {"contract", "reassoc", "nsz", "arcp"}  # sums in any order, reciprocals; NaN (unknown) stays NaN
 _IMPORT = re.compile(
     r"^\s*(?:from\s+drivetrain\.([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+drivetrain\.([\w.]+))", re.M
 )
 _SETTING = threading.Lock()
+_WAITING: list[tuple[Any, dict[str, Any]]] = []  # laws that numba does not know yet
 _USED: set[Path] = set()  # folders of the modules that are loaded
 
 
 def law(function: Any = None, **options: Any) -> Any:
-    """A function that compiled code calls; it becomes a part of the kernel and is kept on disk with it.
+    """A function that compiled code calls: a part of the kernel, kept on disk with it. Python calls it as it stands.
 
     Args:
         function: Of numbers, records and arrays.
         options: Of ``numba.njit``, where they differ from ``error_model="numpy", nogil=True``.
     """
-    return _decorator(function, options)
+    if function is None:
+        return lambda function: law(function, **options)
+    _WAITING.append((function, {"error_model": "numpy", "nogil": True, **options}))
+    if "numba" in sys.modules:
+        _register()
+    return function
 
 
 def kernel(function: Any = None, **options: Any) -> Any:
@@ -47,7 +51,10 @@ def kernel(function: Any = None, **options: Any) -> Any:
         function: Of numbers, records and arrays.
         options: Of ``numba.njit``, where they differ from ``error_model="numpy", nogil=True``.
     """
-    return _decorator(function, {"cache": True, **options})
+    if function is None:
+        return lambda function: kernel(function, **options)
+    given = {"error_model": "numpy", "nogil": True, **options}
+    return _in_folder(function, lambda keep: _numba().njit(cache=keep, **given)(function))
 
 
 def callback(signature: Any, function: Any) -> Any:
@@ -57,7 +64,7 @@ def callback(signature: Any, function: Any) -> Any:
         signature: Numba's, of C types.
         function: That is compiled.
     """
-    return _in_folder(function, lambda keep: numba.cfunc(signature, cache=keep, error_model="numpy")(function))
+    return _in_folder(function, lambda keep: _numba().cfunc(signature, cache=keep, error_model="numpy")(function))
 
 
 def cold() -> bool:
@@ -65,29 +72,38 @@ def cold() -> bool:
     return any(not any(folder.rglob("*.nbc")) for folder in _USED)
 
 
-def _decorator(function: Any, options: dict[str, Any]) -> Any:
-    if function is None:
-        return lambda function: _decorator(function, options)
-    given = {"error_model": "numpy", "nogil": True, **options}
-    if not given.pop("cache", False):
-        return numba.njit(**given)(function)
-    return _in_folder(function, lambda keep: numba.njit(cache=keep, **given)(function))
+def _numba() -> Any:
+    """The compiler, which knows every law."""
+    import numba
+
+    _register()
+    return numba
+
+
+def _register() -> None:
+    """Make known to compiled code the laws that stood before it was needed: who reads a study needs no compiler."""
+    from numba.extending import register_jitable
+
+    while _WAITING:
+        function, options = _WAITING.pop()
+        register_jitable(**options)(function)
 
 
 def _in_folder(function: Any, compiled: Callable[[bool], Any]) -> Any:
     """What numba makes of a function while its cache is the folder of the function's module; kept or not."""
+    config = _numba().config
     folder = _folder(Path(sys.modules[function.__module__].__file__ or __file__).resolve())
     if folder is None:
         return compiled(False)
     _USED.add(folder)
     with _SETTING:
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+        before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
         try:
             return compiled(True)
         except RuntimeError:  # numba finds no file for the function, as for one typed into a shell
             return compiled(False)
         finally:
-            numba.config.CACHE_DIR = before
+            config.CACHE_DIR = before
 
 
 @cache

@@ -23,7 +23,8 @@ from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.simulation.cost_results import Change, Decision, JointDecision
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.sizing.judge.checks import judged, utilisation
+from drivetrain.sizing.judge.judge import utilisation
+from drivetrain.sizing.judge.verdicts import judged
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.verdicts import Check
 

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.friction import FRICTIONLESS, Friction, breakaway_torque, friction_torque
-from drivetrain.drive.gear import Gear, mesh_factors, mesh_input_torque, mesh_loss_coefficient, standstill_interval
+from drivetrain.drive.friction import (
+    FRICTIONLESS,
+    Friction,
+    breakaway_friction,
+    direction,
+    friction_curve,
+    friction_torque,
+)
+from drivetrain.drive.gear import Gear, mesh, mesh_loss_coefficient, mesh_torque, running_torque
 from drivetrain.drive.motor import (
     Motor,
     current,
@@ -18,6 +26,7 @@ from drivetrain.drive.motor import (
     torque_constant,
     winding_resistance,
 )
+from drivetrain.jit import law
 
 STANDSTILL = 1e-9  # share of the largest speed below which a sample is at rest: rounding, not creep
 
@@ -117,6 +126,21 @@ def drive_inertia(drive: Drive) -> float:
     return (drive.motor.rotor_inertia or 0.0) + (drive.gear.inertia or 0.0)
 
 
+@law
+def rotor_torque(inertia: Any, ratio: Any, acceleration: Any, carrier_acceleration: Any) -> Any:
+    """J (G a + a_carrier) [N m]; it does not cross the mesh. Modern Robotics, equation 8.111."""
+    return inertia * (ratio * acceleration + carrier_acceleration)
+
+
+@law
+def starting_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, way: Any) -> Any:
+    """Motor torque that breaks a resting joint loose, against its load or else in a direction, without the rotor's."""
+    way = direction(gear_torque) + (gear_torque == 0.0) * direction(way)
+    turning = direction(mesh.ratio) * way
+    pushed = gear_torque + breakaway_friction(joint, way)
+    return mesh.driving * pushed / mesh.ratio + breakaway_friction(shaft, turning) + mesh.running_torque * turning
+
+
 def motor_torque(
     drive: Drive,
     gear_torque: Array,
@@ -148,18 +172,15 @@ def motor_torque(
         Lynch and Park, Modern Robotics (2017), equation 8.111, with losses on the power that crosses the mesh only.
     """
     at_rest = resting(speed) if standstill is None else standstill
-    speed = loss_speed(speed, acceleration, at_rest, parts=parts)
-    load = np.asarray(gear_torque + friction_torque(drive.joint_friction, speed))
-    mesh = mesh_input_torque(drive.gear, load, speed, standstill=speed == 0.0)
-    rotor = np.asarray(drive_inertia(drive) * (drive.gear.ratio * acceleration + carrier_acceleration))
-    friction = _shaft_torque(drive, drive.gear.ratio * speed)
-    total = mesh + rotor + friction
-    still = np.where(at_rest, gear_torque, load)
-    # Without a load to start against, friction is still to be broken in the direction of the motion that follows.
-    direction = np.where(still != 0.0, np.sign(still), np.sign(rolled(speed, -1, parts)))
-    starting = _starting(drive, still, direction, rotor)
+    speed, gear = loss_speed(speed, acceleration, at_rest, parts=parts), mesh(drive.gear)
+    through = np.asarray(mesh_torque(gear, gear_torque + friction_torque(drive.joint_friction, speed), speed))
+    rotor = np.asarray(rotor_torque(drive_inertia(drive), gear.ratio, acceleration, carrier_acceleration))
+    friction = _shaft_torque(drive, speed)
+    total = through + rotor + friction
+    shaft, joint = friction_curve(shaft_friction(drive)), friction_curve(drive.joint_friction)
+    starting = starting_torque(gear, shaft, joint, gear_torque, rolled(speed, -1, parts)) + rotor
     stronger = np.logical_and(at_rest, np.abs(starting) > np.abs(total))
-    return MotorTorque(total, mesh, rotor, friction, np.where(stronger, starting, total))
+    return MotorTorque(total, through, rotor, friction, np.where(stronger, starting, total))
 
 
 def resting(speed: Array) -> Array:
@@ -213,19 +234,10 @@ def loss_speed(speed: Array, acceleration: Array, at_rest: Array, *, parts: Sequ
     return np.where(at_rest, tiny * np.where(sets_off, after, np.where(stops, before, 0.0)), speed)
 
 
-def _shaft_torque(drive: Drive, motor_speed: Array) -> Array:
+def _shaft_torque(drive: Drive, speed: Array) -> Array:
     """Motor friction and the gear's no-load running torque, of the sign of the motor's speed."""
-    running = (drive.gear.no_load_torque or 0.0) * np.sign(motor_speed)
-    return np.asarray(friction_torque(shaft_friction(drive), motor_speed) + running)
-
-
-def _starting(drive: Drive, load: Array, direction: Array, rotor: Array) -> Array:
-    """The torque to start in a direction against the load where the joint is at rest."""
-    pushed = load + breakaway_torque(drive.joint_friction, direction)
-    motor_direction = np.sign(drive.gear.ratio) * direction
-    shaft = breakaway_torque(shaft_friction(drive), motor_direction)
-    shaft = shaft + (drive.gear.no_load_torque or 0.0) * motor_direction
-    return np.asarray(standstill_interval(drive.gear, pushed).start + shaft + rotor)
+    ratio = drive.gear.ratio
+    return np.asarray(friction_torque(shaft_friction(drive), ratio * speed) + running_torque(mesh(drive.gear), speed))
 
 
 def book_current(
@@ -252,7 +264,7 @@ def book_current(
     Reference:
         Lynch and Park, Modern Robotics (2017), section 8.9.2, I_com, with tau_motor of equation 8.111.
     """
-    rotor = drive_inertia(drive) * (drive.gear.ratio * acceleration + carrier_acceleration)
+    rotor = rotor_torque(drive_inertia(drive), drive.gear.ratio, acceleration, carrier_acceleration)
     lossless = np.asarray(gear_torque / drive.gear.ratio + rotor)
     efficiency = 1.0 / (1.0 + mesh_loss_coefficient(drive.gear))
     return lossless / (efficiency * torque_constant(drive.motor, magnet_temperature))
@@ -283,14 +295,13 @@ def power_balance(
     amperes = current(motor, torque.total, magnet_temperature)
     volts = terminal_voltage(motor, motor_speed, amperes, 0.0, winding_temperature, magnet_temperature)
     resistance = winding_resistance(motor, np.asarray(winding_temperature, dtype=np.float64))
-    factors = mesh_factors(drive.gear)
     joint = friction_torque(drive.joint_friction, speed)
-    crossing = (gear_torque + joint) * speed
+    load = gear_torque + joint
     return PowerBalance(
         electrical=volts * amperes,
         copper=resistance * amperes**2,
-        motor_friction=_shaft_torque(drive, motor_speed) * motor_speed,
-        mesh=np.where(crossing > 0.0, factors.driving - 1.0, factors.driven - 1.0) * crossing,
+        motor_friction=_shaft_torque(drive, speed) * motor_speed,
+        mesh=np.where(speed == 0.0, 0.0, mesh_torque(mesh(drive.gear), load, speed) * motor_speed - load * speed),
         joint_friction=joint * speed,
         output=np.asarray(gear_torque * speed),
         rotor=torque.rotor * motor_speed,

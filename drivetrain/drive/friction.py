@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from drivetrain.arrays import Array
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError
 from drivetrain.units import Factor, Speed, Torque, ViscousFriction
+from drivetrain.jit import law
+from drivetrain.records import known, known_or
 
 _RANGES = {
     "coulomb": NOT_NEGATIVE,
@@ -95,6 +98,72 @@ def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: f
     }
 
 
+class FrictionCurve(NamedTuple):
+    """A friction law with both directions told.
+
+    Attributes:
+        forward, backward: Coulomb torque [N m].
+        viscous_forward, viscous_backward: [N m s/rad].
+        static_forward, static_backward: Breakaway torque [N m].
+        falls: Whether friction falls from its static torque over a range of speed (Stribeck).
+        static: From which it falls [N m].
+        stribeck_speed, stribeck_exponent: Of that fall [rad/s], [-].
+    """
+
+    forward: float
+    backward: float
+    viscous_forward: float
+    viscous_backward: float
+    static_forward: float
+    static_backward: float
+    falls: bool
+    static: float
+    stribeck_speed: float
+    stribeck_exponent: float
+
+
+@law
+def direction(value: Any) -> Any:
+    """1, 0 or -1."""
+    return 1.0 * (value > 0.0) - 1.0 * (value < 0.0)
+
+
+@law
+def friction_curve(friction: Any) -> Any:
+    """The curve of a friction law: a direction that is not told is as the other, no static torque as Coulomb's."""
+    backward = known_or(friction.coulomb_negative, friction.coulomb)
+    return FrictionCurve(
+        friction.coulomb, backward, friction.viscous, known_or(friction.viscous_negative, friction.viscous),
+        known_or(friction.static, friction.coulomb), known_or(friction.static, backward),
+        known(friction.static) and known(friction.stribeck_speed), known_or(friction.static, 0.0),
+        known_or(friction.stribeck_speed, 1.0), friction.stribeck_exponent,
+    )  # fmt: skip
+
+
+@law
+def sliding_friction(curve: Any, speed: Any) -> Any:
+    """tau_c + b |w|, of the sign of the speed, 0 at rest [N m]; ``static_excess`` comes on top where friction falls.
+
+    Modern Robotics, figure 8.13 (a) to (e).
+    """
+    forward, backward = 1.0 * (speed > 0.0), 1.0 * (speed < 0.0)
+    coulomb = curve.forward * forward - curve.backward * backward
+    return coulomb + (curve.viscous_forward * forward + curve.viscous_backward * backward) * speed
+
+
+@law
+def static_excess(curve: Any, speed: Any) -> Any:
+    """(tau_s - tau_c) exp(-(|w|/w_s)^g), of the sign of the speed [N m]. Modern Robotics, figure 8.13 (f)."""
+    excess = (curve.static - curve.forward) * (speed > 0.0) - (curve.static - curve.backward) * (speed < 0.0)
+    return excess * np.exp(-((abs(speed) / curve.stribeck_speed) ** curve.stribeck_exponent))
+
+
+@law
+def breakaway_friction(curve: Any, way: Any) -> Any:
+    """What holds before the shaft starts in a direction, of its sign [N m]; 0 without one. Figure 8.13 (b) to (f)."""
+    return curve.static_forward * (way > 0.0) - curve.static_backward * (way < 0.0)
+
+
 def friction_torque(friction: Friction, speed: Array) -> Array:
     """The torque that sliding friction takes from the shaft: of the sign of the speed, 0 at exactly zero speed.
 
@@ -106,21 +175,10 @@ def friction_torque(friction: Friction, speed: Array) -> Array:
 
     Returns:
         Torque to be overcome [N m], the shape of ``speed``.
-
-    Reference:
-        Lynch and Park, Modern Robotics (2017), figure 8.13; the fall from static to sliding friction as
-        tau_c + (tau_s - tau_c) exp(-(|w|/w_s)^gamma).
     """
-    speed = np.asarray(speed, dtype=np.float64)
-    backward = speed < 0.0
-    magnitude = np.abs(speed)
-    coulomb = np.where(backward, _negative(friction.coulomb, friction.coulomb_negative), friction.coulomb)
-    viscous = np.where(backward, _negative(friction.viscous, friction.viscous_negative), friction.viscous)
-    sliding = coulomb
-    if friction.static is not None and friction.stribeck_speed is not None:
-        fall = np.exp(-((magnitude / friction.stribeck_speed) ** friction.stribeck_exponent))
-        sliding = coulomb + (friction.static - coulomb) * fall
-    return np.asarray(np.sign(speed) * (sliding + viscous * magnitude))
+    speed, curve = np.asarray(speed, dtype=np.float64), friction_curve(friction)
+    sliding = sliding_friction(curve, speed)
+    return np.asarray(sliding + static_excess(curve, speed) if curve.falls else sliding)
 
 
 def breakaway_torque(friction: Friction, direction: Array) -> Array:
@@ -132,17 +190,5 @@ def breakaway_torque(friction: Friction, direction: Array) -> Array:
 
     Returns:
         Torque of the sign of the direction [N m], the shape of ``direction``.
-
-    Reference:
-        Lynch and Park, Modern Robotics (2017), figure 8.13 (b) to (f) at zero speed.
     """
-    direction = np.asarray(direction, dtype=np.float64)
-    if friction.static is not None:
-        return np.asarray(np.sign(direction) * friction.static)
-    backward = _negative(friction.coulomb, friction.coulomb_negative)
-    return np.asarray(np.sign(direction) * np.where(direction < 0.0, backward, friction.coulomb))
-
-
-def _negative(positive: float, negative: float | None) -> float:
-    """The value at negative speed."""
-    return positive if negative is None else negative
+    return np.asarray(breakaway_friction(friction_curve(friction), np.asarray(direction, dtype=np.float64)))

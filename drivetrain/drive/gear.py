@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.friction import direction
 from drivetrain.drive.ranges import EFFICIENCY, FINITE, NOT_NEGATIVE, POSITIVE, Range, range_faults
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.jit import law
+from drivetrain.records import as_record, known_or
 
 GEAR_KINDS = ("planetary", "strain_wave", "rv", "koaxdrive", "spur", "ideal")
 
@@ -129,6 +132,23 @@ class MeshFactors(NamedTuple):
     driven: float
 
 
+class Mesh(NamedTuple):
+    """A gear as the laws of torque need it.
+
+    Attributes:
+        ratio: Motor speed over output speed.
+        driving, driven: As in ``MeshFactors``.
+        holding: The same at rest: of the smaller torque that still holds.
+        running_torque: Without load, at the input [N m].
+    """
+
+    ratio: float
+    driving: float
+    driven: float
+    holding: float
+    running_torque: float
+
+
 class StandstillInterval(NamedTuple):
     """The ends of the motor-side torques between which a mesh at rest does not move.
 
@@ -139,6 +159,65 @@ class StandstillInterval(NamedTuple):
 
     hold: Array
     start: Array
+
+
+@law
+def mesh_of(gear: Any) -> Any:
+    """The mesh, lossless where the efficiency is unknown. Friction mu |N| against the motion, mu = 1/eta - 1.
+
+    Driving it takes 1/eta of the lossless torque, driven eta_back or else 1 - mu; 0 or less: self-locking. Printed
+    efficiencies are those of the whole gear at its rated torque, so they already count the no-load running torque.
+    Where the sheet gives that torque too, its share at rated torque is taken out of the mesh here, held at 1 where it
+    would pass it, and the torque itself is added wherever the gear turns: at rated torque both together are the printed
+    loss again, at smaller torques more than the printed efficiency tells. Without a rated torque the share is unknown
+    and left in the mesh, which counts it twice rather than not at all.
+    """
+    loss = 1.0 / known_or(gear.efficiency, 1.0) - 1.0
+    running = known_or(gear.no_load_torque, 0.0)
+    share = known_or(running * abs(gear.ratio) / gear.continuous_torque, 0.0)
+    back = known_or(gear.backdriving_efficiency, 1.0 - loss) if gear.efficiency > 0.0 else 1.0
+    driven = min(back + share, 1.0)
+    return Mesh(gear.ratio, max(1.0 + loss - share, 1.0), driven, max(driven, 0.0), running)
+
+
+@law
+def mesh_torque(mesh: Any, load: Any, speed: Any) -> Any:
+    """Motor-side torque through the mesh [N m]: T/(eta G) driving, eta_back T/G driven, at rest what still holds."""
+    power = load * speed
+    factor = mesh.driving * (power > 0.0) + mesh.driven * (power < 0.0) + mesh.holding * (power == 0.0)
+    return factor * load / mesh.ratio
+
+
+@law
+def running_torque(mesh: Any, speed: Any) -> Any:
+    """The no-load running torque, of the sign of the motor's speed [N m]; speed of the output."""
+    return mesh.running_torque * direction(mesh.ratio * speed)
+
+
+@law
+def wear(torque: Any, exponent: Any) -> Any:
+    """|T|^e, with the usual exponent 3 without a power function."""
+    size = abs(torque)
+    return size * size * size if exponent == 3.0 else size**exponent
+
+
+@law
+def life_of(gear: Any, average_torque: Any, mean_input_speed: Any) -> Any:
+    """L10 = L_rated (n_rated/n) (T_rated/T)^e [s], infinite where nothing turns or loads it; NaN where unknown.
+
+    Harmonic Drive catalogues HFUS-2A p. 19, SHG p. 30.
+    """
+    return gear.rated_life / (
+        mean_input_speed / gear.rated_speed * wear(average_torque / gear.continuous_torque, gear.life_exponent)
+    )
+
+
+def complete(gear: Gear) -> Gear:
+    """The gear with what its kind tells: its life exponent, and an ideal one's efficiency and inertia."""
+    if gear.kind != "ideal":
+        return replace(gear, life_exponent=torque_exponent(gear))
+    efficiency = 1.0 if gear.efficiency is None else gear.efficiency
+    return replace(gear, life_exponent=torque_exponent(gear), efficiency=efficiency, inertia=gear.inertia or 0.0)
 
 
 def mesh_loss_coefficient(gear: Gear) -> float:
@@ -153,54 +232,38 @@ def mesh_loss_coefficient(gear: Gear) -> float:
     Raises:
         InputError: The efficiency is unknown and the gear is not ``ideal``.
     """
-    if gear.efficiency is not None:
-        return 1.0 / gear.efficiency - 1.0
-    if gear.kind == "ideal":
-        return 0.0
-    hint = "state an assumption for this kind of gear"
-    raise InputError(Fault(f"gear {gear.key}.efficiency", "is unknown, so its losses cannot be computed", hint=hint))
+    efficiency = complete(gear).efficiency
+    if efficiency is None:
+        hint = "state an assumption for this kind of gear"
+        problem = "is unknown, so its losses cannot be computed"
+        raise InputError(Fault(f"gear {gear.key}.efficiency", problem, hint=hint))
+    return 1.0 / efficiency - 1.0
 
 
-def backdriving_efficiency(gear: Gear) -> float:
-    """Power out over power in when the load drives; 0 or less when the load cannot drive.
-
-    Args:
-        gear: The sheet; without a number of its own, that of the same friction in the mesh.
-
-    Returns:
-        The sheet's own, or 1 - mu = 2 - 1/eta.
+def mesh(gear: Gear) -> Mesh:
+    """The mesh of a gear whose efficiency is known.
 
     Raises:
-        InputError: Neither efficiency is known and the gear is not ``ideal``.
+        InputError: The efficiency is unknown and the gear is not ``ideal``.
     """
-    if gear.backdriving_efficiency is not None:
-        return gear.backdriving_efficiency
-    return 1.0 - mesh_loss_coefficient(gear)
+    mesh_loss_coefficient(gear)
+    return Mesh(*(float(value) for value in mesh_of(as_record(complete(gear)))))
 
 
 def mesh_factors(gear: Gear) -> MeshFactors:
     """What the mesh alone does to a torque, in both directions of power.
 
-    Printed efficiencies are those of the whole gear at its rated torque, so they already count the no-load running
-    torque. Where the sheet gives that torque too, its share at rated torque is taken out of the mesh here and the
-    torque itself is added wherever the gear turns: at rated torque both together are the printed loss again, at
-    smaller torques they are more than the printed efficiency tells. Without a rated torque the share is unknown and
-    left in the mesh, which counts it twice rather than not at all.
-
     Args:
         gear: The sheet.
 
     Returns:
-        1/eta and eta_back, less and plus the share of the running torque, held at 1 where it would pass it.
+        Driving and driven, see ``mesh_of``.
 
     Raises:
         InputError: The efficiency is unknown and the gear is not ``ideal``.
     """
-    share = 0.0
-    if gear.no_load_torque is not None and gear.continuous_torque is not None:
-        share = gear.no_load_torque * abs(gear.ratio) / gear.continuous_torque
-    driving = max(1.0 + mesh_loss_coefficient(gear) - share, 1.0)
-    return MeshFactors(driving, min(backdriving_efficiency(gear) + share, 1.0))
+    found = mesh(gear)
+    return MeshFactors(found.driving, found.driven)
 
 
 def mesh_input_torque(
@@ -223,17 +286,10 @@ def mesh_input_torque(
 
     Raises:
         InputError: The efficiency is unknown and the gear is not ``ideal``.
-
-    Reference:
-        Mesh friction mu |N| against the motion: eta = 1/(1 + mu), eta_back = 1 - mu.
     """
-    factors = mesh_factors(gear)
-    torque = np.asarray(output_torque, dtype=np.float64)
     speed = np.asarray(output_speed, dtype=np.float64)
-    at_rest = speed == 0.0 if standstill is None else standstill
-    factor = np.where(torque * speed > 0.0, factors.driving, factors.driven)
-    factor = np.where(at_rest, max(factors.driven, 0.0), factor)
-    return np.asarray(factor * torque / gear.ratio)
+    moving = speed if standstill is None else np.where(standstill, 0.0, speed)
+    return np.asarray(mesh_torque(mesh(gear), np.asarray(output_torque, dtype=np.float64), moving))
 
 
 def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
@@ -249,9 +305,8 @@ def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
     Raises:
         InputError: The efficiency is unknown and the gear is not ``ideal``.
     """
-    factors = mesh_factors(gear)
-    lossless = np.asarray(output_torque, dtype=np.float64) / gear.ratio
-    return StandstillInterval(np.asarray(max(factors.driven, 0.0) * lossless), np.asarray(factors.driving * lossless))
+    found, torque = mesh(gear), np.asarray(output_torque, dtype=np.float64)
+    return StandstillInterval(np.asarray(mesh_torque(found, torque, 0.0)), found.driving * torque / gear.ratio)
 
 
 def wind_up(gear: Gear, output_torque: Array) -> Array | None:
@@ -316,9 +371,7 @@ def average_torque(exponent: float, torque: Array, speed: Array, weights: Array)
     """
     travel = np.abs(speed) * weights
     total = float(np.sum(travel))
-    if total == 0.0:
-        return 0.0
-    return float((np.sum(travel * np.abs(torque) ** exponent) / total) ** (1.0 / exponent))
+    return float((travel @ wear(torque, exponent) / total) ** (1.0 / exponent)) if total > 0.0 else 0.0
 
 
 def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> float | None:
@@ -337,8 +390,9 @@ def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> 
     """
     if gear.rated_life is None or gear.rated_speed is None or gear.continuous_torque is None:
         return None
-    load = (average_input_speed / gear.rated_speed) * (average_torque / gear.continuous_torque) ** torque_exponent(gear)
-    return math.inf if load == 0.0 else gear.rated_life / load
+    if average_torque == 0.0 or average_input_speed == 0.0:
+        return math.inf
+    return float(life_of(complete(gear), average_torque, average_input_speed))
 
 
 def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> float:

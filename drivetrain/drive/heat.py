@@ -1,40 +1,56 @@
-"""Winding and housing temperature of a motor that repeats one cycle for ever, solved directly."""
+"""Winding and housing temperature of a motor that repeats one cycle for ever, or a mix of several; solved directly."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.drive.heat_kernels import cycle_trace
-from drivetrain.drive.motor import Motor, torque_constant
-from drivetrain.drive.periodic_rise import (
-    CycleLosses,
-    PeriodicRise,
-    cycle_losses,
-    kernel_input,
-    mean_rise,
-    one_node,
-    periodic_rise,
-    weakened,
+from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant, winding_resistance
+from drivetrain.drive.periodic_heat import (
+    Copper,
+    Nodes,
+    copper_of,
+    interval_means,
+    new_losses,
+    new_parts,
+    periodic_heat,
+    periods_of,
 )
 from drivetrain.drive.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.errors import Fault, InputError
+from drivetrain.jit import kernel
+from drivetrain.records import UNKNOWN, as_record
 
 __all__ = [
+    "Mix",
     "PeriodicTemperature",
     "ThermalNetwork",
+    "mixed_temperature",
+    "mixed_temperature_of_current",
     "periodic_temperature",
     "rms_rule_validity",
     "temperature_of_current",
     "thermal_network",
 ]
 
-MAGNET_TOLERANCE = 1e-6  # K, between the magnet temperature put in and the one that comes out
 OVERLOAD_SHARE = 0.05  # of the winding's time constant: the longest overload the RMS rule allows
+
+
+class Mix(NamedTuple):
+    """How a motor is used.
+
+    Attributes:
+        parts: Samples of each repeated cycle, one slice each, in their order.
+        shares: Of the time, one a part, together 1.
+    """
+
+    parts: Sequence[slice]
+    shares: Sequence[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,23 +105,7 @@ def periodic_temperature(
     Raises:
         InputError: Lengths that differ, time that decreases or stands still.
     """
-    torque = checked_array(motor_torque, (None,), "motor_torque")
-    cold = cycle_losses(network, motor, time, torque / motor.torque_constant, housing_loss)
-
-    def mean_housing(magnets: float, rise_of: Callable[[ThermalNetwork, CycleLosses], PeriodicRise]) -> float:
-        """Mean housing temperature when the magnets have a temperature."""
-        return network.ambient + float(rise_of(network, weakened(cold, motor, magnets)).mean[1])
-
-    guess, _ = settled(lambda magnets: mean_housing(magnets, mean_rise), network.ambient)
-    rise_of = mean_rise if network.winding_capacity is None else periodic_rise
-    start = guess if math.isfinite(guess) else network.ambient
-    magnets, converged = settled(lambda magnets: mean_housing(magnets, rise_of), start)
-    losses = weakened(cold, motor, magnets)
-    shown = magnets if math.isfinite(magnets) else network.ambient
-    current = torque / torque_constant(motor, shown)
-    return _result(
-        network, losses, rise_of(network, losses), _Electrical(float(np.min(time)), current, shown, converged)
-    )
+    return mixed_temperature(network, motor, time, motor_torque, _one(motor_torque), housing_loss=housing_loss)
 
 
 def temperature_of_current(
@@ -126,11 +126,132 @@ def temperature_of_current(
     Raises:
         InputError: Lengths that differ, time that decreases or stands still.
     """
-    current = checked_array(current, (None,), "current")
-    losses = cycle_losses(network, motor, time, current, housing_loss)
-    rise = (mean_rise if network.winding_capacity is None else periodic_rise)(network, losses)
-    magnets = network.ambient + float(rise.mean[1])
-    return _result(network, losses, rise, _Electrical(float(np.min(time)), current, magnets, True))
+    return mixed_temperature_of_current(network, motor, time, current, _one(current), housing_loss=housing_loss)
+
+
+def mixed_temperature(
+    network: ThermalNetwork,
+    motor: Motor,
+    time: Array,
+    motor_torque: Array,
+    mix: Mix,
+    *,
+    housing_loss: Array | None = None,
+) -> PeriodicTemperature:
+    """The temperatures of a mix of torque cycles, winding and magnets as warm as they make them.
+
+    Args:
+        network: From ``thermal_network``.
+        motor: Resistance, torque constant and their change with temperature.
+        time: Never decreasing [s], (N,), through one period of each part after another.
+        motor_torque: Electromagnetic [N m], (N,), linear between samples of a part.
+        mix: Parts and their shares; one part gives what ``periodic_temperature`` does.
+        housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
+
+    Returns:
+        Temperatures and current; means are those over the mix, the spectral radius is not told (NaN).
+
+    Raises:
+        InputError: Lengths that differ, time that decreases, a part that takes no time.
+    """
+    torque = checked_array(motor_torque, (None,), "motor_torque")
+    copper = Copper(*(float(value) for value in copper_of(as_record(motor), network.ambient)))
+    found = _solved(network, copper, time, torque, mix, housing_loss)
+    magnets = network.ambient if found.runaway else found.magnet_temperature
+    return replace(found, current=torque / torque_constant(motor, magnets), magnet_temperature=magnets)
+
+
+def mixed_temperature_of_current(
+    network: ThermalNetwork,
+    motor: Motor,
+    time: Array,
+    current: Array,
+    mix: Mix,
+    *,
+    housing_loss: Array | None = None,
+    warming: bool = True,
+) -> PeriodicTemperature:
+    """The temperatures of a mix of current cycles, windings as warm as they make them.
+
+    Args:
+        network: From ``thermal_network``.
+        motor: Resistance and its change with temperature.
+        time: Never decreasing [s], (N,), through one period of each part after another.
+        current: [A], DC equivalent, (N,), linear between samples of a part.
+        mix: Parts and their shares; one part gives what ``temperature_of_current`` does.
+        housing_loss: Iron and friction loss that heats the housing [W], (N,); None: none.
+        warming: Whether the resistance follows the winding; else it stays that of the motor's reference temperature.
+
+    Returns:
+        Temperatures; the magnets decide nothing here and are at the mean housing temperature.
+
+    Raises:
+        InputError: Lengths that differ, time that decreases, a part that takes no time.
+    """
+    amperes = checked_array(current, (None,), "current")
+    slope = motor.resistance * copper_coefficient(motor.reference_temperature) if warming else 0.0
+    cold = winding_resistance(motor, network.ambient) if warming else motor.resistance
+    return _solved(network, Copper(cold, slope, 1.0, 0.0, 0.0), time, amperes, mix, housing_loss)
+
+
+def _one(values: Array) -> Mix:
+    """All samples as one part."""
+    return Mix((slice(0, np.size(values)),), (1.0,))
+
+
+def _solved(
+    network: ThermalNetwork, copper: Copper, time: Array, values: Array, mix: Mix, housing_loss: Array | None
+) -> PeriodicTemperature:
+    """The state of a mix, of a torque or of a current."""
+    time = checked_array(time, (values.size,), "time")
+    loss = np.zeros_like(values) if housing_loss is None else checked_array(housing_loss, time.shape, "housing_loss")
+    for part in mix.parts:
+        checked_steps(time[part])
+    losses, ambient, single = new_losses(values.size), network.ambient, len(mix.parts) == 1
+    heat = _heat(
+        nodes_of(network), copper, periods_of(time, mix.parts, mix.shares), losses, new_parts(len(mix.parts)), ambient,
+        values, loss,
+    )  # fmt: skip
+    runaway, start = not math.isfinite(heat.peak), float(time[mix.parts[heat.peak_part]][0])
+    return PeriodicTemperature(
+        winding=losses.winding_at[: values.size],
+        housing=losses.housing_at[: values.size],
+        current=values,
+        mean_winding=heat.winding,
+        mean_housing=heat.housing,
+        peak_winding=heat.peak,
+        peak_time=start + (heat.peak_time if values.size > 1 else 0.0),
+        magnet_temperature=math.inf if runaway else heat.magnets,
+        spectral_radius=heat.radius if single else math.nan,
+        runaway=runaway,
+        converged=heat.converged,
+        ripple_known=network.winding_capacity is not None,
+    )
+
+
+def checked_steps(time: Array) -> None:
+    """Raise an InputError where time decreases or stands still."""
+    steps = np.diff(time)
+    if (steps < 0.0).any():
+        raise InputError(Fault(f"time[{int(np.argmax(steps < 0.0)) + 1}]", "must not decrease"))
+    if len(steps) and not steps.sum() > 0.0:
+        raise InputError(Fault("time", "must last longer than 0 s", float(time[-1])))
+
+
+def nodes_of(network: ThermalNetwork) -> Nodes:
+    """The nodes of a network, NaN where a capacity is unknown."""
+    capacities = (network.winding_capacity, network.housing_capacity)
+    inner, outer = network.resistance_winding_housing, network.resistance_housing_ambient
+    return Nodes(inner, outer, *(UNKNOWN if one is None else one for one in capacities))
+
+
+@kernel
+def _heat(
+    nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, ambient: float, values: Array, loss: Array
+) -> Any:
+    """``periodic_heat`` of a torque or current and the loss in the housing."""
+    interval_means(values, loss, losses)
+    return periodic_heat(nodes, copper, periods, losses, parts, ambient)
 
 
 def rms_rule_validity(
@@ -169,72 +290,6 @@ def rms_rule_validity(
     return (
         f"overload of {longest:.3g} s is {100.0 * longest / constant:.3g} % of the winding time constant "
         f"({constant:.3g} s): the RMS current hides a hotter winding, judge the winding temperature"
-    )
-
-
-def settled(mean_housing: Callable[[float], float], start: float) -> tuple[float, bool]:
-    """The magnet temperature that the mean housing temperature confirms.
-
-    Weaker magnets heat more, and the more the warmer they are: a convex map, on which the secant from the cold side
-    never passes the answer; a slope of 1 or more means there is none.
-
-    Args:
-        mean_housing: Mean housing temperature that magnets of a temperature make [C].
-        start: Below the answer [C].
-
-    Returns:
-        The temperature [C], infinite where there is none, and whether it was found.
-    """
-    previous, reached = start, mean_housing(start)
-    magnets = reached
-    for _ in range(40):
-        if not math.isfinite(magnets):
-            return math.inf, True
-        if abs(magnets - previous) <= MAGNET_TOLERANCE:
-            return magnets, True
-        found = mean_housing(magnets)
-        slope = (found - reached) / (magnets - previous)
-        if slope >= 1.0:
-            return math.inf, True
-        previous, reached = magnets, found
-        magnets = magnets + (found - magnets) / (1.0 - slope)
-    return magnets, False
-
-
-class _Electrical(NamedTuple):
-    """What the result tells beside the temperatures."""
-
-    start: float
-    current: Array
-    magnets: float
-    converged: bool
-
-
-def _result(
-    network: ThermalNetwork, losses: CycleLosses, rise: PeriodicRise, electrical: _Electrical
-) -> PeriodicTemperature:
-    """The state traced through the cycle, in degrees."""
-    ripple_known = network.winding_capacity is not None
-    size = electrical.current.size
-    runaway = not np.isfinite(rise.mean).all()
-    rises, peak, peak_time = np.tile(rise.mean, (size, 1)), float(rise.mean[0]), 0.0
-    if ripple_known and not runaway:
-        rises, peak, peak_time = cycle_trace(*kernel_input(network, losses), rise.start)
-        if one_node(network):
-            rises[:, 1] = rises[:, 0]
-    return PeriodicTemperature(
-        winding=network.ambient + rises[:size, 0],
-        housing=network.ambient + rises[:size, 1],
-        current=electrical.current,
-        mean_winding=network.ambient + float(rise.mean[0]),
-        mean_housing=network.ambient + float(rise.mean[1]),
-        peak_winding=network.ambient + peak,
-        peak_time=electrical.start + (peak_time if size > 1 else 0.0),
-        magnet_temperature=electrical.magnets,
-        spectral_radius=rise.spectral_radius,
-        runaway=runaway,
-        converged=electrical.converged,
-        ripple_known=ripple_known,
     )
 
 

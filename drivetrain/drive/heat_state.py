@@ -16,7 +16,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.heat_kernels import cycle_map, cycle_trace
-from drivetrain.drive.periodic_rise import GROWN_BEYOND, STEADY
+from drivetrain.drive.periodic_heat import GROWN_BEYOND, STEADY
 from drivetrain.jit import callback, law
 
 MAGNET_TOLERANCE = 1e-6  # K, as in heat.py

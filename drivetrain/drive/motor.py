@@ -16,6 +16,8 @@ from drivetrain.arrays import Array
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, TEMPERATURE, Range, range_faults
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.jit import law
+from drivetrain.records import known_or
 
 Values = TypeVar("Values", float, Array)
 
@@ -121,50 +123,35 @@ class Motor:
             raise InputError(faults)
 
 
-def winding_resistance(motor: Motor, temperature: Values) -> Values:
-    """Terminal resistance at a winding temperature, linear as copper is.
-
-    Args:
-        motor: The sheet.
-        temperature: Of the winding [C].
-
-    Returns:
-        [ohm].
-
-    Reference:
-        R = R0 (1 + a (T - T0)) with a = 0.0039 1/K at 25 C; a sheet that holds at another T0 has the a of that T0.
-    """
-    rise = temperature - motor.reference_temperature
-    return motor.resistance * (1.0 + copper_coefficient(motor.reference_temperature) * rise)
-
-
+@law
 def copper_coefficient(temperature: float) -> float:
-    """Relative change of copper's resistance a kelvin, counted from a temperature.
+    """Relative change of copper's resistance a kelvin, counted from a temperature [1/K]; 0.0039 at 25 C.
 
-    Args:
-        temperature: From which the change is counted [C].
-
-    Returns:
-        [1/K]; 0.0039 at 25 C.
-
-    Reference:
-        One straight line through its zero at 25 C - 1/0.0039.
+    One straight line through its zero at 25 C - 1/0.0039.
     """
     return 1.0 / (1.0 / COPPER_COEFFICIENT + temperature - 25.0)
 
 
+@law
+def winding_resistance(motor: Motor, temperature: Values) -> Values:
+    """Terminal resistance R = R0 (1 + a (T - T0)) [ohm] at a winding temperature [C]; a as ``copper_coefficient``."""
+    rise = temperature - motor.reference_temperature
+    return motor.resistance * (1.0 + copper_coefficient(motor.reference_temperature) * rise)
+
+
+@law
 def torque_constant(motor: Motor, magnet_temperature: Values) -> Values:
-    """Torque constant, equal to the back-emf constant, at a magnet temperature.
-
-    Args:
-        motor: The sheet.
-        magnet_temperature: [C].
-
-    Returns:
-        [N m/A].
-    """
+    """Torque constant kt = kt0 (1 + b (T - T0)) [N m/A] = [V s/rad] at a magnet temperature [C]."""
     rise = magnet_temperature - motor.reference_temperature
     return motor.torque_constant * (1.0 + motor.magnet_coefficient * rise)
+
+
+@law
+def winding_voltage(
+    constant: Values, resistance: Values, inductance: float, speed: Values, current: Values, current_rate: Values
+) -> Values:
+    """Terminal voltage u = kt w + R i + L di/dt [V]. Modern Robotics, equation 8.102."""
+    return constant * speed + resistance * current + inductance * current_rate
 
 
 def motor_lines(motor: Motor) -> tuple[float, float, float, float]:
@@ -240,14 +227,11 @@ def terminal_voltage(
 
     Returns:
         [V], that shape.
-
-    Reference:
-        Lynch and Park, Modern Robotics (2017), equation 8.102.
     """
     resistance = winding_resistance(motor, np.asarray(winding_temperature, dtype=np.float64))
     constant = torque_constant(motor, np.asarray(magnet_temperature, dtype=np.float64))
-    inductive = (motor.inductance or 0.0) * np.asarray(current_rate, dtype=np.float64)
-    return np.asarray(constant * speed + resistance * current + inductive)
+    rate = np.asarray(current_rate, dtype=np.float64)
+    return np.asarray(winding_voltage(constant, resistance, known_or(motor.inductance, 0.0), speed, current, rate))
 
 
 def stall_current(motor: Motor) -> float | None:

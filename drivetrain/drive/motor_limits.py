@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier, available_voltage
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
+from drivetrain.jit import law
+from drivetrain.records import UNKNOWN, as_record, known, known_or
 
 SHEET_AMBIENT = 25.0  # C, at which makers print continuous values
 
@@ -37,35 +39,78 @@ class TorqueLimits(NamedTuple):
     upper: Array
 
 
+@law
+def thermal_path(motor: Any, mounting: Any) -> Any:
+    """Thermal resistances from winding to housing and from there to ambient [K/W]; NaN where the sheet is silent.
+
+    One number from winding to ambient makes winding and housing one (0, that number), or tells a missing part as a
+    difference. ``mounting`` is the real one's from housing to ambient [K/W]; NaN: that of the sheet, for which alone
+    the one number holds.
+    """
+    inner, outer = motor.resistance_winding_housing, motor.resistance_housing_ambient
+    whole = motor.resistance_winding_ambient
+    if math.isnan(inner) and whole > outer:
+        inner = whole - outer
+    elif math.isnan(outer) and whole > inner:
+        outer = whole - inner
+    if not math.isnan(mounting):
+        return inner, mounting
+    return (0.0, whole) if math.isnan(inner + outer) else (inner, outer)
+
+
+@law
+def scaled_nominal_current(motor: Any, ambient: Any, mounting: Any) -> Any:
+    """The printed continuous current, carried over to another ambient [C] and mounting [K/W] [A].
+
+    By the square root of the heat that can leave, which keeps the share of iron loss, friction and brushes that makes
+    it smaller than the thermal limit.
+    """
+    current, limit = (
+        known_or(motor.nominal_current, motor.nominal_torque / motor.torque_constant),
+        motor.max_winding_temperature,
+    )
+    if ambient != SHEET_AMBIENT and limit > SHEET_AMBIENT:
+        current *= math.sqrt(max(limit - ambient, 0.0) / (limit - SHEET_AMBIENT))
+    if not math.isnan(mounting):
+        sheet, real = thermal_path(motor, UNKNOWN), thermal_path(motor, mounting)
+        current *= known_or(math.sqrt((sheet[0] + sheet[1]) / (real[0] + real[1])), 1.0)
+    return current
+
+
+@law
+def thermal_limit_current(motor: Any, ambient: Any, mounting: Any) -> Any:
+    """Constant current that heats the winding just to its limit [A]: I^2 R(T_max) (R1 + R2) = T_max - T_ambient."""
+    path, limit = thermal_path(motor, mounting), motor.max_winding_temperature
+    return math.sqrt(max(limit - ambient, 0.0) / (winding_resistance(motor, limit) * (path[0] + path[1])))
+
+
+@law
+def continuous_current_limit(motor: Any, ambient: Any, mounting: Any) -> Any:
+    """The smaller of the printed current and of the thermal limit [A]; NaN where neither is known."""
+    printed = scaled_nominal_current(motor, ambient, mounting)
+    thermal = thermal_limit_current(motor, ambient, mounting)
+    return known_or(min(printed, thermal), known_or(printed, thermal))
+
+
+@law
+def short_time_torque(motor: Any) -> Any:
+    """Printed peak torque, else torque constant times peak current, else that of a blocked motor [N m]."""
+    blocked = known_or(motor.stall_torque, motor.torque_constant * motor.nominal_voltage / motor.resistance)
+    return known_or(motor.peak_torque, known_or(motor.torque_constant * motor.peak_current, blocked))
+
+
 def thermal_resistances(motor: Motor, housing_to_ambient: float | None = None) -> tuple[float, float] | None:
     """The way of the heat: from winding to housing, and from housing to ambient.
-
-    A sheet with one number from winding to ambient gives (0, that number): winding and housing are one. With that
-    number and one of the two others, the missing one is the difference.
 
     Args:
         motor: The sheet.
         housing_to_ambient: Replaces the sheet's, for the real mounting [K/W].
 
     Returns:
-        Both [K/W]; None when the sheet does not say enough. One number from winding to ambient holds for the sheet's
-        own mounting, so it does not say enough when another mounting is given.
+        Both [K/W], see ``thermal_path``; None when the sheet does not say enough.
     """
-    inner, outer, whole = (
-        motor.resistance_winding_housing,
-        motor.resistance_housing_ambient,
-        motor.resistance_winding_ambient,
-    )
-    if whole is not None:
-        if inner is None and outer is not None and whole > outer:
-            inner = whole - outer
-        elif outer is None and inner is not None and whole > inner:
-            outer = whole - inner
-    if housing_to_ambient is not None:
-        return None if inner is None else (inner, housing_to_ambient)
-    if inner is not None and outer is not None:
-        return inner, outer
-    return None if whole is None else (0.0, whole)
+    inner, outer = thermal_path(as_record(motor), UNKNOWN if housing_to_ambient is None else housing_to_ambient)
+    return (float(inner), float(outer)) if known(inner + outer) else None
 
 
 def thermal_current(motor: Motor, ambient: float, housing_to_ambient: float | None = None) -> float | None:
@@ -78,16 +123,9 @@ def thermal_current(motor: Motor, ambient: float, housing_to_ambient: float | No
 
     Returns:
         [A]; 0 when the air is as hot as the winding may be; None when the sheet does not say enough.
-
-    Reference:
-        I^2 R(T_max) (R_th1 + R_th2) = T_max - T_ambient.
     """
-    resistances = thermal_resistances(motor, housing_to_ambient)
-    limit = motor.max_winding_temperature
-    if resistances is None or limit is None:
-        return None
-    rise = max(limit - ambient, 0.0)
-    return math.sqrt(rise / (winding_resistance(motor, limit) * sum(resistances)))
+    mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
+    return _told(thermal_limit_current(as_record(motor), ambient, mounting))
 
 
 def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: float | None = None) -> SourcedValue:
@@ -105,41 +143,36 @@ def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: floa
     Returns:
         Current [A] and its source; the value is None when neither is known.
     """
-    printed = _nominal_current(motor, ambient, housing_to_ambient)
-    thermal = SourcedValue(
-        thermal_current(motor, ambient, housing_to_ambient),
-        f"thermal limit: winding at {motor.max_winding_temperature} °C in air of {ambient:g} °C",
-    )
-    known = [limit for limit in (printed, thermal) if limit.value is not None]
-    if not known:
+    mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
+    record, nominal = as_record(motor), _nominal_source(motor, ambient, housing_to_ambient)
+    value = _told(continuous_current_limit(record, ambient, mounting))
+    if value is None:
         return SourcedValue(None, "the sheet has neither a nominal current nor a thermal resistance and limit")
-    return min(known, key=lambda limit: limit.value or 0.0)
+    if value == scaled_nominal_current(record, ambient, mounting):
+        return SourcedValue(value, nominal)
+    return SourcedValue(value, f"thermal limit: winding at {motor.max_winding_temperature} °C in air of {ambient:g} °C")
 
 
-def _nominal_current(motor: Motor, ambient: float, housing_to_ambient: float | None) -> SourcedValue:
-    """The printed continuous current, carried over to another ambient and mounting."""
-    if motor.nominal_current is not None:
-        value, source = motor.nominal_current, "nominal current of the sheet"
-    elif motor.nominal_torque is not None:
-        value = motor.nominal_torque / motor.torque_constant
-        source = "nominal torque of the sheet over its torque constant"
-    else:
-        return SourcedValue(None, "no nominal current")
+def _told(value: float) -> float | None:
+    return float(value) if known(value) else None
+
+
+def _nominal_source(motor: Motor, ambient: float, housing_to_ambient: float | None) -> str:
+    """What ``scaled_nominal_current`` did, in words."""
+    printed = "nominal current of the sheet"
+    source = printed if motor.nominal_current is not None else "nominal torque of the sheet over its torque constant"
     limit = motor.max_winding_temperature
     if ambient != SHEET_AMBIENT:
         if limit is None or limit <= SHEET_AMBIENT:
             source += f", not scaled to {ambient:g} °C (no winding limit)"
         else:
-            value *= math.sqrt(max(limit - ambient, 0.0) / (limit - SHEET_AMBIENT))
             source += f", scaled from {SHEET_AMBIENT:g} °C to {ambient:g} °C"
-    sheet, mounted = thermal_resistances(motor), thermal_resistances(motor, housing_to_ambient)
     if housing_to_ambient is not None:
-        if sheet is None or mounted is None:
+        if thermal_resistances(motor) is None or thermal_resistances(motor, housing_to_ambient) is None:
             source += ", not scaled to the mounting (no thermal resistances)"
         else:
-            value *= math.sqrt(sum(sheet) / sum(mounted))
             source += ", scaled to the mounting"
-    return SourcedValue(value, source)
+    return source
 
 
 def peak_current(motor: Motor, amplifier: Amplifier) -> SourcedValue:

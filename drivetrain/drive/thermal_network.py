@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.motor_limits import thermal_resistances
+from drivetrain.drive.periodic_heat import thermal_nodes
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, TEMPERATURE, range_faults
 from drivetrain.errors import InputError
+from drivetrain.records import UNKNOWN, as_record, known
 
 
 @dataclass(frozen=True)
@@ -61,19 +62,8 @@ def thermal_network(motor: Motor, ambient: float, *, housing_to_ambient: float |
 
     Returns:
         The network; None when the sheet's resistances do not say enough.
-
-    Reference:
-        C_w = tau_w / R_th1, C_h = tau_h / R_th2.
     """
-    resistances = thermal_resistances(motor, housing_to_ambient)
-    if resistances is None:
-        return None
-    inner, outer = resistances
-    if inner == 0.0:
-        constant = motor.winding_time_constant or motor.housing_time_constant
-        return ThermalNetwork(0.0, outer, None if constant is None else constant / outer, None, ambient)
-    winding = None if motor.winding_time_constant is None else motor.winding_time_constant / inner
-    printed = thermal_resistances(motor)
-    printed_outer = outer if printed is None else printed[1]
-    housing = None if motor.housing_time_constant is None else motor.housing_time_constant / printed_outer
-    return ThermalNetwork(inner, outer, winding, housing, ambient)
+    mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
+    nodes = [float(value) if known(value) else None for value in thermal_nodes(as_record(motor), mounting)]
+    inner, outer, winding, housing = nodes
+    return None if inner is None or outer is None else ThermalNetwork(inner, outer, winding, housing, ambient)

@@ -13,11 +13,24 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.drive.heat_kernels import cycle_map, cycle_trace
+from drivetrain.drive.heat import checked_steps, nodes_of
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.periodic_rise import GROWN_BEYOND, cycle_losses, kernel_input, one_node
+from drivetrain.drive.periodic_heat import (
+    GROWN_BEYOND,
+    copper_of,
+    cycle_map,
+    cycle_trace,
+    heat_rates,
+    heat_sources,
+    housing_capacity,
+    integral_rows,
+    interval_means,
+    new_losses,
+)
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.errors import Fault, InputError
+from drivetrain.jit import kernel
+from drivetrain.records import as_record
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,25 +88,37 @@ def warm_up(
         faults.append(Fault("current", "must be at least two samples of a cycle", amperes.tolist()))
     if faults:
         raise InputError(faults)
-    losses = cycle_losses(network, motor, time, amperes, housing_loss)
-    rise = checked_array((network.ambient,) * 2 if start is None else start, (2,), "start") - network.ambient
-    given = kernel_input(network, losses)
+    losses, ambient, copper = new_losses(amperes.size), network.ambient, copper_of(as_record(motor), network.ambient)
+    loss = np.zeros(amperes.size) if housing_loss is None else housing_loss
+    clock, loss = checked_array(time, amperes.shape, "time"), checked_array(loss, amperes.shape, "housing_loss")
+    checked_steps(clock)
     rises = np.full((cycles + 1, 2), np.inf)
-    rises[0] = rise
-    whole = cycle_map(*given)
-    for k in range(cycles):
-        rise = whole[:, :2] @ rise + whole[:, 2]
-        if not np.abs(rise).max() < GROWN_BEYOND:
-            break
-        rises[k + 1] = rise
-    peak = np.inf
-    if np.isfinite(rises[-1]).all():
-        _, peak, _ = cycle_trace(*given, rises[-2])
-    housing = rises[:, 0] if one_node(network) else rises[:, 1]
-    length = float(losses.steps.sum())
-    return WarmUp(
-        length * np.arange(cycles + 1.0),
-        network.ambient + rises[:, 0],
-        network.ambient + housing,
-        network.ambient + peak,
-    )
+    rises[0] = checked_array((ambient,) * 2 if start is None else start, (2,), "start") - ambient
+    cold, slope = float(copper.resistance), float(copper.slope)
+    peak = _repeated(nodes_of(network), cold, slope, np.diff(clock), losses, amperes, loss, rises)
+    housing = rises[:, 0] if network.resistance_winding_housing == 0.0 else rises[:, 1]
+    length = float(clock[-1] - clock[0])
+    return WarmUp(length * np.arange(cycles + 1.0), ambient + rises[:, 0], ambient + housing, ambient + peak)
+
+
+@kernel
+def _repeated(
+    nodes: Any, cold: float, slope: float, steps: Array, losses: Any, current: Array, loss: Array, rises: Array
+) -> float:
+    """Fill the rises after each cycle, (K + 1, 2), until they are beyond all bounds; the winding's peak in the last."""
+    interval_means(current, loss, losses)
+    count = len(steps)
+    housing = housing_capacity(nodes, steps.sum())
+    rates, rows = heat_rates(nodes, housing), integral_rows(losses, 0, count)
+    heat_sources(nodes, losses, 0, count, cold, slope, housing, 0.0)
+    growth, source, injected = losses.growth[:count], losses.source[:count], losses.injected[:count]
+    whole = cycle_map(steps, growth, source, injected, rates, rows)
+    for k in range(len(rises) - 1):
+        winding = whole.ww * rises[k, 0] + whole.wh * rises[k, 1] + whole.w
+        base = whole.hw * rises[k, 0] + whole.hh * rises[k, 1] + whole.h
+        if not max(abs(winding), abs(base)) < GROWN_BEYOND:
+            return np.inf
+        rises[k + 1, 0], rises[k + 1, 1] = winding, base
+    start = (rises[-2, 0], rises[-2, 1])
+    winding, housing_at = losses.winding_at[: count + 1], losses.housing_at[: count + 1]
+    return cycle_trace(steps, growth, source, injected, rates, rows, start, 0.0, winding, housing_at)[0]

@@ -31,6 +31,7 @@ class Check:
         time: Instant in the cycle at which it is closest to its limit [s]; None when it belongs to no instant.
         source: Where the limit comes from.
         remark: What a reader should know: why it was not checked, an assumption, the fix.
+        essential: Without it nothing is proven: an evaluation says NOT CHECKED, and a search does not choose the drive.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Check:
     time: float | None = None
     source: str = ""
     remark: str = ""
+    essential: bool = False
 
 
 def worst(verdicts: object) -> Verdict:
@@ -54,13 +56,11 @@ def worst(verdicts: object) -> Verdict:
 
 
 UNWEIGHED = "mass of the drives"  # a check of all together, made only where the mass of one is not known
-ESSENTIAL = ("gear repeated peak torque", "motor peak torque", "motor voltage", "motor RMS current", UNWEIGHED)
-"""Without these nothing is proven: an evaluation says NOT CHECKED, and a search does not choose the drive."""
 
 
 def lacking(checks: Iterable[Check]) -> tuple[Check, ...]:
     """The essential checks that could not be made."""
-    return tuple(check for check in checks if check.name in ESSENTIAL and check.verdict is Verdict.NOT_CHECKED)
+    return tuple(check for check in checks if check.essential and check.verdict is Verdict.NOT_CHECKED)
 
 
 def verdict_of(checks: Iterable[Check]) -> Verdict:

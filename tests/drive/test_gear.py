@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from drivetrain.drive.gear import (
     Gear,
     average_torque,
-    backdriving_efficiency,
     gear_life,
     mesh_factors,
     mesh_input_torque,
@@ -32,9 +31,9 @@ WORM = Gear("worm", 50.0, kind="spur", efficiency=0.4)
 def test_mesh_friction_of_both_directions_is_one_number() -> None:
     mu = mesh_loss_coefficient(LOSSY)
     assert 1.0 / (1.0 + mu) == pytest.approx(0.7)
-    assert backdriving_efficiency(LOSSY) == pytest.approx(1.0 - mu) == pytest.approx(2.0 - 1.0 / 0.7)
-    assert backdriving_efficiency(dataclasses.replace(LOSSY, backdriving_efficiency=0.5)) == 0.5
-    assert backdriving_efficiency(WORM) < 0.0
+    assert mesh_factors(LOSSY).driven == pytest.approx(1.0 - mu) == pytest.approx(2.0 - 1.0 / 0.7)
+    assert mesh_factors(dataclasses.replace(LOSSY, backdriving_efficiency=0.5)).driven == 0.5
+    assert mesh_factors(WORM).driven < 0.0
 
 
 def test_torque_through_the_mesh_in_four_quadrants() -> None:

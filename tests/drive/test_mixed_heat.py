@@ -9,8 +9,14 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from drivetrain.drive.heat import PeriodicTemperature, periodic_temperature, rms_rule_validity, thermal_network
-from drivetrain.drive.mixed_heat import Use, mixed_temperature
+from drivetrain.drive.heat import (
+    Mix,
+    PeriodicTemperature,
+    mixed_temperature,
+    periodic_temperature,
+    rms_rule_validity,
+    thermal_network,
+)
 from drivetrain.drive.motor import Motor
 
 MOTOR = Motor(
@@ -33,7 +39,7 @@ def mixed(shares, *, motor: Motor = MOTOR, cycles=(HARD, MILD), losses=LOSS) -> 
     time = np.concatenate([cycles[0][0], cycles[0][0][-1] + cycles[1][0]])
     torque = motor.torque_constant * np.concatenate([cycles[0][1], cycles[1][1]])
     first = len(cycles[0][0])
-    use = Use((slice(0, first), slice(first, len(time))), shares)
+    use = Mix((slice(0, first), slice(first, len(time))), shares)
     return mixed_temperature(network(motor), motor, time, torque, use, housing_loss=np.concatenate(losses))
 
 
@@ -129,7 +135,7 @@ def test_limits_are_the_plain_cycle(motor):
 def test_one_part_is_the_plain_cycle():
     time, current = HARD
     torque = MOTOR.torque_constant * current
-    found = mixed_temperature(network(), MOTOR, time, torque, Use((slice(0, 5),), (1.0,)), housing_loss=LOSS[0])
+    found = mixed_temperature(network(), MOTOR, time, torque, Mix((slice(0, 5),), (1.0,)), housing_loss=LOSS[0])
     expected = plain(HARD, LOSS[0])
     assert found.winding == pytest.approx(expected.winding, rel=1e-9)
     assert found.peak_time == pytest.approx(expected.peak_time)

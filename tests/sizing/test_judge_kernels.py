@@ -16,7 +16,7 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.load_basis import drive_numbers
 from drivetrain.sizing.judge.check_numbers import MOTOR_TORQUE, NAMES, UNCHECKED
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import is_direct, judge
+from drivetrain.sizing.judge.old_judge import is_direct, judge
 from drivetrain.sizing.judge.judge_kernels import (
     ASK,
     FALLS,

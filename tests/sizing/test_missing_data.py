@@ -17,13 +17,14 @@ from drivetrain.drive.motor import Motor
 from drivetrain.sizing.answers.ratio import ratio_study
 from drivetrain.sizing.answers.why_not import why_not
 from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.judge.missing import gaps
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass, Mount, Study
 from drivetrain.study.selection import Wanted
-from drivetrain.study.verdicts import ESSENTIAL, Check, Verdict, lacking, verdict_of
+from drivetrain.study.verdicts import Check, Verdict, lacking, verdict_of
 
 MASS, PRICE, ENERGY = (("mass", 1.0),), (("price", 1.0),), (("energy", 1.0),)
 
@@ -130,15 +131,16 @@ def unranked(study: Study, evaluation) -> set[str]:
 def test_the_law_in_a_table():
     """FAIL beats NOT CHECKED beats the rest, and only essential checks count."""
 
-    def check(name: str, verdict: Verdict) -> Check:
-        return Check(name, None, None, "", None, verdict)
+    def check(name: str, verdict: Verdict, essential: bool = False) -> Check:
+        return Check(name, None, None, "", None, verdict, essential=essential)
 
-    for essential in ESSENTIAL:
-        bare = check(essential, Verdict.NOT_CHECKED)
-        assert verdict_of([bare, check("x", Verdict.PASS)]) is Verdict.NOT_CHECKED
-        assert verdict_of([bare, check("x", Verdict.FAIL)]) is Verdict.FAIL
-        assert verdict_of([check(essential, Verdict.MARGINAL), check("x", Verdict.PASS)]) is Verdict.MARGINAL
-        assert [one.name for one in lacking([bare, check("x", Verdict.NOT_CHECKED)])] == [essential]
+    bare = check("needed", Verdict.NOT_CHECKED, True)
+    assert verdict_of([bare, check("x", Verdict.PASS)]) is Verdict.NOT_CHECKED
+    assert verdict_of([bare, check("x", Verdict.FAIL)]) is Verdict.FAIL
+    assert verdict_of([check("needed", Verdict.MARGINAL, True), check("x", Verdict.PASS)]) is Verdict.MARGINAL
+    assert [one.name for one in lacking([bare, check("x", Verdict.NOT_CHECKED)])] == ["needed"]
+    essential = {"gear repeated peak torque", "motor peak torque", "motor voltage", "motor RMS current"}
+    assert {row.name for row in CHECKS if row.essential} == essential
     assert verdict_of([check("gear life L10", Verdict.NOT_CHECKED), check("x", Verdict.PASS)]) is Verdict.PASS
 
 
@@ -153,7 +155,7 @@ HOLES = [
     ("motors", {"rotor_inertia": None}, {"motor peak torque", "motor voltage", "motor RMS current"}, "rotor_inertia"),
     ("gears", {"efficiency": None}, {"motor peak torque", "motor voltage", "motor RMS current"}, "efficiency"),
     ("gears", {"inertia": None, "mass": None}, {"motor peak torque", "motor voltage", "motor RMS current"}, "inertia"),
-    ("gears", {"repeated_peak_torque": None, "continuous_torque": None}, {ESSENTIAL[0]}, "repeated_peak_torque"),
+    ("gears", {"repeated_peak_torque": None, "continuous_torque": None}, {"gear repeated peak torque"}, "repeated_peak_torque"),
     ("motors", {"peak_current": None, "nominal_voltage": None}, {"motor peak torque"}, "peak_torque"),
     ("motors", {"nominal_current": None, "max_winding_temperature": None}, {"motor RMS current"}, "nominal_current"),
 ]

@@ -11,8 +11,8 @@ from drivetrain.motion.mix import build_mix
 from drivetrain.shipped import shipped
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.demand.series import rates
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.operation import current_rate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import slowed
 from drivetrain.study.read import load_study
@@ -91,7 +91,9 @@ def test_no_current_is_differentiated_across_the_joint(study, drives):
     demand = workload(task).at(0, {}).demand(None)
     joint = task.cycle.parts[1].start
     current = np.where(np.arange(len(demand.time)) < joint, 0.0, 5.0)
-    assert not current_rate(demand, current).any()
+    before, at, after = rates(demand)
+    rate = before * np.roll(current, 1) + at * current + after * np.roll(current, -1)
+    assert not rate.any()
     table = current_commands(evaluate(task, drives))
     assert len(table) == len(task.cycle.time)
 

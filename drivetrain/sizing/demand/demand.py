@@ -12,26 +12,22 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
-from drivetrain.drive.gear import average_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
-from drivetrain.sizing.judge.checks import Peak, peak
 from drivetrain.study.model import Study
 from drivetrain.study.mounting import seat
 
 
-class BearingLoad(NamedTuple):
-    """The largest loads on an output bearing.
+class Peak(NamedTuple):
+    """The largest magnitude of a series.
 
     Attributes:
-        tilting: Moment across the axis [N m].
-        axial: Force along it [N].
-        radial: Force across it [N].
+        value: In the unit of the series.
+        time: Its instant [s].
     """
 
-    tilting: Peak
-    axial: Peak
-    radial: Peak
+    value: float
+    time: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,26 +77,32 @@ class JointDemand:
         return resting(self.speed)
 
     @cached_property
-    def largest_load(self) -> Peak:
-        """Of ``load_torque`` [N m], at rest with what breaks the joint loose, if it ever moves."""
+    def loosening_torque(self) -> Array:
+        """``load_torque`` and, at rest, what breaks the joint loose, if it ever moves [N m], (N,)."""
         if not self.moves:
-            return peak(self.time, self.load_torque)
-        loose = np.where(self.at_rest, breakaway_torque(self.friction, self.load_torque), 0.0)
-        return peak(self.time, self.load_torque + loose)
+            return self.load_torque
+        return self.load_torque + np.where(self.at_rest, breakaway_torque(self.friction, self.load_torque), 0.0)
 
     @cached_property
     def fastest(self) -> Peak:
         """Of ``speed`` [rad/s]."""
-        return peak(self.time, self.speed)
+        index = int(np.argmax(np.abs(self.speed)))
+        return Peak(float(abs(self.speed[index])), float(self.time[index]))
 
     @cached_property
-    def bearing(self) -> BearingLoad | None:
-        """What the output bearing carries at most; None where ``wrench`` is."""
-        if self.wrench is None:
-            return None
-        moment_x, moment_y, _, force_x, force_y, force_z = self.wrench.T
-        tilting, radial = np.hypot(moment_x, moment_y), np.hypot(force_x, force_y)
-        return BearingLoad(peak(self.time, tilting), peak(self.time, force_z), peak(self.time, radial))
+    def tilting_moment(self) -> Array | None:
+        """Across the output axis [N m], (N,); None where ``wrench`` is."""
+        return None if self.wrench is None else np.hypot(self.wrench[:, 0], self.wrench[:, 1])
+
+    @cached_property
+    def radial_load(self) -> Array | None:
+        """Force across the output axis [N], (N,); None where ``wrench`` is."""
+        return None if self.wrench is None else np.hypot(self.wrench[:, 3], self.wrench[:, 4])
+
+    @property
+    def axial_load(self) -> Array | None:
+        """Force along the output axis [N], (N,); None where ``wrench`` is."""
+        return None if self.wrench is None else self.wrench[:, 5]
 
     @cached_property
     def moves(self) -> bool:
@@ -111,20 +113,6 @@ class JointDemand:
     def mean_speed(self) -> float:
         """Mean magnitude of the speed over the whole cycle, rests included [rad/s]."""
         return self.mean(np.abs(self.speed))
-
-    @cached_property
-    def _averages(self) -> dict[float, float]:
-        return {}
-
-    def average_torque(self, exponent: float) -> float:
-        """The average of the load torque as wear sees it.
-
-        Returns:
-            [N m].
-        """
-        if exponent not in self._averages:
-            self._averages[exponent] = average_torque(exponent, self.load_torque, self.speed, self.weights)
-        return self._averages[exponent]
 
     def mean(self, values: Array) -> float:
         """The mean over the cycle.
@@ -194,14 +182,14 @@ class JointWork:
         return self.others is not None and self.joint in self.work.basis[self.joint].drives
 
     @cached_property
-    def _fixed(self) -> JointDemand:
+    def fixed(self) -> JointDemand:
         """The demand without what the joint's own drive adds."""
         return self._demand(self.others)
 
     def demand(self, drive: Drive) -> JointDemand:
         """What the task asks of the joint's own drive."""
         if not self.own_load or self.others is None:
-            return self._fixed
+            return self.fixed
         basis = self.work.basis[self.joint]
         at = NUMBERS * basis.drives.index(self.joint)
         numbers = np.zeros(len(basis.force))

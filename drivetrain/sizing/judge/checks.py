@@ -1,91 +1,176 @@
-"""How a requirement is held against a limit: one form for every check."""
+"""The table of checks: what a drive is asked, what it can do, and in which stage that is known.
+
+Every utilisation, every verdict, every line of a report, what a search calls feasible and what tolerances draw come
+from this table. A name such as ``figures.rms_current`` is a field of ``cases.Case``; a new check is one more row.
+"""
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.records import columns
+from drivetrain.sizing.judge import words
+from drivetrain.sizing.judge.cases import CASE
+
+GEAR, SPEED, TORQUE, HEAT = np.arange(4)
+"""Stages: what needs no motor, what needs no torque, what needs no temperature, and the rest.
+
+Numpy's integers, as compiled code is made anew for each plain one."""
 
 
-class Limit(NamedTuple):
-    """What a part can do, and who says so.
-
-    Attributes:
-        value: In the unit of the check; None when nobody says.
-        source: In words.
-        remark: What a reader should know, or what is missing.
-    """
-
-    value: float | None
-    source: str = ""
-    remark: str = ""
-
-
-class Peak(NamedTuple):
-    """The largest magnitude of a series.
+@dataclass(frozen=True)
+class Requirement:
+    """One requirement held against one limit.
 
     Attributes:
-        value: In the unit of the series.
-        time: Its instant [s].
+        name, unit: As told.
+        required, limit: Fields of the case; where one is NaN nothing is checked.
+        stage: After which it can be made.
+        sheet: What the limit is called where a sheet or the study prints it.
+        factor: On what is required.
+        origin: From which both are counted, as a winding's rise from the ambient temperature.
+        peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
+        essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
+        scale: From SI to the unit.
+        instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
+        words: Source and remark, where ``words.printed`` does not say enough.
+        formula: How what is required comes about.
     """
 
-    value: float
-    time: float
+    name: str
+    unit: str
+    required: str
+    limit: str
+    stage: Any
+    sheet: str = ""
+    factor: str = "one"
+    origin: str = "zero"
+    peak: bool = False
+    essential: bool = False
+    scale: float = 1.0
+    instant: str = ""
+    words: Callable[[Any, Any], words.Words] = words.printed
+    formula: str = ""
 
 
-def peak(time: Array, values: Array) -> Peak:
-    """The largest magnitude of a series and its instant.
+CHECKS: tuple[Requirement, ...] = (
+    Requirement(
+        "gear repeated peak torque", "N m", "figures.load_torque", "limits.repeated_peak_torque", GEAR,
+        "repeated peak torque", "safety.peak_torque", peak=True, essential=True, instant="loosening_torque",
+        words=words.repeated_peak, formula="largest load torque of every cycle, breaking loose from rest included",
+    ),
+    Requirement(
+        "gear momentary peak torque", "N m", "figures.load_torque", "gear.momentary_torque", GEAR,
+        "momentary peak torque", "safety.peak_torque", peak=True, instant="loosening_torque",
+        formula="largest load torque of every cycle, breaking loose from rest included",
+    ),
+    Requirement(
+        "gear average torque", "N m", "figures.average_load_torque", "limits.average_torque", GEAR,
+        "average torque limit", words=words.average_torque, formula="(sum |n| |T|^e t / sum |n| t)^(1/e)",
+    ),
+    Requirement(
+        "gear maximum input speed", "rad/s", "figures.input_speed", "gear.max_input_speed", GEAR,
+        "maximum input speed", "safety.speed", peak=True, instant="speed", formula="|G| max |w|",
+    ),
+    Requirement(
+        "gear mean input speed", "rad/s", "figures.mean_input_speed", "gear.average_input_speed_limit", GEAR,
+        "mean input speed limit", "safety.speed", peak=True, formula="|G| mean |w|, rests included",
+    ),
+    Requirement(
+        "gear life L10", "h", "safety.life", "figures.gear_life", GEAR, scale=1.0 / 3600.0, words=words.gear_life,
+        formula="L_rated (n_rated / n) (T_rated / T)^e",
+    ),
+    Requirement(
+        "output bearing tilting moment", "N m", "figures.tilting_moment", "gear.tilting_moment_limit", GEAR,
+        "output bearing tilting moment limit", "safety.peak_torque", instant="tilting_moment", words=words.bearing,
+        formula="largest moment across the output axis",
+    ),
+    Requirement(
+        "output bearing axial load", "N", "figures.axial_load", "gear.axial_load_limit", GEAR,
+        "output bearing axial load limit", "safety.peak_torque", instant="axial_load", words=words.bearing,
+        formula="largest force along the output axis",
+    ),
+    Requirement(
+        "output bearing radial load", "N", "figures.radial_load", "gear.radial_load_limit", GEAR,
+        "output bearing radial load limit", "safety.peak_torque", instant="radial_load", words=words.bearing,
+        formula="largest force across the output axis",
+    ),
+    Requirement(
+        "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",
+        peak=True, instant="speed", formula="|G| max |w|",
+    ),
+    Requirement(
+        "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED, instant="load_inertia",
+        words=words.inertia_ratio, formula="load inertia / (G^2 rotor inertia), at its largest",
+    ),
+    Requirement(
+        "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "",
+        "safety.peak_torque", peak=True, essential=True, instant="peak_torque", words=words.short_time,
+        formula="largest electromagnetic torque, starting from rest included",
+    ),
+    Requirement(
+        "motor peak current", "A", "figures.motor_current", "motor.peak_current", HEAT, "peak current",
+        "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
+    ),
+    Requirement(
+        "amplifier peak current", "A", "figures.motor_current", "amplifier.peak_current", HEAT, "peak current",
+        "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
+    ),
+    Requirement(
+        "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,
+        instant="largest_voltage", words=words.voltage,
+        formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest",
+    ),
+    Requirement(
+        "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "", "safety.rms",
+        essential=True, words=words.rms_current, formula="RMS torque / kt(magnets)",
+    ),
+    Requirement(
+        "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT, "",
+        origin="setting.ambient", instant="winding", words=words.winding,
+        formula="hottest winding of the cycle that repeats for ever; utilisation of the rise over ambient",
+    ),
+    Requirement(
+        "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
+        "continuous current", "safety.rms", formula="RMS torque / kt(magnets)",
+    ),
+)  # fmt: skip
+"""In the order in which they are told."""
 
-    Args:
-        time: [s], (N,).
-        values: In any unit, (N,).
+
+@dataclass(frozen=True)
+class SupplyRequirement:
+    """A requirement of all joints together, held against the supply.
+
+    Attributes:
+        name: As told.
+        limit: Field of the supply, and of ``operation.SupplyPower``.
+        instant: Whether it has one.
     """
-    magnitude = np.abs(values)
-    index = int(np.argmax(magnitude))
-    return Peak(float(magnitude[index]), float(time[index]))
+
+    name: str
+    limit: str
+    instant: bool = False
 
 
-def held(
-    name: str, unit: str, required: float | None, limit: Limit, *, reserve: float, time: float | None = None
-) -> Check:
-    """A requirement held against a limit.
-
-    Args:
-        required: What the task asks, safety factor included; None when it could not be computed.
-        time: Instant of the requirement [s].
-    """
-    if required is None or limit.value is None:
-        return Check(
-            name, required, limit.value, unit, None, Verdict.NOT_CHECKED, time, limit.source,
-            limit.remark or "the sheet gives no limit",
-        )  # fmt: skip
-    used = utilisation(required, limit.value)
-    return Check(name, required, limit.value, unit, used, judged(used, reserve), time, limit.source, limit.remark)
+SUPPLY_CHECKS = (
+    SupplyRequirement("supply peak power", "peak_power", instant=True),
+    SupplyRequirement("supply mean power", "mean_power"),
+    SupplyRequirement("supply regenerated power", "regenerated_power"),
+)
 
 
-def utilisation(required: float, available: float) -> float:
-    """Required over available; infinite when something is asked of nothing."""
-    if available > 0.0:
-        return required / available
-    return 0.0 if required <= 0.0 else math.inf
-
-
-def judged(used: float, reserve: float) -> Verdict:
-    """The verdict on a utilisation."""
-    if used <= 1.0 - reserve:
-        return Verdict.PASS
-    return Verdict.MARGINAL if used <= 1.0 else Verdict.FAIL
-
-
-def reported(name: str, unit: str, value: float | None, remark: str, *, time: float | None = None) -> Check:
-    """A number that is told and not judged.
-
-    Args:
-        value: The number; None when it is unknown.
-        time: Its instant [s].
-    """
-    return Check(name, value, None, unit, None, Verdict.NOT_CHECKED, time, "", remark)
+def table(checks: tuple[Requirement, ...] | None = None) -> Any:
+    """The checks for compiled code: places of the named numbers among a case's floats, (checks,)."""
+    place = columns(CASE)
+    names = ("required", "factor", "limit", "origin", "stage", "rise", "geared", "peak", "essential")
+    rows = [
+        (place[one.required], place[one.factor], place[one.limit], place[one.origin], one.stage, one.origin != "zero",
+         one.stage == GEAR, one.peak, one.essential)
+        for one in (CHECKS if checks is None else checks)
+    ]  # fmt: skip
+    return np.array(rows, dtype=np.dtype((np.record, [(name, np.int64) for name in names])))

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numba
+
 from drivetrain.jit import kernel, law
 
 njit_entry: Any = kernel
@@ -15,7 +17,7 @@ njit_entry: Any = kernel
 njit_face: Any = kernel(inline="always")
 """Called from Python, kept on disk; in compiled code nothing but the call that it holds."""
 
-njit_part: Any = law(inline="always")
+njit_part: Any = numba.njit(inline="always", error_model="numpy", nogil=True)
 """Compiled as a part of whoever uses it, which should be one: what takes a whole task has two hundred arguments."""
 
 njit_leaf: Any = law

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from drivetrain.drive.drive import Drive
+from drivetrain.drive.gear import mesh_of
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
-from drivetrain.sizing.judge.checks import reported
-from drivetrain.sizing.judge.checks_supply import supply_checks
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import joint_result, placed
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
-from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.operation import Operation, operation
+from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import Study
-from drivetrain.study.verdicts import UNWEIGHED, Check
+from drivetrain.study.verdicts import UNWEIGHED, Check, Verdict
 
 Pair = tuple[str, str]
 Given = tuple[str, str | None]
@@ -120,9 +121,39 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
 
 
 def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
-    """One joint's drive with every check; the search judges by the same functions."""
-    demand = work.at(joint, mounted).demand(mounted[joint])
-    return joint_result(operation(work.study, joint, demand, mounted[joint]), work.study.joints[joint].name, *keys)
+    """One joint's drive with every check."""
+    demand, name = work.at(joint, mounted).demand(mounted[joint]), work.study.joints[joint].name
+    return joint_result(operation(work.study, joint, demand, mounted[joint]), name, *keys)
+
+
+def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult:
+    """One joint's drive with every check and its series."""
+    checks = tuple(placed(op.demand.cycle, check) for check in checks_of(op))
+    return JointResult(name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)))
+
+
+def _remarks(op: Operation) -> list[str]:
+    """What a reader should know that belongs to no single check."""
+    demand = op.demand
+    remarks = []
+    if op.task.coupled:
+        others = ", ".join(op.task.coupled)
+        remarks.append(f"drives {others} together with others: torque, speed and position are its shaft's")
+    if op.missing:
+        remarks.append(f"{op.missing} unknown: motor torque, current and power are shown without and are not judged")
+    holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
+    if holds and demand.moves:
+        remarks.append(
+            "at rest the mesh carries part of the load: heat counts the smaller torque that still holds, "
+            "peaks the larger one that starts the motion"
+        )
+    elif holds:
+        remarks.append("the joint never moves: the smaller torque that still holds counts")
+    if mesh_of(op.judgement.case.gear).driven <= 0.0:
+        remarks.append("the gear locks itself: the load cannot drive the motor, which must help it down")
+    if not op.figures.heat_converged:
+        remarks.append("magnet and housing temperature could not be matched: temperatures are approximate")
+    return remarks
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Check, ...]:
@@ -141,7 +172,7 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     unknown = massless(study, results)
     if unknown:
         remark = f"unknown at {', '.join(unknown)}: the joints before are judged too lightly"
-        found += (reported(UNWEIGHED, "kg", None, remark),)
+        found += (Check(UNWEIGHED, None, None, "kg", None, Verdict.NOT_CHECKED, remark=remark, essential=True),)
     return found
 
 

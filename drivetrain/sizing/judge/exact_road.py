@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from drivetrain.drive.drive import Drive
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import judge
+from drivetrain.sizing.judge.old_judge import judge
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.packed_task import Packed
 from drivetrain.study.verdicts import Check, Verdict, lacking

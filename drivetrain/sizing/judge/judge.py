@@ -1,77 +1,480 @@
-"""One drive at one joint, judged: the same stages for an evaluation and for a search."""
+"""Motors and gears at one joint, judged: the only place that goes through the samples, and the only kernel.
+
+``judge_cases`` fills the figures of cases stage by stage and holds them against the table of checks. ``evaluate`` runs
+it to its end for one drive, a search until the first failure for all pairs, tolerances for cases with drawn numbers.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.gear import mesh_factors
-from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.sizing.judge.checks_gear import GEAR_CHECKS
-from drivetrain.sizing.judge.checks_motor import ELECTRIC_CHECKS, SPEED_CHECKS, TORQUE_CHECKS
-from drivetrain.sizing.judge.operation import Operation
-from drivetrain.sizing.results import JointResult
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.drive.drive import rotor_torque, starting_torque
+from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
+from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
+from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
+from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
+from drivetrain.drive.periodic_heat import copper_of, interval_means, periodic_heat, thermal_nodes
+from drivetrain.jit import FAST, kernel, law
+from drivetrain.records import as_numbers, known, known_or
+from drivetrain.sizing.demand.series import Work
+from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
+from drivetrain.vector import larger
 
-STAGES = (GEAR_CHECKS, SPEED_CHECKS, TORQUE_CHECKS, ELECTRIC_CHECKS)
-"""From cheap to dear: what needs no motor torque, what needs no temperature, and the rest."""
+NOTHING = np.int64(-1)  # numpy's, as for the stages: each plain number or truth value is compiled anew
+NO, YES = np.int64(0) != 0, np.int64(1) != 0
 
 
-def judge(operation: Operation, *, stop_at_fail: bool = False) -> tuple[Check, ...]:
-    """Everything held against one drive."""
-    found: list[Check] = []
-    for stage in STAGES:
-        if stage is GEAR_CHECKS and is_direct(operation):
+def judge_cases(
+    cases: Any, numbers: Any, checks: Any, work: Work, amounts: Any, until: float, quick: bool, power: Any, used: Any,
+    found: Any, binding: Any, lacking: Any,
+) -> None:  # fmt: skip
+    """Judge many cases at one joint, each until a stage has a check that asks more than ``until`` of its limit.
+
+    Args:
+        cases: Records of ``cases.Case``: motor, gear, frictions and setting are given, the rest is filled, (P,).
+        numbers: The same memory as plain floats, one row a case (``records.as_numbers``).
+        checks: The table (``checks.table``), (C,).
+        work: Of the joint (``series.work_of``).
+        amounts: Of what cases add to its load, (P, K).
+        until: 1 for a search, infinite for every figure.
+        quick: Only verdicts are wanted: a look at some samples or at the cold motor may settle one, and so does an
+            essential check that cannot be made.
+        power: Takes the electrical power of each case on top of what is there [W], a row a case or one for all, (., N);
+            (0, N): not wanted.
+        used: Takes every check's utilisation, NaN where it is not checked, (P, C); (0, C): not wanted.
+        found, binding: Take the largest utilisation and its check, -1 for none, (P,).
+        lacking: Takes the first essential check that cannot be made, else -1, (P,).
+    """
+    whole = work._replace(few=None)
+    if not quick or work.few is None:
+        judge_all(cases, numbers, checks, whole, amounts, until, quick, False, power, used, found, binding, lacking)
+        return
+    nothing = np.zeros((0, 0))
+    judge_all(cases, numbers, checks, work.few, amounts, until, True, True, nothing, nothing, found, binding, lacking)
+    left = np.flatnonzero((found <= until) & (lacking < 0))
+    some, rows = cases[left], power[left] if len(power) > 1 else power
+    told, figures = used[left] if len(used) else used, (found[left], binding[left], lacking[left])
+    judge_all(some, as_numbers(some), checks, whole, amounts[left], until, True, False, rows, told, *figures)
+    cases[left] = some
+    found[left], binding[left], lacking[left] = figures
+    if len(power) > 1:
+        power[left] = rows
+    if len(used):
+        used[left] = told
+
+
+@kernel
+def judge_all(
+    cases: Any, numbers: Any, checks: Any, work: Any, amounts: Any, until: float, quick: bool, screen: bool, power: Any,
+    used: Any, found: Any, binding: Any, lacking: Any,
+) -> None:  # fmt: skip
+    """``judge_cases``; with ``screen`` the peaks of some samples alone, than which those of all samples are no less."""
+    own, still = len(work.added.torque) > 0, still_figures(work.load)
+    for i in range(len(cases)):
+        case, row, load = cases[i], numbers[i], work.load
+        set_limits(case)
+        if quick:
+            lacking[i], found[i], binding[i] = first_lacking(case, row, checks, NO), np.inf, NOTHING
+            if lacking[i] >= 0:
+                continue
+        if own:
+            load = added_up(load, work.added, amounts[i], work.sum)
+            if not quick or bearing_asked(case):
+                still = still_figures(added_wrench(load, work.load, work.added, amounts[i]))
+        found[i], binding[i] = judge_mechanics(
+            case, row, checks, work.motion, load.torque, still, work.traces, until, screen
+        )
+        if screen:
             continue
-        found += [check(operation) for check in stage]
-        if stop_at_fail and any(check.verdict is Verdict.FAIL for check in found):
+        if quick and found[i] <= until:
+            found[i], binding[i] = judge_cold(case, row, checks, work.motion, work.traces, found[i], binding[i])
+        if found[i] <= until:
+            found[i], binding[i] = judge_warm(case, row, checks, work.motion, work.traces, found[i], binding[i])
+        lacking[i] = first_lacking(case, row, checks, YES)
+        if len(power) > 0 and not (quick and found[i] > until):
+            electrical_power(case, work.motion, work.traces, power[min(i, len(power) - 1)])
+        for k in range(len(checks) if i < len(used) else 0):
+            used[i, k] = utilisation_of(case, row, checks[k])
+
+
+# The judgement
+
+
+@law
+def judge_mechanics(
+    case: Any, row: Any, checks: Any, motion: Any, gear_torque: Any, still: Any, traces: Any, until: Any, screen: Any
+) -> Any:
+    """The figures that need no temperature, stage by stage; the largest utilisation, and the check that has it."""
+    gear, motor, figures = case.gear, case.motor, case.figures
+    found = mechanical(case, motion, gear_torque, traces)
+    figures.load_torque, figures.average_load_torque = found.load, found.average_load
+    figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
+    figures.tilting_moment, figures.axial_load, figures.radial_load = still.tilting, still.axial, still.radial
+    inertia = motor.rotor_inertia + known_or(gear.inertia, 0.0)
+    figures.inertia_ratio = still.inertia / (gear.ratio * gear.ratio * inertia)
+    unknown = unknown_torque(case)
+    figures.motor_torque = found.torque + unknown
+    figures.rms_torque = math.sqrt(found.square / case.setting.duration) + unknown
+    used, binding = 0.0, NOTHING
+    for stage in (GEAR, SPEED, TORQUE):
+        used, binding = worst(case, row, checks, stage, used, binding, screen)
+        if used > until:
             break
-    return tuple(found)
+    return used, binding
 
 
-def is_direct(operation: Operation) -> bool:
-    """Whether there is no gear."""
-    return operation.drive.gear.key == ""
+@law
+def judge_cold(case: Any, row: Any, checks: Any, motion: Any, traces: Any, used: Any, binding: Any) -> Any:
+    """What a motor at ambient temperature asks: a warm one needs no less current, and the cold voltage counts."""
+    if case.motor.magnet_coefficient > 0.0:
+        return used, binding
+    ambient, figures = case.setting.ambient, case.figures
+    constant = torque_constant(case.motor, ambient)
+    set_currents(figures, constant)
+    figures.winding_temperature = np.nan
+    figures.voltage = cold_voltage(case, motion, traces, constant, winding_resistance(case.motor, ambient))
+    return worst(case, row, checks, HEAT, used, binding, NO)
 
 
-def joint_result(operation: Operation, name: str, motor: str, gear: str) -> JointResult:
-    """One joint's drive with every check and its series."""
-    checks = tuple(placed(operation.demand.cycle, check) for check in judge(operation))
-    return JointResult(name, motor, gear, operation.drive, checks, operation.series(), tuple(_remarks(operation)))
+@law
+def judge_warm(case: Any, row: Any, checks: Any, motion: Any, traces: Any, used: Any, binding: Any) -> Any:
+    """Currents, voltage and temperature of the warm motor."""
+    ambient, figures, unknown, magnets = (
+        case.setting.ambient,
+        case.figures,
+        unknown_torque(case),
+        warm_up(case, motion, traces),
+    )
+    constant, cold = torque_constant(case.motor, magnets), torque_constant(case.motor, ambient)
+    set_currents(figures, constant)
+    figures.winding_temperature, figures.magnet_temperature = figures.winding_temperature + unknown, magnets
+    volts = larger(
+        cold_voltage(case, motion, traces, cold, winding_resistance(case.motor, ambient)),
+        larger(warm_voltage(case, motion, traces, constant), starting_voltage(case, motion, traces, constant)),
+    )
+    figures.voltage = volts + unknown
+    return worst(case, row, checks, HEAT, used, binding, NO)
 
 
-def placed(cycle: Cycle, check: Check) -> Check:
-    """A check that says in which part of a mix its instant lies."""
-    if len(cycle.parts) == 1 or check.time is None:
-        return check
-    part = cycle.part_at(check.time)
-    begin = float(cycle.time[cycle.parts[part].start])
-    said = f"in {cycle.part_names[part]}, {check.time - begin:.4g} s into it"
-    return replace(check, remark=f"{said}; {check.remark}" if check.remark else said)
+@law
+def unknown_torque(case: Any) -> Any:
+    """NaN where the sheets lack what the motor's torque rests on, else 0."""
+    return 0.0 * (case.motor.rotor_inertia + case.gear.efficiency + case.gear.inertia)
 
 
-def _remarks(operation: Operation) -> list[str]:
-    """What a reader should know that belongs to no single check."""
-    demand = operation.demand
-    remarks = []
-    if operation.task.coupled:
-        others = ", ".join(operation.task.coupled)
-        remarks.append(f"drives {others} together with others: torque, speed and position are its shaft's")
-    if operation.missing:
-        remarks.append(
-            f"{operation.missing} unknown: motor torque, current and power are shown without and are not judged"
-        )
-    holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
-    if holds and demand.moves:
-        remarks.append(
-            "at rest the mesh carries part of the load: heat counts the smaller torque that still holds, "
-            "peaks the larger one that starts the motion"
-        )
-    elif holds:
-        remarks.append("the joint never moves: the smaller torque that still holds counts")
-    if mesh_factors(operation.computed.gear).driven <= 0.0:
-        remarks.append("the gear locks itself: the load cannot drive the motor, which must help it down")
-    if operation.heat is not None and not operation.heat.converged:
-        remarks.append("magnet and housing temperature could not be matched: temperatures are approximate")
-    return remarks
+@law(fastmath=FAST)
+def set_limits(case: Any) -> None:
+    """The limits of a case, and the figures that need no series."""
+    gear, motor, setting, figures, limits = case.gear, case.motor, case.setting, case.figures, case.limits
+    limits.repeated_peak_torque = known_or(gear.repeated_peak_torque, gear.continuous_torque)
+    limits.average_torque = known_or(gear.average_torque_limit, gear.continuous_torque)
+    limits.short_time_torque = short_time_torque(motor)
+    limits.continuous_current = continuous_current_limit(motor, setting.ambient, setting.mounting)
+    limits.winding_temperature = motor.max_winding_temperature - case.safety.temperature_margin
+    figures.input_speed = abs(gear.ratio) * setting.fastest
+    figures.mean_input_speed = abs(gear.ratio) * setting.mean_speed
+
+
+@law(fastmath=FAST)
+def set_currents(figures: Any, constant: Any) -> None:
+    """Peak and RMS current with a torque constant [N m/A]."""
+    figures.motor_current = figures.motor_torque / abs(constant)
+    figures.rms_current = figures.rms_torque / abs(constant)
+
+
+@law(fastmath=FAST)
+def worst(case: Any, row: Any, checks: Any, stage: Any, used: Any, binding: Any, peaks: Any) -> Any:
+    """The largest utilisation after the checks of one more stage, or of its peaks alone, and its check."""
+    for i in range(len(checks)):
+        check = checks[i]
+        if check.stage == stage and (check.peak != 0 or not peaks):
+            found = utilisation_of(case, row, check)
+            if found > used:
+                used, binding = found, i
+    return used, binding
+
+
+@law(fastmath=FAST)
+def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
+    """The first essential check that cannot be made, or when all is computed was not made; -1: none."""
+    torque = known(case.motor.rotor_inertia + case.gear.efficiency + case.gear.inertia)
+    for i in range(len(checks)):
+        check = checks[i]
+        if check.essential == 0 or (check.geared != 0 and case.direct != 0.0):
+            continue
+        unknown = math.isnan(row[check.required]) if final else check.stage >= TORQUE and not torque
+        if unknown or math.isnan(row[check.limit]):
+            return np.int64(i)
+    return NOTHING
+
+
+@law(fastmath=FAST)
+def utilisation_of(case: Any, row: Any, check: Any) -> Any:
+    """Of one check of a case; NaN where it is not checked."""
+    if check.geared != 0 and case.direct != 0.0:
+        return np.nan
+    required = row[check.required] * row[check.factor] - row[check.origin]
+    available = row[check.limit] - row[check.origin]
+    if check.rise != 0 and available <= 0.0:  # nothing may be as warm as the air
+        return np.inf if known(required) else np.nan
+    return utilisation(required, available)
+
+
+@law(fastmath=FAST)
+def utilisation(required: Any, available: Any) -> Any:
+    """Required over available; infinite when something is asked of nothing, NaN where one of them is unknown."""
+    if available > 0.0 or math.isnan(required) or math.isnan(available):
+        return required / available
+    return 0.0 if required <= 0.0 else np.inf
+
+
+# Loops over samples, one figure or one series each
+
+
+@law(fastmath=FAST)
+def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
+    """A load with so much of each series on top: the joint's own drive, or a heavier payload; wrenches stay."""
+    add_rows(load.torque, added.torque, amounts, total.torque)
+    add_rows(load.inertia, added.inertia, amounts, total.inertia)
+    return total
+
+
+@law(fastmath=FAST)
+def added_wrench(total: Any, load: Any, added: Any, amounts: Any) -> Any:
+    """The same of what loads the output bearing."""
+    for component in range(6):
+        start, out = load.wrench[component], total.wrench[component]
+        for t in range(len(out)):
+            out[t] = start[t]
+        for k in range(len(amounts)):
+            row, amount = added.wrench[k][component], amounts[k]
+            for t in range(len(out)):
+                out[t] += amount * row[t]
+    return total
+
+
+@law
+def bearing_asked(case: Any) -> Any:
+    """Whether the gear limits the load on its output bearing, or the study the inertia."""
+    gear = case.gear
+    bearing = known(gear.tilting_moment_limit) or known(gear.axial_load_limit) or known(gear.radial_load_limit)
+    return bearing or known(case.safety.inertia_ratio)
+
+
+@law(fastmath=FAST)
+def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
+    """A series and so much of each row on top; in one pass for the five numbers of a drive."""
+    if len(amounts) == 5:
+        a, b, c, d, e = amounts[0], amounts[1], amounts[2], amounts[3], amounts[4]
+        r0, r1, r2, r3, r4 = rows[0], rows[1], rows[2], rows[3], rows[4]
+        for t in range(len(out)):
+            out[t] = start[t] + (a * r0[t] + b * r1[t] + c * r2[t] + d * r3[t] + e * r4[t])
+        return
+    for t in range(len(out)):
+        out[t] = start[t]
+    for k in range(len(amounts)):
+        row, amount = rows[k], amounts[k]
+        for t in range(len(out)):
+            out[t] += amount * row[t]
+
+
+class Still(NamedTuple):
+    """Figures of a load that no motor and no ratio changes; NaN where its series are not known.
+
+    Attributes:
+        tilting, axial, radial: Largest loads on the output bearing [N m], [N].
+        inertia: Largest at the output [kg m^2].
+    """
+
+    tilting: float
+    axial: float
+    radial: float
+    inertia: float
+
+
+@law(fastmath=FAST)
+def still_figures(load: Any) -> Any:
+    """Of one load."""
+    wrench = load.wrench
+    mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
+    tilt, side, push, inertia = 0.0, 0.0, 0.0, 0.0
+    for t in range(len(mx)):
+        tilt = larger(tilt, mx[t] * mx[t] + my[t] * my[t])
+        side = larger(side, fx[t] * fx[t] + fy[t] * fy[t])
+        push = larger(push, abs(fz[t]))
+    for t in range(len(load.inertia)):
+        inertia = larger(inertia, abs(load.inertia[t]))
+    across, most = math.sqrt(tilt), inertia
+    if len(mx) == 0:
+        across, push, side = np.nan, np.nan, np.nan
+    if len(load.inertia) == 0:
+        most = np.nan
+    return Still(across, push, math.sqrt(side), most)
+
+
+class Mechanical(NamedTuple):
+    """Largest load and average load, largest motor torque and its sum of weighted squares; see ``Figures``."""
+
+    load: float
+    average_load: float
+    torque: float
+    square: float
+
+
+@law(fastmath=FAST)
+def excess_series(curve: Any, ratio: Any, speed: Any, excess: Any) -> None:
+    """What falling friction has above its straight lines, for a shaft ratio times as fast as the output [N m].
+
+    In a loop of its own, as an exponential keeps the whole of a loop from vectorising; mostly there is none.
+    """
+    excess[:] = 0.0
+    if curve.falls:
+        for t in range(len(speed)):
+            excess[t] = static_excess(curve, ratio * speed[t])
+
+
+@law(fastmath=FAST)
+def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
+    """The pass over the mechanics: load at the gear's output and torque of the motor, at every sample.
+
+    The average load is (sum |n| |T|^e t / sum |n| t)^(1/e), Harmonic Drive SHG, p. 30; the largest torques count what
+    it takes to break a resting joint loose.
+    """
+    mesh, torque = mesh_of(case.gear), traces.torque[1:-1]
+    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    joint, shaft = friction_curve(case.joint), friction_curve(case.shaft)
+    excess_series(joint, 1.0, motion.speed, traces.joint_excess)
+    excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
+    excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
+    largest_load, worn, travel, largest, square, exponent = 0.0, 0.0, 0.0, 0.0, 0.0, case.gear.life_exponent
+    for t in range(len(torque)):
+        speed = motion.loss_speed[t]
+        load = gear_torque[t] + sliding_friction(joint, motion.speed[t]) + traces.joint_excess[t]
+        lossy = gear_torque[t] + sliding_friction(joint, speed) + traces.loss_excess[t]
+        torque[t] = (
+            mesh_torque(mesh, lossy, speed)
+            + rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
+            + sliding_friction(shaft, mesh.ratio * speed) + traces.shaft_excess[t]
+            + running_torque(mesh, speed)
+        )  # fmt: skip
+        largest_load, largest = larger(largest_load, abs(load)), larger(largest, abs(torque[t]))
+        square += motion.weight[t] * torque[t] * torque[t]
+        traces.load[t] = load
+    for t in range(len(torque)):
+        way = motion.weight[t] * abs(motion.speed[t])
+        worn += way * wear(traces.load[t], exponent)
+        travel += way
+    for first, last in motion.rests:
+        rest = slice(first, last)
+        resting_load, start = at_rest(case, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
+        largest_load, largest = larger(largest_load, resting_load), larger(largest, start)
+    average = (worn / travel) ** (1.0 / exponent) if travel > 0.0 else 0.0
+    return Mechanical(largest_load, average, largest, square)
+
+
+@law(fastmath=FAST)
+def at_rest(
+    case: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, rest: Any, gear_torque: Any, traces: Any
+) -> Any:
+    """Largest load and motor torque in one stretch of rest, with what breaks the joint loose if it ever moves."""
+    acceleration, carrier, way = motion.acceleration[rest], motion.carrier_acceleration[rest], motion.next_way[rest]
+    torque, load, starting = traces.torque[1:-1][rest], traces.load[rest], traces.starting[rest]
+    largest_load, largest = 0.0, 0.0
+    for t in range(len(gear_torque)):
+        rotor = rotor_torque(inertia, mesh.ratio, acceleration[t], carrier[t])
+        start = starting_torque(mesh, shaft, joint, gear_torque[t], way[t]) + rotor
+        starting[t] = larger(abs(torque[t]), abs(start) * case.setting.moves)
+        loose = breakaway_friction(joint, load[t]) * case.setting.moves
+        largest_load, largest = larger(largest_load, abs(load[t] + loose)), larger(largest, starting[t])
+    return largest_load, largest
+
+
+@law
+def warm_up(case: Any, motion: Any, traces: Any) -> Any:
+    """The temperatures of a drive at work, those of the winding at the samples; returns that of the magnets [C].
+
+    Where the sheet does not say enough, or no steady temperature exists, the magnets are at ambient temperature and the
+    winding at its limit.
+    """
+    motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
+    nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
+    figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
+    figures.heat_converged, losses.housing_at[0] = 1.0, ambient
+    if known(nodes.inner + nodes.outer):
+        friction_losses(case, motion, traces)
+        interval_means(traces.torque[1:-1], traces.friction_loss, losses)
+        heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
+        figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
+        figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
+        if heat.peak < np.inf:
+            return heat.magnets
+    losses.winding_at[:] = rest
+    return ambient
+
+
+@law(fastmath=FAST)
+def friction_losses(case: Any, motion: Any, traces: Any) -> None:
+    """The power that friction takes at the motor's shaft [W]."""
+    shaft, ratio, loss = friction_curve(case.shaft), case.gear.ratio, traces.friction_loss
+    excess_series(shaft, ratio, motion.speed, traces.shaft_excess)
+    for t in range(len(loss)):
+        speed = ratio * motion.speed[t]
+        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed
+
+
+@law(fastmath=FAST)
+def cold_voltage(case: Any, motion: Any, traces: Any, constant: Any, ohms: Any) -> Any:
+    """Largest voltage while everything is at ambient temperature, when strong magnets ask more at speed [V]."""
+    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
+    ratio, inductance, largest, inverse = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 1.0 / constant
+    for t in range(len(torque)):
+        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
+        speed = ratio * motion.speed[t]
+        volts = winding_voltage(constant, ohms, inductance, speed, torque[t] * inverse, rate * inverse)
+        largest = larger(largest, abs(volts))
+    return largest
+
+
+@law(fastmath=FAST)
+def warm_voltage(case: Any, motion: Any, traces: Any, constant: Any) -> Any:
+    """Largest voltage at the temperatures of the cycle [V]."""
+    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
+    ratio, inductance, largest, inverse = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 1.0 / constant
+    ohms = winding_resistance(case.motor, 0.0)
+    slope = winding_resistance(case.motor, 1.0) - ohms
+    for t in range(len(torque)):
+        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
+        speed, hot = ratio * motion.speed[t], ohms + slope * traces.losses.winding_at[t]
+        volts = winding_voltage(constant, hot, inductance, speed, torque[t] * inverse, rate * inverse)
+        largest = larger(largest, abs(volts))
+    return largest
+
+
+@law(fastmath=FAST)
+def starting_voltage(case: Any, motion: Any, traces: Any, constant: Any) -> Any:
+    """Largest voltage that starts the joint from rest, or holds it [V]."""
+    largest = 0.0
+    for first, last in motion.rests:
+        winding, starting = traces.losses.winding_at[first:last], traces.starting[first:last]
+        for t in range(len(starting)):
+            hot = winding_resistance(case.motor, winding[t])
+            largest = larger(largest, abs(hot * starting[t] / constant))
+    return largest
+
+
+@law(fastmath=FAST)
+def electrical_power(case: Any, motion: Any, traces: Any, power: Any) -> None:
+    """Electrical power of a case that is judged, inductance left out, on top of what is there [W]; its energy."""
+    torque, ratio, figures = traces.torque[1:-1], case.gear.ratio, case.figures
+    constant = torque_constant(case.motor, figures.magnet_temperature)
+    ohms = winding_resistance(case.motor, 0.0)
+    slope, inverse, energy = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant, 0.0
+    for t in range(len(torque)):
+        current, hot = torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
+        drawn = winding_voltage(constant, hot, 0.0, ratio * motion.speed[t], current, 0.0) * current
+        energy += motion.weight[t] * drawn
+        power[t] += drawn
+    figures.energy, figures.mean_power = energy, energy / case.setting.duration

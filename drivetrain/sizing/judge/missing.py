@@ -11,14 +11,14 @@ from pathlib import Path
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.motor_limits import continuous_current
-from drivetrain.sizing.judge.checks_motor import short_time_limit
+from drivetrain.drive.motor_limits import continuous_current, short_time_torque
+from drivetrain.records import as_record, known
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import drive_mass, mass_counts
-from drivetrain.study.verdicts import ESSENTIAL, lacking
+from drivetrain.study.verdicts import lacking
 
-REPEATED, PEAK, _, RMS, _ = ESSENTIAL
+REPEATED, PEAK, RMS = "gear repeated peak torque", "motor peak torque", "motor RMS current"
 SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
 LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
@@ -133,7 +133,7 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, gear, ("efficiency", assumed), others)
     if gear.kind != "ideal" and gear.inertia is None:
         yield _gap(study, joint, gear, ("inertia",), others)
-    if short_time_limit(motor).value is None:
+    if not known(short_time_torque(as_record(motor))):
         yield _gap(study, joint, motor, SHORT_TIME, (PEAK,))
     if continuous_current(motor, study.ambient, housing_to_ambient=task.housing_to_ambient).value is None:
         yield _gap(study, joint, motor, LASTING, (RMS,))

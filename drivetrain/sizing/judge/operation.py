@@ -1,22 +1,46 @@
-"""One drive doing one joint's work: torque, current, heat and voltage over the cycle, computed when first asked for."""
+"""One drive doing one joint's work: the judge run to its end, and its series."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import Drive, MotorTorque, PowerBalance, motor_torque, power_balance, shaft_friction
-from drivetrain.drive.friction import friction_torque
-from drivetrain.drive.heat import PeriodicTemperature, periodic_temperature, thermal_network
-from drivetrain.drive.mixed_heat import Use, mixed_temperature
+from drivetrain.drive.drive import Drive, drive_inertia, rotor_torque
+from drivetrain.drive.heat import ThermalNetwork, thermal_network
 from drivetrain.drive.motor import terminal_voltage, torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import SourcedValue, continuous_current
+from drivetrain.records import as_numbers, columns
 from drivetrain.sizing.demand.demand import JointDemand
+from drivetrain.sizing.demand.series import work_of
+from drivetrain.sizing.judge.cases import CASE, cases_of
+from drivetrain.sizing.judge.checks import CHECKS, table
+from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.results import JointSeries
 from drivetrain.study.model import JointTask, Safety, Study, Supply
+
+PLACES = columns(CASE)
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What the judge leaves.
+
+    Attributes:
+        case: Record with figures and limits (``cases.Case``).
+        used: Utilisation of every check, NaN where it is not checked, (checks,).
+        power: Electrical [W], (N,).
+        work: Its traces; None of a drive that was simulated.
+    """
+
+    case: Any
+    used: Array
+    power: Array
+    work: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,18 +50,34 @@ class Operation:
     Attributes:
         demand: What the joint asks.
         drive: What answers.
-        task: Of the joint: amplifier, mounting, mount.
-        supply: Behind the amplifier.
-        ambient: Air temperature [C].
-        safety: Factors and reserves.
+        study: In which it stands.
+        joint: Its index.
     """
 
     demand: JointDemand
     drive: Drive
-    task: JointTask
-    supply: Supply
-    ambient: float
-    safety: Safety
+    study: Study
+    joint: int
+
+    @property
+    def task(self) -> JointTask:
+        """Of the joint: amplifier, mounting, mount."""
+        return self.study.joints[self.joint]
+
+    @property
+    def supply(self) -> Supply:
+        """Behind the amplifier."""
+        return self.study.supply
+
+    @property
+    def safety(self) -> Safety:
+        """Factors and reserves."""
+        return self.study.safety
+
+    @property
+    def direct(self) -> bool:
+        """Whether there is no gear."""
+        return self.drive.gear.key == ""
 
     @cached_property
     def missing(self) -> str:
@@ -52,123 +92,114 @@ class Operation:
         return " and ".join(lacks)
 
     @cached_property
-    def computed(self) -> Drive:
-        """The drive with which the figures are computed: lossless where the efficiency is unknown (not judged)."""
-        gear = self.drive.gear
-        if gear.efficiency is not None or gear.kind == "ideal":
-            return self.drive
-        return replace(self.drive, gear=replace(gear, efficiency=1.0, backdriving_efficiency=1.0))
+    def judgement(self) -> Judgement:
+        """Every figure; lossless and without inertia where the sheets lack it (not judged then)."""
+        cases, work = cases_of(self.study, self.joint, self.demand, [self.drive]), work_of(self.demand)
+        used, power = np.zeros((1, len(CHECKS))), np.zeros((1, len(self.demand.time)))
+        found, whole = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
+        judge_cases(
+            cases, as_numbers(cases), table(), work, np.zeros((1, 0)), math.inf, False, power, used, found, *whole
+        )
+        return Judgement(cases[0], used[0], power[0], work)
+
+    def number(self, name: str) -> float:
+        """A field of the case, such as ``figures.rms_current``."""
+        return float(as_numbers(self.judgement.case.reshape(1))[0, PLACES[name]])
+
+    def utilisation(self, row: Any) -> float | None:
+        """Of one check; None where it is not checked."""
+        used = float(self.judgement.used[CHECKS.index(row)])
+        return None if math.isnan(used) else used
+
+    @property
+    def figures(self) -> Any:
+        """Record of ``cases.Figures``."""
+        return self.judgement.case.figures
 
     @cached_property
     def motor_speed(self) -> Array:
         """Of the rotor against its stator [rad/s], (N,)."""
         return np.asarray(self.drive.gear.ratio * self.demand.speed)
 
-    @cached_property
-    def torque(self) -> MotorTorque:
-        """Electromagnetic torque and its parts [N m]."""
-        demand = self.demand
-        return motor_torque(
-            self.computed, demand.gear_torque, demand.speed, demand.acceleration, demand.carrier_acceleration,
-            standstill=demand.at_rest, parts=demand.cycle.parts,
-        )  # fmt: skip
+    @property
+    def motor_torque(self) -> Array:
+        """Electromagnetic [N m], (N,)."""
+        return self.judgement.work.traces.torque[1:-1]
 
     @cached_property
     def peak_torque(self) -> Array:
         """Torque to be held against peak limits [N m], (N,): with what it takes to start, if the joint ever starts."""
-        return self.torque.starting if self.demand.moves else self.torque.total
+        return np.where(self.demand.at_rest, self.judgement.work.traces.starting, np.abs(self.motor_torque))
+
+    @property
+    def power(self) -> Array:
+        """Electrical [W], (N,), inductance left out."""
+        return self.judgement.power
 
     @cached_property
-    def heat(self) -> PeriodicTemperature | None:
-        """Temperatures and current of the repeated cycle; None when the sheet does not say enough."""
-        motor = self.drive.motor
-        network = thermal_network(motor, self.ambient, housing_to_ambient=self.task.housing_to_ambient)
-        if network is None:
-            return None
-        loss = friction_torque(shaft_friction(self.drive), self.motor_speed) * self.motor_speed
-        time, torque, cycle = self.demand.time, self.torque.total, self.demand.cycle
-        if len(cycle.parts) == 1:
-            return periodic_temperature(network, motor, time, torque, housing_loss=loss)
-        return mixed_temperature(network, motor, time, torque, Use(cycle.parts, cycle.shares), housing_loss=loss)
-
-    @cached_property
-    def magnet_temperature(self) -> float:
-        """That the torque constant is taken at [C]: mean housing temperature, else ambient."""
-        known = self.heat is not None and not self.heat.runaway
-        return self.heat.magnet_temperature if self.heat is not None and known else self.ambient
-
-    @cached_property
-    def winding_temperature(self) -> Array | float:
-        """That the resistance is taken at [C]: computed, else the winding's limit, else ambient."""
-        if self.heat is not None and not self.heat.runaway:
-            return self.heat.winding
-        limit = self.drive.motor.max_winding_temperature
-        return self.ambient if limit is None else limit
+    def runaway(self) -> bool:
+        """Whether no steady temperature exists."""
+        return self.network is not None and bool(np.isinf(self.judgement.work.traces.losses.housing_at[0]))
 
     @cached_property
     def constant(self) -> float:
         """Torque constant of the warm motor [N m/A]."""
-        return float(torque_constant(self.drive.motor, self.magnet_temperature))
+        return float(torque_constant(self.drive.motor, float(self.figures.magnet_temperature)))
 
     @cached_property
     def current(self) -> Array:
         """DC equivalent [A], (N,)."""
-        return np.asarray(self.torque.total / self.constant)
+        return np.asarray(self.motor_torque / self.constant)
 
     @cached_property
-    def peak_current(self) -> Array:
-        """Current of ``peak_torque`` [A], (N,)."""
-        return np.asarray(self.peak_torque / self.constant)
-
-    @cached_property
-    def rms_current(self) -> float:
-        """Over the cycle [A]."""
-        return float(np.sqrt(self.demand.mean(self.current**2)))
+    def network(self) -> ThermalNetwork | None:
+        """The motor's thermal nodes in its mounting; None where the sheet does not say enough."""
+        return thermal_network(self.drive.motor, self.study.ambient, housing_to_ambient=self.task.housing_to_ambient)
 
     @cached_property
     def continuous_current(self) -> SourcedValue:
         """What the motor can carry for ever in this air and mounting [A]."""
-        return continuous_current(self.drive.motor, self.ambient, housing_to_ambient=self.task.housing_to_ambient)
+        return continuous_current(self.drive.motor, self.study.ambient, housing_to_ambient=self.task.housing_to_ambient)
+
+    @property
+    def winding_temperature(self) -> Array:
+        """That the resistance is taken at [C], (N,): computed, else the winding's limit, else ambient."""
+        return self.judgement.work.traces.losses.winding_at[: len(self.demand.time)]
 
     @cached_property
     def voltage(self) -> Array:
         """At the terminals of the warm motor [V], (N,)."""
-        rate = current_rate(self.demand, self.current)
-        return terminal_voltage(
-            self.drive.motor, self.motor_speed, self.current, rate, self.winding_temperature, self.magnet_temperature
-        )
+        return self._voltage(float(self.figures.magnet_temperature), self.winding_temperature)
 
     @cached_property
     def largest_voltage(self) -> Array:
-        """Magnitude to be held against the supply [V], (N,).
+        """Magnitude to be held against the supply [V], (N,): the largest of warm, cold, and to start from rest."""
+        running = np.maximum(np.abs(self.voltage), np.abs(self._voltage(self.study.ambient, self.study.ambient)))
+        start = winding_resistance(self.drive.motor, self.winding_temperature) * self.peak_torque / self.constant
+        return np.maximum(running, np.where(self.demand.at_rest, np.abs(start), 0.0))
 
-        The largest of three: warm; cold, when strong magnets ask more at speed; and to start from rest.
-        """
-        motor = self.drive.motor
-        cold = self.torque.total / float(torque_constant(motor, self.ambient))
-        cold_voltage = terminal_voltage(
-            motor, self.motor_speed, cold, current_rate(self.demand, cold), self.ambient, self.ambient
-        )
-        running = np.maximum(np.abs(self.voltage), np.abs(cold_voltage))
-        resistance = winding_resistance(motor, np.asarray(self.winding_temperature))
-        return np.maximum(running, np.where(self.demand.at_rest, np.abs(resistance * self.peak_current), 0.0))
+    def _voltage(self, magnets: float, winding: Array | float) -> Array:
+        """At the terminals, with magnets and winding of some temperatures [C]."""
+        motion = self.judgement.work.motion
+        current = self.judgement.work.traces.torque / torque_constant(self.drive.motor, magnets)
+        rate = motion.rate_before * current[:-2] + motion.rate_at * current[1:-1] + motion.rate_after * current[2:]
+        return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)
 
-    @cached_property
-    def balance(self) -> PowerBalance:
-        """Where the electrical power goes [W]."""
-        return power_balance(
-            self.computed, self.demand.gear_torque, self.demand.speed, self.torque,
-            self.winding_temperature, self.magnet_temperature,
-        )  # fmt: skip
+    def instant(self, series: str) -> float | None:
+        """When a series of the drive or of its demand has its largest magnitude [s]; None for no series."""
+        time = self.demand.time
+        if series == "winding":
+            first = self.demand.cycle.parts[int(self.figures.hottest_part)].start
+            return float(time[first]) + (float(self.figures.hottest_time) if len(time) > 1 else 0.0)
+        values = getattr(self, series, None) if hasattr(self, series) else getattr(self.demand, series, None)
+        return None if values is None else float(time[int(np.argmax(np.abs(values)))])
 
     def series(self) -> JointSeries:
-        """Everything over the cycle, for plots and current commands.
-
-        Returns:
-            The drive's series, (N,) each.
-        """
-        demand, torque = self.demand, self.torque
-        steady = self.heat is not None and not self.heat.runaway
+        """Everything over the cycle, for plots and current commands."""
+        demand, drive, losses = self.demand, self.drive, self.judgement.work.traces.losses
+        inertia, samples = drive_inertia(drive), len(self.demand.time)
+        rotor = rotor_torque(inertia, drive.gear.ratio, demand.acceleration, demand.carrier_acceleration)
+        steady = self.network is not None and not self.runaway
         return JointSeries(
             time=demand.time,
             position=demand.position,
@@ -176,14 +207,14 @@ class Operation:
             acceleration=demand.acceleration,
             gear_torque=demand.load_torque,
             motor_speed=self.motor_speed,
-            motor_torque=torque.total,
-            rotor_torque=torque.rotor,
-            friction_torque=torque.total - torque.rotor - demand.load_torque / self.drive.gear.ratio,
+            motor_torque=self.motor_torque,
+            rotor_torque=np.asarray(rotor),
+            friction_torque=self.motor_torque - rotor - demand.load_torque / drive.gear.ratio,
             current=self.current,
             voltage=self.voltage,
-            electrical_power=self.balance.electrical,
-            winding_temperature=self.heat.winding if self.heat is not None and steady else None,
-            housing_temperature=self.heat.housing if self.heat is not None and steady else None,
+            electrical_power=self.power,
+            winding_temperature=self.winding_temperature if steady else None,
+            housing_temperature=losses.housing_at[:samples] if steady else None,
             bearing_load=demand.wrench,
             load_inertia=demand.load_inertia,
         )
@@ -191,30 +222,4 @@ class Operation:
 
 def operation(study: Study, joint: int, demand: JointDemand, drive: Drive) -> Operation:
     """A drive doing the work of a study's joint."""
-    return Operation(demand, drive, study.joints[joint], study.supply, study.ambient, study.safety)
-
-
-def current_rate(demand: JointDemand, current: Array) -> Array:
-    """Rate of change of a current within its smooth stretches.
-
-    Where two samples share an instant, where the direction of motion changes (friction and mesh loss step there) and
-    where the payload changes, the model's current steps; a real one needs some electrical time constants for it,
-    which no voltage of the model tells. There the slope of the nearer side is taken.
-
-    Args:
-        current: [A], (N,).
-
-    Returns:
-        [A/s], (N,).
-    """
-    steps = np.diff(demand.time)
-    way = np.where(demand.at_rest, 0.0, np.sign(demand.speed))
-    smooth = (steps > 0.0) & (way[1:] == way[:-1]) & (demand.payload[1:] == demand.payload[:-1])
-    slope = np.where(smooth, np.diff(current) / np.where(smooth, steps, 1.0), 0.0)
-    sides = np.zeros(len(current))
-    total = np.zeros(len(current))
-    sides[:-1] += smooth
-    sides[1:] += smooth
-    total[:-1] += slope
-    total[1:] += slope
-    return np.asarray(total / np.maximum(sides, 1.0))
+    return Operation(demand, drive, study, joint)

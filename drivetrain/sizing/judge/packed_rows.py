@@ -16,9 +16,9 @@ from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear, mesh_factors, torque_exponent
 from drivetrain.drive.motor import Motor, copper_coefficient
-from drivetrain.drive.motor_limits import continuous_current
+from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.drive.thermal_network import thermal_network
-from drivetrain.sizing.judge.checks_motor import short_time_limit
+from drivetrain.records import as_record
 from drivetrain.sizing.judge.fill import DIRECT
 
 # Columns of a motor's row at one joint.
@@ -57,7 +57,7 @@ def motor_row(motor: Motor, ambient: float, housing_to_ambient: float | None, fr
     columns = (
         motor.resistance, motor.torque_constant, motor.inductance or 0.0, motor.rotor_inertia,
         motor.reference_temperature, copper_coefficient(motor.reference_temperature), motor.magnet_coefficient,
-        motor.max_speed, short_time_limit(motor).value, motor.peak_current,
+        motor.max_speed, float(short_time_torque(as_record(motor))), motor.peak_current,
         continuous_current(motor, ambient, housing_to_ambient=housing_to_ambient).value,
         motor.max_winding_temperature, *thermal,
         shaft.coulomb, back, shaft.viscous, viscous_back, shaft.static, shaft.stribeck_speed, shaft.stribeck_exponent,

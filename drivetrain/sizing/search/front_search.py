@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.judge.checks_supply import supply_checks
+from drivetrain.sizing.judge.verdicts import supply_checks
 from drivetrain.sizing.search.front_boxes import Part, all_sets, closed_up, halves, only, parted, weightings
 from drivetrain.sizing.search.front_chances import OftenEnough
 from drivetrain.sizing.search.front_cost import Box, Known, cost_box

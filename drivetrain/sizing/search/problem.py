@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.judge.checks_supply import supply_checks
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.exact_road import judged
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.judge.packed_task import SPEED, WEIGHT, Packed, chosen_numbers
+from drivetrain.sizing.judge.verdicts import supply_checks
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.power_bound import power_range
 from drivetrain.sizing.search.propagation import (

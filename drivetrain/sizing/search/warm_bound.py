@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.periodic_rise import STEADY
+from drivetrain.drive.periodic_heat import STEADY
 from drivetrain.sizing.judge.compiling import njit_leaf, njit_loop, njit_part
 from drivetrain.sizing.judge.packed_rows import (
     COPPER,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.periodic_rise import STEADY
+from drivetrain.drive.periodic_heat import STEADY
 from drivetrain.sizing.tolerance import scatter_numbers as k
 from drivetrain.sizing.tolerance.lanes import (
     Lanes,

@@ -1,0 +1,230 @@
+"""The work of one joint as series for compiled code: its motion, what it carries, and what amounts add to that."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive, loss_speed
+from drivetrain.drive.periodic_heat import Losses, Periods, new_losses, new_parts, periods_of
+from drivetrain.sizing.demand.demand import JointDemand, Workload
+from drivetrain.sizing.demand.load_basis import NUMBERS
+
+STRETCHES = 16  # of the cycle, of each of which a first look takes the sharpest samples
+
+
+class Motion(NamedTuple):
+    """What a joint does, whatever drives it; N samples.
+
+    Attributes:
+        speed, acceleration, carrier_acceleration: Of the gear's output and of the stator's link [rad/s], [rad/s^2].
+        loss_speed: Whose direction decides the losses [rad/s]; see ``drive.loss_speed``.
+        weight: Time each sample stands for in the mean use [s].
+        rate_before, rate_at, rate_after: The rate of a series at a sample is their sum with the sample before, itself
+            and the one after [1/s].
+        next_way: Speed at the sample after, of which the sign counts [rad/s].
+        rests: Stretches in which the joint stands still, first sample and the one after the last, (M, 2).
+        periods: Parts, shares and steps.
+    """
+
+    speed: Array
+    acceleration: Array
+    carrier_acceleration: Array
+    loss_speed: Array
+    weight: Array
+    rate_before: Array
+    rate_at: Array
+    rate_after: Array
+    next_way: Array
+    rests: Any
+    periods: Periods
+
+
+class Load(NamedTuple):
+    """What a joint carries at its gear's output, joint friction not in it; rows without samples where nobody asks.
+
+    Attributes:
+        torque: [N m], (N,).
+        wrench: Moment [N m] and force [N] in the joint frame, (6, N) or (6, 0).
+        inertia: That the output accelerates [kg m^2], (N,) or (0,).
+    """
+
+    torque: Array
+    wrench: Array
+    inertia: Array
+
+
+class Added(NamedTuple):
+    """What a unit of each of K amounts adds to a load: of drives (their five numbers), or of payloads (their masses).
+
+    Attributes:
+        torque, wrench, inertia: As in ``Load``, (K, N), (K, 6, N), (K, N); (0, 0), (0, 6, 0) where K is 0.
+    """
+
+    torque: Array
+    wrench: Array
+    inertia: Array
+
+
+class Traces(NamedTuple):
+    """Memory of a judgement, and what a report draws, (N,) each; ``torque`` has one sample more at each end, 0.
+
+    Attributes:
+        load: Torque at the gear's output, joint friction in it [N m].
+        torque: Electromagnetic [N m].
+        joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
+        starting: Magnitude of the torque at rest, what starts the joint included [N m].
+        friction_loss: Power lost at the motor's shaft [W].
+        losses: For the temperatures, which it takes.
+        parts: Their states, one a part of the periods.
+    """
+
+    load: Array
+    torque: Array
+    joint_excess: Array
+    loss_excess: Array
+    shaft_excess: Array
+    starting: Array
+    friction_loss: Array
+    losses: Losses
+    parts: Any
+
+
+class Work(NamedTuple):
+    """What one joint asks of any drive, and the memory of its judgement.
+
+    Attributes:
+        motion: Series.
+        load, added: What it carries, and what amounts add.
+        sum, traces: Memory.
+        few: The same at some samples that ask much, for a first look; None of these themselves.
+    """
+
+    motion: Motion
+    load: Load
+    added: Added
+    sum: Load
+    traces: Traces
+    few: Work | None = None
+
+
+def work_of(demand: JointDemand, added: Added | None = None) -> Work:
+    """The work of a joint.
+
+    Args:
+        demand: Without what the amounts add.
+        added: None: nothing.
+    """
+    motion, load, pick, parts = motion_of(demand), load_of(demand), _sharp(demand), len(demand.cycle.parts)
+    if added is None:
+        empty = np.zeros((0, len(demand.time)))
+        added = Added(empty, np.zeros((0, 6, load.wrench.shape[1])), np.zeros((0, len(load.inertia))))
+    periods = motion.periods._replace(step=np.zeros(len(pick)))
+    some = Motion(*(np.ascontiguousarray(row[pick]) for row in motion[:-2]), motion.rests[:0], periods)
+    nothing, rows = np.zeros((6, 0)), len(added.torque)
+    torque = np.ascontiguousarray(added.torque[:, pick])
+    few = Work(
+        some, Load(np.ascontiguousarray(load.torque[pick]), nothing, np.zeros(0)),
+        Added(torque, np.zeros((rows, 6, 0)), np.zeros((rows, 0))), Load(np.zeros(len(pick)), nothing, np.zeros(0)),
+        new_traces(len(pick), parts),
+    )  # fmt: skip
+    return Work(motion, load, added, Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts), few)
+
+
+def new_traces(samples: int, parts: int) -> Traces:
+    """Empty memory."""
+    extra = {"torque": 2}
+    rows = (np.zeros(samples + extra.get(name, 0)) for name in Traces._fields[:-2])
+    return Traces(*rows, new_losses(samples), new_parts(parts))
+
+
+def motion_of(demand: JointDemand) -> Motion:
+    """The series of a joint that no drive changes; all of one layout, as each other is compiled anew, and slower."""
+    cycle, at_rest = demand.cycle, demand.at_rest
+    slow = loss_speed(demand.speed, demand.acceleration, at_rest, parts=cycle.parts)
+    edges = np.flatnonzero(np.diff(at_rest.astype(np.int8), prepend=0, append=0)).astype(np.int64).reshape(-1, 2)
+    weight = demand.weights if demand.weights.sum() > 0.0 else np.full(len(slow), 1.0 / len(slow))
+    series = (
+        demand.speed,
+        demand.acceleration,
+        demand.carrier_acceleration,
+        slow,
+        weight,
+        *rates(demand),
+        slow[cycle.after],
+    )
+    return Motion(*(_row(one) for one in series), edges, periods_of(cycle.time, cycle.parts, cycle.shares))
+
+
+def load_of(demand: JointDemand) -> Load:
+    """What a joint carries."""
+    wrench = np.zeros((6, 0)) if demand.wrench is None else np.array(demand.wrench.T, order="C")
+    return Load(
+        _row(demand.gear_torque), wrench, np.zeros(0) if demand.load_inertia is None else _row(demand.load_inertia)
+    )
+
+
+def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
+    """What a unit of each number of some joints' drives adds to a joint's load, NUMBERS rows a drive, in their order.
+
+    A drive that does not load the joint adds nothing.
+    """
+    basis, travel = work.basis[joint], work.study.joints[joint].travel_per_turn or 1.0
+    samples, rows = len(work.study.cycle.time), NUMBERS * len(drives)
+    told = not (basis.slides or work.study.joints[joint].coupled)
+    torque, inertia = np.zeros((rows, samples)), np.zeros((rows, samples))
+    wrench = np.zeros((rows, 6, samples if told else 0))
+    for position, drive in enumerate(drives):
+        if drive not in basis.drives:
+            continue
+        to, at = (slice(NUMBERS * k, NUMBERS * (k + 1)) for k in (position, basis.drives.index(drive)))
+        torque[to], inertia[to] = travel * basis.force[at], travel**2 * basis.inertia[at]
+        if told:
+            wrench[to] = basis.wrench[at].reshape(NUMBERS, samples, 6).transpose(0, 2, 1)
+    return Added(torque, wrench, inertia)
+
+
+def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, Work]:
+    """The work of a joint for any drive of its own, those of the other joints in place.
+
+    Its amounts are the numbers of the joint's own drive where that rides on the link which it moves, else there are
+    none: ``own_amounts``.
+    """
+    at = work.at(joint, drives)
+    return at.fixed, work_of(at.fixed, added_by(work, joint, [joint]) if at.own_load else None)
+
+
+def own_amounts(work: Work, amounts: Array) -> Array:
+    """Of pairs, (P, NUMBERS), what the joint's work asks for: all of them or none, (P, K)."""
+    return np.ascontiguousarray(amounts[:, : len(work.added.torque)])
+
+
+def rates(demand: JointDemand) -> tuple[Array, Array, Array]:
+    """Rate of change within smooth stretches, as factors on the sample before, itself and the one after [1/s].
+
+    Where two samples share an instant, where the direction of motion changes (friction and mesh loss step there) and
+    where the payload changes, the model's current steps; a real one needs some electrical time constants for it,
+    which no voltage of the model tells. There the slope of the nearer side is taken.
+    """
+    steps = np.diff(demand.time)
+    way = np.where(demand.at_rest, 0.0, np.sign(demand.speed))
+    smooth = (steps > 0.0) & (way[1:] == way[:-1]) & (demand.payload[1:] == demand.payload[:-1])
+    smooth[[part.start - 1 for part in demand.cycle.parts[1:]]] = False
+    slope = np.where(smooth, 1.0 / np.where(smooth, steps, 1.0), 0.0)
+    ahead, behind = np.append(slope, 0.0), np.concatenate([[0.0], slope])
+    sides = np.maximum((ahead > 0.0).astype(float) + (behind > 0.0), 1.0)
+    return -behind / sides, (behind - ahead) / sides, ahead / sides
+
+
+def _sharp(demand: JointDemand) -> Any:
+    """In each stretch the samples of largest acceleration and of largest torque."""
+    parts = [part for part in np.array_split(np.arange(len(demand.time)), STRETCHES) if len(part)]
+    series = (np.abs(demand.acceleration), np.abs(demand.gear_torque))
+    return np.unique([part[np.argmax(row[part])] for part in parts for row in series])
+
+
+def _row(values: Array) -> Array:
+    return np.array(values, dtype=np.float64, order="C")

@@ -1,0 +1,189 @@
+"""One motor and one gear at one joint as a record: everything that a check may name, for one drive or a million."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.drive.amplifier import Amplifier, available_voltage
+from drivetrain.drive.drive import Drive, shaft_friction
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear, complete
+from drivetrain.drive.motor import Motor
+from drivetrain.records import UNKNOWN, as_records, record_type
+from drivetrain.sizing.demand.demand import JointDemand
+from drivetrain.study.model import JointTask, Safety, Study
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What one joint asks whatever drives it, beside its series.
+
+    Attributes:
+        ambient: Air temperature [C].
+        volts: That reach the terminals [V].
+        mounting: Thermal resistance from housing to ambient that replaces the sheet's [K/W]; NaN: the sheet's.
+        fastest, mean_speed: Of the gear's output [rad/s].
+        moves: 1 where the joint moves at all, else 0.
+        duration: Of the cycle [s].
+    """
+
+    ambient: float = 0.0
+    volts: float = 0.0
+    mounting: float | None = None
+    fastest: float = 0.0
+    mean_speed: float = 0.0
+    moves: float = 0.0
+    duration: float = 0.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the sheets allow, where they say it in more than one way; NaN where they do not say.
+
+    Attributes:
+        repeated_peak_torque, average_torque: Of the gear [N m].
+        short_time_torque: Of the motor [N m].
+        continuous_current: Of the motor in this air and mounting [A].
+        winding_temperature: [C].
+    """
+
+    repeated_peak_torque: float = UNKNOWN
+    average_torque: float = UNKNOWN
+    short_time_torque: float = UNKNOWN
+    continuous_current: float = UNKNOWN
+    winding_temperature: float = UNKNOWN
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What is found about one motor and one gear at one joint; NaN where the sheets do not say enough.
+
+    Attributes:
+        input_speed, mean_input_speed: Of the gear, and so of the motor [rad/s].
+        load_torque, average_load_torque: At the gear's output [N m].
+        gear_life: L10 [s].
+        tilting_moment, axial_load, radial_load: On the output bearing [N m], [N].
+        inertia_ratio: Load over rotor, at its largest.
+        motor_torque: Largest electromagnetic, starting from rest included [N m].
+        rms_torque: [N m].
+        magnet_temperature, winding_temperature: Mean of the magnets, largest of the winding [C].
+        hottest_part, hottest_time: Part in which the winding is hottest, and when, from its start [s].
+        heat_converged: 1 where magnet and housing temperature could be matched.
+        motor_current, rms_current: [A].
+        voltage: Largest at the terminals [V].
+        energy, mean_power: Electrical, over a cycle [J], [W].
+    """
+
+    input_speed: float = UNKNOWN
+    mean_input_speed: float = UNKNOWN
+    load_torque: float = UNKNOWN
+    average_load_torque: float = UNKNOWN
+    gear_life: float = UNKNOWN
+    tilting_moment: float = UNKNOWN
+    axial_load: float = UNKNOWN
+    radial_load: float = UNKNOWN
+    inertia_ratio: float = UNKNOWN
+    motor_torque: float = UNKNOWN
+    rms_torque: float = UNKNOWN
+    magnet_temperature: float = UNKNOWN
+    winding_temperature: float = UNKNOWN
+    hottest_part: float = 0.0
+    hottest_time: float = UNKNOWN
+    heat_converged: float = 1.0
+    motor_current: float = UNKNOWN
+    rms_current: float = UNKNOWN
+    voltage: float = UNKNOWN
+    energy: float = UNKNOWN
+    mean_power: float = UNKNOWN
+
+
+@dataclass(frozen=True)
+class Case:
+    """One motor and one gear at one joint.
+
+    Attributes:
+        motor, gear: Sheets with the study's assumptions filled in.
+        shaft, joint: Friction at the motor's shaft and at the gear's output.
+        amplifier, safety, setting: Of the joint.
+        limits, figures: Filled by the judge.
+        direct: 1 for a drive without a gear, else 0.
+        zero, one: For checks without an origin or a factor.
+    """
+
+    motor: Motor
+    gear: Gear
+    shaft: Friction
+    joint: Friction
+    amplifier: Amplifier
+    safety: Safety
+    setting: Setting
+    limits: Limits = Limits()
+    figures: Figures = Figures()
+    direct: float = 0.0
+    zero: float = 0.0
+    one: float = 1.0
+
+
+CASE = record_type(Case)
+NOBODY = Drive(Motor("", 1.0, 1.0), Gear("", 1.0, kind="ideal", efficiency=1.0))  # weighs nothing and turns nothing
+
+
+def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
+    """The numbers of a joint's task."""
+    duration = float(demand.weights.sum())
+    return Setting(
+        study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
+        demand.fastest.value, demand.mean_speed, float(demand.moves), duration if duration > 0.0 else 1.0,
+    )  # fmt: skip
+
+
+def cases_of(study: Study, joint: int, demand: JointDemand, drives: Sequence[Drive]) -> Any:
+    """Drives at one joint, (len(drives),); for many pairs of a few parts see ``paired``."""
+    motors = motor_records([one.motor for one in drives])
+    gears = gear_records([one.gear for one in drives])
+    shafts = as_records([shaft_friction(one) for one in drives])
+    return paired(study, joint, demand, (motors, shafts), gears, np.tile(np.arange(len(drives)), (2, 1)).T)
+
+
+def motor_records(motors: Sequence[Motor]) -> Any:
+    """Sheets of motors, assumptions filled in."""
+    return as_records(motors)
+
+
+def gear_records(gears: Sequence[Gear]) -> Any:
+    """Sheets of gears, assumptions filled in, and 1 for those that are none: (records, direct)."""
+    direct = np.array([float(one.key == "") for one in gears])
+    return as_records([complete(one) for one in gears]), direct
+
+
+def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any], gears: Any, pairs: Any) -> Any:
+    """Pairs of motor and gear at one joint.
+
+    Args:
+        demand: Of the joint, whatever drives are in place.
+        motors: Records of motors and of their shafts' friction, (motors,) each.
+        gears: From ``gear_records``.
+        pairs: Row of the motor and of the gear of each pair, (P, 2).
+
+    Returns:
+        Records of ``Case``, (P,).
+    """
+    task = study.joints[joint]
+    plain = Case(
+        NOBODY.motor,
+        NOBODY.gear,
+        Friction(),
+        task.friction,
+        task.amplifier,
+        study.safety,
+        setting_of(study, task, demand),
+    )
+    cases = np.repeat(as_records([plain]), len(pairs))
+    left, right = pairs[:, 0], pairs[:, 1]
+    cases["motor"], cases["shaft"] = motors[0][left], motors[1][left]
+    cases["gear"], cases["direct"] = gears[0][right], gears[1][right]
+    return cases

@@ -1,0 +1,165 @@
+"""Where the limit of a check comes from, and what a reader should know: source and remark, in words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from drivetrain.drive.gear import Gear, torque_exponent
+from drivetrain.drive.heat import rms_rule_validity
+from drivetrain.drive.motor import Motor
+from drivetrain.motion.duty_cycle import sample_weights
+from drivetrain.records import known
+
+if TYPE_CHECKING:
+    from drivetrain.sizing.judge.operation import Operation
+
+NO_SHORT_TIME = "the sheet prints no short-time limit"
+
+
+class Words(NamedTuple):
+    """What is told beside the numbers of a check.
+
+    Attributes:
+        source: Where the limit comes from.
+        remark: What a reader should know, or what is missing.
+        silent: Whether no limit is told, as what is required cannot be made.
+    """
+
+    source: str
+    remark: str = ""
+    silent: bool = False
+
+
+def printed(op: Operation, row: Any) -> Words:
+    """Of a limit that stands on a sheet or in the study."""
+    part = row.limit.partition(".")[0]
+    lacks = not known(op.number(row.limit))
+    if part == "amplifier":
+        lack = f"the study states no amplifier {row.sheet}" if lacks else ""
+        return Words(f"amplifier {row.sheet} of the study", lack)
+    return Words(
+        f"{row.sheet} of {sheet_name(getattr(op.drive, part))}", f"the sheet prints no {row.sheet}" if lacks else ""
+    )
+
+
+def repeated_peak(op: Operation, row: Any) -> Words:
+    """The continuous torque holds where no repeated peak is printed."""
+    gear = op.drive.gear
+    if gear.repeated_peak_torque is None and gear.continuous_torque is not None:
+        remark = "the sheet prints no repeated peak torque: the continuous one holds"
+        return Words(f"continuous torque of {sheet_name(gear)}", remark)
+    lack = "" if gear.repeated_peak_torque is not None else "the sheet prints no repeated peak torque"
+    return Words(f"repeated peak torque of {sheet_name(gear)}", lack)
+
+
+def average_torque(op: Operation, row: Any) -> Words:
+    """The same of the average, with the exponent by which it is made."""
+    gear = op.drive.gear
+    source, remark = f"average torque limit of {sheet_name(gear)}", f"average with exponent {torque_exponent(gear):.3g}"
+    if gear.average_torque_limit is not None:
+        return Words(source, remark)
+    if gear.continuous_torque is None:
+        return Words(source, "the sheet prints no average torque limit")
+    lack = "the sheet prints no limit of the average torque: the continuous torque holds"
+    return Words(f"continuous torque of {sheet_name(gear)}", f"{remark}; {lack}")
+
+
+def gear_life(op: Operation, row: Any) -> Words:
+    """Only told when the study wants none."""
+    if not known(op.number(row.limit)):
+        return Words("", "the sheet has no rated life, torque and speed together")
+    remark = "told, not judged: the study asks no life" if op.safety.life is None else ""
+    return Words(f"rated life of {sheet_name(op.drive.gear)}", remark)
+
+
+def bearing(op: Operation, row: Any) -> Words:
+    """Only where the loads across the axis are known."""
+    if op.demand.wrench is not None:
+        return printed(op, row)
+    reason = "the joint slides: its guide carries the loads across"
+    if op.demand.cycle.torque is not None:
+        reason = "without an arm the loads across the axis are unknown"
+    elif op.task.coupled:
+        reason = "the gear turns a shaft away from the joint: what loads its bearing is not known"
+    return Words("", reason, silent=True)
+
+
+def inertia_ratio(op: Operation, row: Any) -> Words:
+    """The span over the motion; judged only where the study sets a limit."""
+    inertia = op.demand.load_inertia
+    if inertia is None:
+        return Words("", "neither an arm nor the joint's load_inertia tells it", silent=True)
+    if op.drive.motor.rotor_inertia is None:
+        return Words("", "the sheet prints no rotor inertia", silent=True)
+    largest = op.number(row.required)
+    least = largest * float(inertia.min()) / float(np.abs(inertia).max())
+    span = f"{least:.3g} to {largest:.3g} over the motion"
+    return (
+        Words("", f"{span}; told, not judged") if op.safety.inertia_ratio is None else Words("the study's limit", span)
+    )
+
+
+def short_time(op: Operation, row: Any) -> Words:
+    """Printed peak torque, else what the printed peak current makes, else what nominal voltage makes at stall."""
+    motor = op.drive.motor
+    if motor.peak_torque is not None:
+        return Words(f"peak torque of {sheet_name(motor)}")
+    if motor.peak_current is not None:
+        return Words(f"torque constant x peak current of {sheet_name(motor)}")
+    if not known(op.number(row.limit)):
+        return Words("", f"{NO_SHORT_TIME} and no nominal voltage")
+    remark = f"{NO_SHORT_TIME}: the stall torque at nominal voltage holds, heat and voltage are judged apart"
+    return Words(f"stall torque of {sheet_name(motor)}", remark)
+
+
+def voltage(op: Operation, row: Any) -> Words:
+    """What reaches the terminals."""
+    remark = "" if op.drive.motor.inductance is not None else "inductance unknown: its share is left out"
+    return Words(f"supply {op.supply.voltage:g} V x modulation {op.task.amplifier.modulation:g}", remark)
+
+
+def rms_current(op: Operation, row: Any) -> Words:
+    """The smaller of nominal and thermal limit, and why the RMS rule may mislead here."""
+    limit = op.continuous_current
+    if limit.value is None:
+        return Words(limit.source, limit.source)
+    if op.network is None:
+        return Words(limit.source, "the sheet has no thermal data to tell whether the RMS rule holds")
+    cycle = op.demand.cycle
+    said = rms_rule_validity(op.network, op.demand.time, op.current, limit.value, parts=cycle.parts)
+    return Words(limit.source, said or _hot_parts(op, limit.value))
+
+
+def _hot_parts(op: Operation, continuous: float) -> str:
+    """Which parts of a mix overload the motor if they are run for long."""
+    cycle, square = op.demand.cycle, op.current**2
+    if len(cycle.parts) == 1:
+        return ""
+    weights = [sample_weights(cycle.time[part]) for part in cycle.parts]
+    means = [square[part] @ each / each.sum() for part, each in zip(cycle.parts, weights, strict=True)]
+    hot = [name for name, mean in zip(cycle.part_names, means, strict=True) if mean > continuous**2]
+    told = f"RMS of the mix; {', '.join(hot)} run by itself is above the limit: see the winding temperature"
+    return told if hot else ""
+
+
+def winding(op: Operation, row: Any) -> Words:
+    """The winding's limit less the margin."""
+    limit, margin, found = op.drive.motor.max_winding_temperature, op.safety.temperature_margin, op.number(row.required)
+    if limit is None:
+        return Words("", "the sheet prints no winding limit", silent=True)
+    if not known(found):
+        return Words("", "the sheet has no thermal resistances for this mounting", silent=True)
+    source = f"winding limit {limit:g} °C of {sheet_name(op.drive.motor)}" + (f" less {margin:g} K" if margin else "")
+    if math.isinf(found):
+        return Words(source, "no steady temperature: the losses grow faster with temperature than the cooling")
+    ripple = op.network is not None and op.network.winding_capacity is not None
+    return Words(source, "" if ripple else "mean over the cycle: the winding time constant is unknown")
+
+
+def sheet_name(part: Motor | Gear) -> str:
+    """A part with the source of its sheet."""
+    kind = "motor" if isinstance(part, Motor) else "gear"
+    return f"{kind} {part.key}" + (f" ({part.source})" if part.source else "")
