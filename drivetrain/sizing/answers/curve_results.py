@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from drivetrain.sizing.judge.evaluate import Pair
-from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.study.study import Study
 
 PROVEN = "optimal"

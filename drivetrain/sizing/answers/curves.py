@@ -24,7 +24,7 @@ from drivetrain.sizing.search.known_terms import unknown_terms
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.bench import Bench, worst_of_set
 from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE, robust_select
-from drivetrain.sizing.tolerance.scatter_ground import ground
+from drivetrain.sizing.tolerance.sampling import nominal_of
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.study import Study
 
@@ -149,7 +149,7 @@ class _Row:
             if evaluation.feasible and evaluation.objective <= least * (1.0 + slack):
                 point = replace(point, drives=drives, objective=evaluation.objective, criteria=evaluation.criteria)
         if point.drives and scatters(study):
-            point = replace(point, chance=chance_of(ground(study), point.drives, ARMS))
+            point = replace(point, chance=chance_of(nominal_of(study), point.drives, ARMS))
         self.made.append(point)
         return point
 
