@@ -58,6 +58,7 @@ class Candidate:
         lossy: Whether a joint's gear is more than an ideal one, which loses nothing however it is built.
         cases: One a joint, with nominal numbers.
         works: One a joint; the payloads are what cases add.
+        checks: The table, for compiled code.
         limits: Of peak, mean and regenerated power [W], NaN where there is none or the power is not known, (3,).
     """
 
@@ -67,6 +68,7 @@ class Candidate:
     lossy: tuple[bool, ...]
     cases: tuple[Any, ...]
     works: tuple[Work, ...]
+    checks: Any
     limits: Array
 
 
@@ -138,7 +140,7 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
     told = [getattr(study.supply, check.limit) if known else None for check in SUPPLY_CHECKS]
     limits = np.array(told, dtype=np.float64)  # None becomes NaN
     lossy = tuple(mounted[i].gear.kind != "ideal" for i in range(len(study.joints)))
-    return Candidate(study, drives, evaluation, lossy, tuple(cases), tuple(works), limits)
+    return Candidate(study, drives, evaluation, lossy, tuple(cases), tuple(works), table(), limits)
 
 
 def as_built(nominal: Any, lossy: bool, factors: Array, ambient: Array) -> Any:
@@ -210,7 +212,7 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
         amounts = np.ascontiguousarray(draws.payload[part, : len(work.added.torque)] - 1.0)
         used = np.empty((count, len(CHECKS)))
         judge_cases(
-            cases, as_numbers(cases), table(), work, amounts, np.inf, False, power, used, found, binding, lacking
+            cases, as_numbers(cases), ready.checks, work, amounts, np.inf, False, power, used, found, binding, lacking
         )
         joints[:, joint] = used
     drawn = np.maximum(power, 0.0)
