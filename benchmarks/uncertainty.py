@@ -11,7 +11,7 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.robust_selection import robust_select
-from drivetrain.sizing.tolerance.uncertainty import robustness
+from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.study.change import slowed
 from drivetrain.study.model import Study
 from drivetrain.study.read import load_study

@@ -154,8 +154,8 @@ if TYPE_CHECKING:
     from drivetrain.sizing.search.front import Front as Front
     from drivetrain.sizing.search.front import pareto_front as pareto_front
     from drivetrain.sizing.search.search import select as select
+    from drivetrain.sizing.tolerance.monte_carlo import robustness as robustness
     from drivetrain.sizing.tolerance.robust_selection import robust_select as robust_select
-    from drivetrain.sizing.tolerance.uncertainty import robustness as robustness
     from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
     from drivetrain.solvers.explicit import Euler as Euler
     from drivetrain.solvers.explicit import RungeKutta4 as RungeKutta4
@@ -326,7 +326,7 @@ _HOME = {
     "robust_select": "sizing.tolerance.robust_selection",
     "select": "sizing.search.search",
     "trade_offs": "sizing.answers.trade_offs",
-    "robustness": "sizing.tolerance.uncertainty",
+    "robustness": "sizing.tolerance.monte_carlo",
     "why_not": "sizing.answers.why_not",
     "WhyNot": "sizing.answers.why_not",
     "DormandPrince853": "solvers.adaptive",

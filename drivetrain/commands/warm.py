@@ -86,7 +86,7 @@ def _front() -> None:
 
 def _tolerances() -> None:
     from drivetrain.sizing.judge.evaluate import evaluate
-    from drivetrain.sizing.tolerance.uncertainty import robustness
+    from drivetrain.sizing.tolerance.monte_carlo import robustness
     from drivetrain.study.read import load_study
 
     study = load_study(_example("ur5_pick_and_place/tradeoffs.yaml"))

@@ -13,7 +13,7 @@ from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.front import Front
-from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1

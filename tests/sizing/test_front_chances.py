@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drivetrain.sizing.tolerance.uncertainty import robustness
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.errors import InputError
@@ -14,7 +15,6 @@ from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.answers.trade_offs import check_trade_offs
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import check_criteria, pareto_front
-from drivetrain.sizing.tolerance.uncertainty import robustness
 from drivetrain.study.selection import CurveWanted, TradeOffs, Wanted
 from drivetrain.study.tolerances import Tolerance, Tolerances
 

@@ -25,8 +25,8 @@ from drivetrain.sizing.search.front_chances import chance_of, scatters
 from drivetrain.sizing.search.known_terms import unknown_terms
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE, robust_select
-from drivetrain.sizing.tolerance.scatter_ground import ground
-from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.sizing.tolerance.sampling import nominal_of
+from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.study.change import changed
 from drivetrain.study.model import Study
 
@@ -216,7 +216,7 @@ class _Row:
             if evaluation.feasible and evaluation.objective <= least * (1.0 + slack):
                 point = replace(point, drives=drives, objective=evaluation.objective, criteria=evaluation.criteria)
         if point.drives and scatters(study):
-            point = replace(point, chance=chance_of(ground(study), point.drives, SAMPLES))
+            point = replace(point, chance=chance_of(nominal_of(study), point.drives, SAMPLES))
         self.made.append(point)
         return point
 

@@ -18,9 +18,9 @@ from drivetrain.sizing.search.front_search import NAMES, FrontSearch
 from drivetrain.sizing.search.given_drives import as_given, stands
 from drivetrain.sizing.search.known_terms import SHEET, lacking_of, words_of
 from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE
-from drivetrain.sizing.tolerance.scatter_ground import ground
-from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.sizing.tolerance.sampling import nominal_of
 from drivetrain.study.model import Study
 
 CRITERIA = ("mass", "energy")
@@ -176,7 +176,7 @@ def _chances(search: FrontSearch, points: Sequence[DriveSet], tell: Tell) -> tup
     if search.often is not None:
         by_keys = {tuple(search.problem.keys(dict(enumerate(p))).items()): one for p, one in search.often.told.items()}
         return tuple(by_keys[tuple(point.drives.items())] for point in points)
-    base, found = ground(packed.study, packed.work), []
+    base, found = nominal_of(packed.study, packed.work), []
     for done, point in enumerate(points):
         tell(done, len(points), f"drawing arms of {len(points)} sets")
         found.append(chance_of(base, point.drives))

@@ -12,12 +12,10 @@ from drivetrain.sizing.judge.packed_task import Indices
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.given_drives import stands
 from drivetrain.sizing.search.problem import Problem
-from drivetrain.sizing.tolerance.many_arms import judged
+from drivetrain.sizing.tolerance.draws import Pair, drawn
+from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE, Decision, tried
-from drivetrain.sizing.tolerance.scatter import Pair, drawn
-from drivetrain.sizing.tolerance.scatter_ground import Ground, ground
-from drivetrain.sizing.tolerance.scatter_task import bench
-from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.sizing.tolerance.sampling import Nominal, candidate, judged, nominal_of
 from drivetrain.study.model import Study
 
 SAMPLES = 4096  # arms of a set, where no probability is wanted
@@ -28,7 +26,7 @@ def scatters(study: Study) -> bool:
     return bool(study.tolerances.given)
 
 
-def chance_of(base: Ground, drives: dict[str, Pair], samples: int = SAMPLES) -> Chance:
+def chance_of(base: Nominal, drives: dict[str, Pair], samples: int = SAMPLES) -> Chance:
     """The probability that a set holds, counted.
 
     Args:
@@ -36,9 +34,9 @@ def chance_of(base: Ground, drives: dict[str, Pair], samples: int = SAMPLES) -> 
     """
     study, held = base.study, 0
     count = min(samples, study.tolerances.samples)
-    ready = bench(study, drives, on=base)
+    ready = candidate(base, drives)
     for found in judged(ready, drawn(study, count, (study.tolerances.seed, 0))):
-        held += int(found.held.sum())
+        held += int(found.feasible.sum())
     return Chance(held, count)
 
 
@@ -63,7 +61,7 @@ class OftenEnough:
     def __post_init__(self) -> None:
         """What all sets share is made once."""
         packed = self.problem.packed
-        self._base = ground(packed.study, packed.work)
+        self._base = nominal_of(packed.study, packed.work)
 
     def __call__(self, pairs: tuple[int, ...]) -> bool:
         """Whether a set holds often enough."""
@@ -71,7 +69,7 @@ class OftenEnough:
             self.counters["sets with a drive that falls too often"] += 1
             return False
         drives = self.problem.keys(dict(enumerate(pairs)))
-        ready = bench(self._base.study, drives, on=self._base)
+        ready = candidate(self._base, drives)
         if not stands(ready.nominal):
             return False
         i = self.counters["sets drawn"]

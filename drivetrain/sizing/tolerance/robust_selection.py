@@ -32,11 +32,9 @@ from drivetrain.sizing.search.given_drives import as_given, stands
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.propagation import Choices, Indices
 from drivetrain.sizing.search.search_tree import Node, Tree
-from drivetrain.sizing.tolerance.many_arms import judged
-from drivetrain.sizing.tolerance.scatter import drawn
-from drivetrain.sizing.tolerance.scatter_ground import Ground, ground
-from drivetrain.sizing.tolerance.scatter_task import Bench, bench
-from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.sizing.tolerance.draws import drawn
+from drivetrain.sizing.tolerance.monte_carlo import Chance
+from drivetrain.sizing.tolerance.sampling import Candidate, Nominal, candidate, judged, nominal_of
 from drivetrain.study.model import Study
 
 FIRST, GROWTH = 256, 2  # arms of the first look, and how many more each time
@@ -169,7 +167,7 @@ def robust_select(
         faults.append(Fault("confidence", "must lie between 0.5 and 1", confidence))
     if faults or wanted is None:
         raise InputError(faults)
-    judge = _Judge(ground(study, work), wanted, confidence, start, most_sets)
+    judge = _Judge(nominal_of(study, work), wanted, confidence, start, most_sets)
     return _searched(judge) if sets is None else _in_order(judge, sets)
 
 
@@ -186,7 +184,7 @@ class _Judge:
         trials: All that were tried.
     """
 
-    base: Ground
+    base: Nominal
     wanted: float
     confidence: float
     seed: int
@@ -198,7 +196,7 @@ class _Judge:
         """Whether no further set may be tried."""
         return len(self.trials) >= self.most
 
-    def trial(self, ready: Bench, drives: DriveSet) -> Trial:
+    def trial(self, ready: Candidate, drives: DriveSet) -> Trial:
         """One set, its share of the error being what is left to it."""
         i = len(self.trials)
         error = (1.0 - self.confidence) / ((i + 1) * (i + 2))  # over all sets ever tried: 1 - confidence
@@ -210,7 +208,7 @@ def _in_order(judge: _Judge, sets: Iterable[DriveSet]) -> RobustSelection:
     """The first of some sets that holds."""
     wanted, confidence, exhausted = judge.wanted, judge.confidence, True
     for one in sets:
-        found = judge.trial(bench(judge.base.study, one.drives, on=judge.base), one)
+        found = judge.trial(candidate(judge.base, one.drives), one)
         if found.decision is Decision.HOLDS:
             return RobustSelection(wanted, confidence, found, tuple(judge.trials), False)
         if judge.over:
@@ -280,7 +278,7 @@ class _RobustTree(Tree):
         judge = self.judge
         if judge is None or judge.over:
             return False
-        ready = bench(judge.base.study, self.problem.keys(dict(enumerate(pairs))), on=judge.base)
+        ready = candidate(judge.base, self.problem.keys(dict(enumerate(pairs))))
         if not stands(ready.nominal):
             return False
         trial = judge.trial(ready, DriveSet(dict(ready.drives), ready.nominal.objective, ready.nominal.criteria))
@@ -312,7 +310,7 @@ def _searched(judge: _Judge) -> RobustSelection:
     )
 
 
-def tried(ready: Bench, drives: DriveSet, wanted: float, error: float, *, seed: int) -> Trial:
+def tried(ready: Candidate, drives: DriveSet, wanted: float, error: float, *, seed: int) -> Trial:
     """One set, arms drawn until it is plain whether it holds often enough."""
     study, names = ready.study, [task.name for task in ready.study.joints]
     held = samples = look = 0
@@ -321,7 +319,7 @@ def tried(ready: Bench, drives: DriveSet, wanted: float, error: float, *, seed: 
     while decision is Decision.OPEN and samples < MOST_SAMPLES:
         count = min(count, MOST_SAMPLES - samples)
         for found in judged(ready, drawn(study, count, (seed, look))):
-            held += int(found.held.sum())
+            held += int(found.feasible.sum())
             by_joint += (~(found.joints > 1.0).any(axis=2)).sum(axis=0)
         samples, look, count = samples + count, look + 1, samples * (GROWTH - 1) + count
         decision = decided(Chance(held, samples), wanted, 0.5 * error)

@@ -12,14 +12,21 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.judge.check_numbers import NAMES
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.tolerance.many_arms import SUPPLY_NAMES, figures_of, judged
-from drivetrain.sizing.tolerance.scatter import Draws, Source, deviated, from_uniform, sources
-from drivetrain.sizing.tolerance.scatter_task import Bench, Indices, bench
-from drivetrain.sizing.tolerance.uncertainty import SUPPLY, drives_of
+from drivetrain.sizing.tolerance.draws import Draws, Source, deviated, from_uniform, sources
+from drivetrain.sizing.tolerance.monte_carlo import SUPPLY, drives_of
+from drivetrain.sizing.tolerance.sampling import (
+    NAMES,
+    SUPPLY_NAMES,
+    Candidate,
+    candidate,
+    figures_of,
+    judged,
+    nominal_of,
+)
 
 FELT = 1e-9  # of a utilisation: a smaller change is none
 ARMS, BINS = 4096, 64  # of which the shares are counted: each is good to about 0.01
@@ -87,7 +94,7 @@ class Effects:
     sources: tuple[Source, ...]
     joints: Array
     supply: Array
-    order: Indices
+    order: NDArray[np.int64]
     arms: Array
     arms_supply: Array
 
@@ -152,7 +159,7 @@ def effects(evaluation: Evaluation) -> Effects:
         values = np.zeros(count)
         values[i], values[len(found) + i] = getattr(study.tolerances, source.quantity).edges
         deviations[source] = values
-    ready, n = bench(study, drives_of(evaluation)), len(study.joints)
+    ready, n = candidate(nominal_of(study), drives_of(evaluation)), len(study.joints)
     joints, supply = _figures(ready, deviated(study, count, deviations))
     uniform = np.random.default_rng(study.tolerances.seed).random((ARMS, len(found)))  # the first arms of ``drawn``
     shape = (2, len(found))
@@ -162,7 +169,7 @@ def effects(evaluation: Evaluation) -> Effects:
     )  # fmt: skip
 
 
-def _figures(ready: Bench, draws: Draws) -> tuple[Array, Array]:
+def _figures(ready: Candidate, draws: Draws) -> tuple[Array, Array]:
     """Utilisations of all arms, (S, n, CHECKS) and (S, 3)."""
     parts = list(judged(ready, draws))
     nothing = [np.zeros((0, len(ready.study.joints), len(NAMES)))], [np.zeros((0, len(SUPPLY_NAMES)))]

@@ -1,117 +1,22 @@
-"""One of the many arms that may be built: parts, payload and air drawn within their tolerances."""
+"""One drawn sample as a study of its own, so that ``evaluate`` can judge it: the reference of tolerance sampling."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from drivetrain.arrays import Array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.tolerance.draws import THERMAL, Draws, Pair
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.tolerances import SMALLEST, Tolerance
 
-PARTS = ("torque_constant", "resistance", "friction", "efficiency", "thermal_resistance")
-CONSTANT, RESISTANCE, FRICTION, EFFICIENCY, THERMAL = range(5)
-
-Pair = tuple[str, str]
-
-
-@dataclass(frozen=True)
-class Source:
-    """One number that scatters by itself.
-
-    Attributes:
-        quantity: Name of its tolerance.
-        place: Name of the joint or the payload; empty for the air.
-    """
-
-    quantity: str
-    place: str = ""
-
-    def __str__(self) -> str:
-        words = self.quantity.replace("_", " ")
-        return f"{words} of {self.place}" if self.place else words
-
-
-@dataclass(frozen=True, eq=False)
-class Draws:
-    """Many arms as they may be built.
-
-    Attributes:
-        factors: On the numbers of each joint, in the order of ``PARTS``, (samples, n, 5).
-        ambient: Air temperature [C], (samples,).
-        payload: Factors on mass and inertia of each payload, (samples, payloads).
-    """
-
-    factors: Array
-    ambient: Array
-    payload: Array
-
-    def __len__(self) -> int:
-        return len(self.ambient)
-
-
-def sources(study: Study) -> tuple[Source, ...]:
-    """What scatters in a study, each by itself."""
-    given = study.tolerances.given
-    found = [Source(name, task.name) for task in study.joints for name in PARTS if name in given]
-    if "payload" in given and study.arm is not None:
-        found += [Source("payload", body.name) for body in study.payloads if body.mass > 0.0]
-    return (*found, Source("ambient")) if "ambient" in given else tuple(found)
-
-
-def drawn(study: Study, samples: int, seed: int | tuple[int, ...]) -> Draws:
-    """Arms drawn at random."""
-    return from_uniform(study, np.random.default_rng(seed).random((samples, len(sources(study)))))
-
-
-def streamed(study: Study, samples: int, seed: int | tuple[int, ...], *, most: int) -> Iterator[Draws]:
-    """The same arms, some at a time, so that a million of them need no more memory than the first."""
-    stream, columns = np.random.default_rng(seed), len(sources(study))
-    for first in range(0, samples, most):
-        yield from_uniform(study, stream.random((min(most, samples - first), columns)))
-
-
-def from_uniform(study: Study, uniform: Array) -> Draws:
-    """Arms by the probabilities of smaller deviations.
-
-    Args:
-        uniform: Numbers between 0 and 1, one column a source, (samples, sources).
-    """
-    found, edge = sources(study), 2.0**-53  # neither 0 nor 1: no law has an end at infinity
-    columns = np.clip(uniform, edge, 1.0 - edge).T
-    deviations = [_tolerance(study, one).deviation(column) for one, column in zip(found, columns, strict=True)]
-    return deviated(study, len(uniform), dict(zip(found, deviations, strict=True)))
-
-
-def deviated(study: Study, samples: int, deviations: Mapping[Source, Array]) -> Draws:
-    """Arms with given deviations.
-
-    Args:
-        deviations: Of some sources, in the unit of their tolerance, (samples,) each; the rest is nominal.
-    """
-    names = [task.name for task in study.joints]
-    bodies = [body.name for body in study.payloads]
-    factors = np.ones((samples, len(names), len(PARTS)))
-    ambient, payload = np.full(samples, study.ambient), np.ones((samples, len(bodies)))
-    for source, deviation in deviations.items():
-        if source.quantity == "ambient":
-            ambient += deviation
-        elif source.quantity == "payload":
-            body = bodies.index(source.place)
-            mass = study.payloads[body].mass if _tolerance(study, source).absolute else 1.0
-            payload[:, body] = np.maximum(1.0 + deviation / mass, 0.0)
-        else:
-            at = names.index(source.place), PARTS.index(source.quantity)
-            factors[:, at[0], at[1]] = np.maximum(1.0 + deviation, SMALLEST)
-    return Draws(factors, ambient, payload)
+Array = np.ndarray
 
 
 def built(study: Study, drives: Mapping[str, Pair], draws: Draws, sample: int) -> Study:
@@ -212,8 +117,3 @@ def _rubbing(law: Friction, factor: float) -> Friction:
 
 def _scaled(value: float | None, factor: float) -> float | None:
     return None if value is None else value * factor
-
-
-def _tolerance(study: Study, source: Source) -> Tolerance:
-    found = getattr(study.tolerances, source.quantity)
-    return found if isinstance(found, Tolerance) else Tolerance(0.0)

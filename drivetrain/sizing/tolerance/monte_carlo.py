@@ -1,11 +1,4 @@
-"""With what probability a set of drives holds, when parts, payload and air scatter within their tolerances.
-
-Every arm is drawn by itself: the parts of each joint independently of those of all others, the air once an arm, and
-each payload once an arm. Within a joint the tolerances are independent of each other; one number stands for all
-friction of the joint and one for both of its thermal resistances. The numbers of an arm come from one row of a stream
-of numpy's default generator (PCG64), so an arm depends on the seed and its place in the row alone: not on how many are
-drawn, in what blocks they are judged, or by how many threads.
-"""
+"""With what probability a set of drives is feasible, when parts, payload and ambient lie within their tolerances."""
 
 from __future__ import annotations
 
@@ -16,11 +9,9 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.sizing.judge.check_numbers import NAMES
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.tolerance.many_arms import SUPPLY_NAMES, Figures, judged
-from drivetrain.sizing.tolerance.scatter import Pair, sources, streamed
-from drivetrain.sizing.tolerance.scatter_task import bench
+from drivetrain.sizing.tolerance.draws import Pair, sources, streamed
+from drivetrain.sizing.tolerance.sampling import NAMES, SUPPLY_NAMES, Samples, candidate, judged, nominal_of
 
 SUPPLY = "supply"
 QUANTILES = (0.05, 0.5, 0.95)
@@ -128,7 +119,7 @@ def robustness(
         raise InputError(Fault("tolerances", "the study states none, so nothing scatters", hint=hint))
     if count < 1:
         raise InputError(Fault("samples", "must be at least 1", count))
-    ready = bench(study, drives_of(evaluation))
+    ready = candidate(nominal_of(study), drives_of(evaluation))
     tally, kept, kept_supply = _Tally(len(study.joints)), [], []
     remembered = 0
     for draws in streamed(study, count, start, most=BATCH):
@@ -137,7 +128,7 @@ def robustness(
             if remembered < REMEMBERED:
                 kept.append(found.joints)
                 kept_supply.append(found.supply)
-                remembered += len(found.held)
+                remembered += len(found.joints)
     names = [task.name for task in study.joints]
     return _result(evaluation, (count, start), names, tally, np.concatenate(kept), np.concatenate(kept_supply))
 
@@ -152,9 +143,9 @@ class _Tally:
         self.supply_any = 0
         self.held = 0
 
-    def add(self, found: Figures) -> None:
+    def add(self, found: Samples) -> None:
         """Counts some more arms."""
-        joints, supply, held = found.joints > 1.0, found.supply > 1.0, found.held
+        joints, supply, held = found.joints > 1.0, found.supply > 1.0, found.feasible
         self.checks += joints.sum(axis=0)
         self.joints += joints.any(axis=2).sum(axis=0)
         self.supply += supply.sum(axis=0)

@@ -1,0 +1,103 @@
+"""Drawn samples judged many at once: every kind of task as ``evaluate`` says, in whatever blocks."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.tolerance import sampling
+from drivetrain.sizing.tolerance.draws import Draws, deviated, drawn, streamed
+from drivetrain.sizing.tolerance.sampling import NAMES, candidate, figures_of, judged, nominal_of
+from drivetrain.study.tolerances import Tolerance, Tolerances
+
+ALL = Tolerances(
+    Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),
+    Tolerance(0.1, normal=True, absolute=True), Tolerance(8.0, absolute=True),
+)  # fmt: skip
+
+
+def beside(name):
+    """A module of this folder."""
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
+TASKS, built = beside("random_tasks"), beside("built_sample").built
+
+
+def case(make, kind, seed):
+    """A random study of a kind, with a payload where there is an arm, and random drives."""
+    study, rng = TASKS.random_study(make, seed, kind), np.random.default_rng(1000 + seed)
+    if study.arm is not None:
+        carried = np.where(np.arange(len(study.cycle.time)) % 17 < 9, 0, -1)
+        cycle = replace(study.cycle, payload=carried, payload_names=("part",))
+        study = replace(study, cycle=cycle, payloads=(make.payload(1.0),))
+    motors, gears = list(study.catalog.motors), [*study.catalog.gears, ""]
+    drives = {task.name: (motors[rng.integers(6)], gears[rng.integers(7)]) for task in study.joints}
+    return replace(study, tolerances=ALL), drives
+
+
+def figures(study, drives, draws):
+    parts = list(judged(candidate(nominal_of(study), drives), draws))
+    return np.concatenate([part.joints for part in parts]), np.concatenate([part.supply for part in parts])
+
+
+@pytest.mark.parametrize("kind", TASKS.KINDS)
+def test_every_kind_of_task_is_judged_as_evaluate_does(make, kind):
+    """The same judge on the same numbers, whether they come as a study of their own or as records: to rounding."""
+    seen = set()
+    for seed in range(12):
+        study, drives = case(make, kind, seed)
+        draws = drawn(study, 2, seed)
+        used, supply = figures(study, drives, draws)
+        for sample in range(2):
+            expected = figures_of(evaluate(built(study, drives, draws, sample)))
+            np.testing.assert_allclose(used[sample], expected[0], rtol=1e-11, atol=1e-12)
+            np.testing.assert_allclose(supply[sample], expected[1], rtol=1e-11, atol=1e-12)
+            seen |= {NAMES[check] for check in np.flatnonzero(~np.isnan(expected[0]).all(axis=0))}
+    assert {"winding temperature", "motor voltage", "motor RMS current", "gear average torque"} <= seen
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("table", 7), ("table", 11), ("mix", 2), ("mix", 3)])
+def test_windings_that_run_away_do_so_in_the_same_samples(make, kind, seed):
+    """Thermal resistances from a third to thrice their nominal value: some samples have no steady state."""
+    study, drives = case(make, kind, seed)
+    factors = np.tile(drawn(study, 1, 0).factors, (24, 1, 1))
+    factors[:, :, 4] = np.geomspace(0.3, 3.0, 24)[:, np.newaxis]
+    draws = Draws(factors, np.full(24, 25.0), np.ones((24, len(study.payloads))))
+    used, _ = figures(study, drives, draws)
+    expected = [figures_of(evaluate(built(study, drives, draws, sample)))[0] for sample in range(24)]
+    found, told = (one[:, :, NAMES.index("winding temperature")] for one in (used, np.array(expected)))
+    np.testing.assert_array_equal(np.isinf(found), np.isinf(told))
+    assert np.isinf(told).any() and np.isfinite(told).any()
+    near = told < 3.0  # beyond, the rise grows so steeply that both answers are rounding
+    np.testing.assert_allclose(found[near], told[near], rtol=1e-9)
+
+
+def test_no_number_depends_on_blocks_or_threads(make, monkeypatch):
+    study, drives = case(make, "mix", 3)
+    ready, draws = candidate(nominal_of(study), drives), drawn(study, 53, 2)
+    (plain,) = judged(ready, draws)
+    monkeypatch.setattr(sampling, "BLOCK", 7)
+    for threads in (1, 3):
+        parts = list(judged(ready, draws, threads=threads))
+        assert len(parts) == 8
+        np.testing.assert_array_equal(np.concatenate([part.joints for part in parts]), plain.joints)
+        np.testing.assert_array_equal(np.concatenate([part.supply for part in parts]), plain.supply)
+
+
+def test_samples_come_in_the_same_stream_however_many_at_once(make):
+    study, _ = case(make, "arm", 1)
+    whole, parts = drawn(study, 100, 9), list(streamed(study, 100, 9, most=33))
+    for name in ("factors", "ambient", "payload"):
+        np.testing.assert_array_equal(np.concatenate([getattr(part, name) for part in parts]), getattr(whole, name))
+    assert deviated(study, 2, {}).ambient.tolist() == [study.ambient] * 2
