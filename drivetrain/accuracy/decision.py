@@ -12,10 +12,8 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
-from drivetrain.drive.heat import PeriodicTemperature
-from drivetrain.drive.mixed_heat import Use, mixed_rise, mixed_temperature_of_current
-from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
-from drivetrain.drive.periodic_rise import CycleLosses
+from drivetrain.drive.heat import Mix, PeriodicTemperature, mixed_temperature_of_current
+from drivetrain.drive.motor import Motor, torque_constant
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.effects.winding_heat import WindingHeat
@@ -49,14 +47,14 @@ class Basis:
     ends: tuple[float, ...] = (math.inf,)
     shares: tuple[float, ...] = (1.0,)
 
-    def use(self, time: Array) -> Use:
+    def use(self, time: Array) -> Mix:
         """How recorded instants belong to the parts of the mix.
 
         Args:
             time: Of the last period [s], (N,).
         """
         stops = [*np.searchsorted(time, time[0] + np.array(self.ends[:-1])).tolist(), len(time)]
-        return Use([slice(first, stop) for first, stop in pairwise([0, *stops])], self.shares)
+        return Mix([slice(first, stop) for first, stop in pairwise([0, *stops])], self.shares)
 
 
 def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
@@ -133,7 +131,7 @@ def _joint(
     )
 
 
-def mean_weights(time: Array, use: Use) -> Array:
+def mean_weights(time: Array, use: Mix) -> Array:
     """The time that each recorded instant stands for in the mean use.
 
     Args:
@@ -204,21 +202,15 @@ def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, war
     found = mixed_temperature_of_current(network, motor, time, current, use, housing_loss=loss)
     if warm:
         return found
-    losses = [_cold_losses(motor, time[part], current[part], loss[part]) for part in use.parts]
-    rise = mixed_rise(network, losses, use.shares)
-    winding, housing = network.ambient + float(rise.means[:, 0].max()), network.ambient + rise.housing
+    still = mixed_temperature_of_current(
+        replace(network, winding_capacity=None), motor, time, current, use, housing_loss=loss, warming=False
+    )
+    winding, housing = still.peak_winding, still.magnet_temperature
     # The ripple of the constant resistance is left out: it is small beside what the resistance does.
     return replace(
         found, winding=np.full(len(time), winding), housing=np.full(len(time), housing), mean_winding=winding,
         mean_housing=housing, peak_winding=winding, magnet_temperature=motor.reference_temperature, runaway=False,
     )  # fmt: skip
-
-
-def _cold_losses(motor: Motor, time: Array, current: Array, loss: Array) -> CycleLosses:
-    """Of a winding whose resistance stays that of its reference temperature."""
-    square = (current[:-1] ** 2 + current[:-1] * current[1:] + current[1:] ** 2) / 3.0
-    copper = float(winding_resistance(motor, motor.reference_temperature)) * square
-    return CycleLosses(np.diff(time), copper, np.zeros_like(copper), 0.5 * (loss[:-1] + loss[1:]))
 
 
 def _checks(

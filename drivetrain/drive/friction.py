@@ -10,9 +10,9 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError
-from drivetrain.units import Factor, Speed, Torque, ViscousFriction
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
+from drivetrain.units import Factor, Speed, Torque, ViscousFriction
 
 _RANGES = {
     "coulomb": NOT_NEGATIVE,

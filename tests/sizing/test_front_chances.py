@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drivetrain.sizing.tolerance.uncertainty import robustness
+from drivetrain.sizing.tolerance.monte_carlo import robustness
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.errors import InputError

@@ -21,12 +21,11 @@ from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.judge.vary import Number, Vary, edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.front_chances import chance_of, scatters
-from drivetrain.sizing.search.known_terms import unknown_terms
+from drivetrain.sizing.search.asked import unknown_terms
+from drivetrain.sizing.search.robust import CONFIDENCE, chance_of, robust_select, scatters
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE, robust_select
-from drivetrain.sizing.tolerance.sampling import nominal_of
 from drivetrain.sizing.tolerance.monte_carlo import Chance
+from drivetrain.sizing.tolerance.sampling import nominal_of
 from drivetrain.study.change import changed
 from drivetrain.study.model import Study
 

@@ -11,7 +11,7 @@ from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.missing import gaps, missing_words
 from drivetrain.sizing.judge.vary import Vary, first_edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.nearest import SUPPLY, Nearest
+from drivetrain.sizing.search.rejected import SUPPLY, Nearest
 from drivetrain.study.verdicts import Check, Verdict
 
 MOST = 10.0  # times the cycle's length, times the supply's voltage: beyond, it is another task
