@@ -14,8 +14,8 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.solvers.layout import EULER, RUNGE_KUTTA
-from drivetrain.solvers.solver import Rates, Solver, Stepper, Work, check_positive
+from drivetrain.solvers import tableaux
+from drivetrain.solvers.solver import CompiledSettings, Rates, Solver, Stepper, Work, check_positive
 
 MOST_STEPS = 1e9  # from one breakpoint to the next
 
@@ -94,7 +94,15 @@ class _RungeKuttaStepper(FixedStepper):
 
 
 @dataclass(frozen=True)
-class Euler(Solver):
+class _FixedStep(Solver):
+    step: float
+
+    def __post_init__(self) -> None:
+        check_positive(f"{type(self).__name__}.step", self.step, "s")
+
+
+@dataclass(frozen=True)
+class Euler(_FixedStep):
     """Euler's method, the book's: first order, gains energy in swinging motions. One evaluation a step.
 
     Attributes:
@@ -103,28 +111,15 @@ class Euler(Solver):
     Reference: Modern Robotics, section 8.5, Euler integration algorithm.
     """
 
-    step: float
-
-    def __post_init__(self) -> None:
-        check_positive("Euler.step", self.step, "s")
-
-    def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
-        """What the compiled loop needs to know.
-
-        Args:
-            size: Number of states.
-
-        Returns:
-            Method, atol a state, settings; see ``layout``.
-        """
-        return EULER, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step, 0.0])
-
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _EulerStepper(rates, t, y, end, work, self.step)
 
+    def compiled_settings(self, size: int) -> CompiledSettings:
+        return tableaux.EULER, np.ones(size), {"rtol": 1.0, "fixed_step": self.step}
+
 
 @dataclass(frozen=True)
-class SemiImplicitEuler(Solver):
+class SemiImplicitEuler(_FixedStep):
     """Euler's method with positions that follow the new speeds: first order, but energy stays bounded in swings.
 
     The state must be positions, then as many speeds; an odd number after them is stepped as by Euler. One evaluation a
@@ -134,17 +129,12 @@ class SemiImplicitEuler(Solver):
         step: [s].
     """
 
-    step: float
-
-    def __post_init__(self) -> None:
-        check_positive("SemiImplicitEuler.step", self.step, "s")
-
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _SemiImplicitStepper(rates, t, y, end, work, self.step)
 
 
 @dataclass(frozen=True)
-class RungeKutta4(Solver):
+class RungeKutta4(_FixedStep):
     """The classical Runge-Kutta method: fourth order, four evaluations a step.
 
     Attributes:
@@ -153,21 +143,8 @@ class RungeKutta4(Solver):
     Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.1.2.
     """
 
-    step: float
-
-    def __post_init__(self) -> None:
-        check_positive("RungeKutta4.step", self.step, "s")
-
-    def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
-        """What the compiled loop needs to know.
-
-        Args:
-            size: Number of states.
-
-        Returns:
-            Method, atol a state, settings; see ``layout``.
-        """
-        return RUNGE_KUTTA, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step, 0.0])
-
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _RungeKuttaStepper(rates, t, y, end, work, self.step)
+
+    def compiled_settings(self, size: int) -> CompiledSettings:
+        return tableaux.RUNGE_KUTTA, np.ones(size), {"rtol": 1.0, "fixed_step": self.step}

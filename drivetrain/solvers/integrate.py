@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,12 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.solvers.solver import Rates, Solver, SolverStopped, Stepper, Work
+from drivetrain.solvers.compiled_function import in_c
+from drivetrain.solvers.compiled_problem import CompiledProblem
+from drivetrain.solvers.integrate_compiled import integrate_compiled
+from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import (
+    MOST_STEPS,
+    Rates,
+    Solver,
+    SolverStopped,
+    Stepper,
+    Work,
+    inner_points,
+    wanted_and_start,
+)
 
 Correct = Callable[[float, Array], Array | None]
-MOST_STEPS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +83,8 @@ def integrate(
         problem = "must be a solver, such as RungeKutta4(0.001) or DormandPrince853()"
         raise InputError(Fault("solver", problem, solver))
     wanted, state = wanted_and_start(times, start)
+    if isinstance(solver, Rodas4):
+        return _by_compiled_loop(solver, rates, state, wanted, breakpoints, correct, most_steps)
     inner = inner_points(breakpoints, wanted[0], wanted[-1])
     work, rows = Work(), [state]
     ends = [*inner, float(wanted[-1])]
@@ -90,6 +105,28 @@ def integrate(
     return Solution(wanted, np.array(rows), work, stopped_at=t)
 
 
+def _by_compiled_loop(
+    solver: Rodas4,
+    rates: Rates,
+    start: Array,
+    times: Array,
+    breakpoints: Sequence[float],
+    correct: Correct | None,
+    most_steps: int,
+) -> Solution:
+    """The compiled loop asks a right-hand side in Python."""
+    if correct is not None:
+        hint = "take one such as RungeKutta4(0.001) or DormandPrince853()"
+        raise InputError(Fault("solver", "cannot have its states corrected after each step", solver, hint))
+    function, raised = in_c(rates, len(start))
+    problem = CompiledProblem(ctypes.cast(function, ctypes.c_void_p).value, len(start))
+    found = integrate_compiled(problem, solver, start, times, breakpoints=breakpoints, most_steps=most_steps)
+    if raised:
+        raise raised[0]
+    culprit = found.culprit if found.stopped else None
+    return Solution(found.times, found.states, found.work, found.stopped, found.stopped_at, culprit)
+
+
 def _run(stepper: Stepper, wanted: Array, rows: list[Array], correct: Correct | None, most_steps: int) -> str:
     """Step to the end of a segment, and put the states at the wanted instants into the rows; why it stopped, if so."""
     while stepper.t < stepper.end:
@@ -107,50 +144,6 @@ def _run(stepper: Stepper, wanted: Array, rows: list[Array], correct: Correct | 
         while len(rows) < len(wanted) and wanted[len(rows)] <= stepper.t + slack:
             rows.append(stepper.y)
     return ""
-
-
-def wanted_and_start(times: Any, start: Any) -> tuple[Array, Array]:
-    """The wanted instants and a copy of the start, checked.
-
-    Args:
-        times: Wanted instants, rising [s], (N,), N >= 2.
-        start: State at the first instant [its own units], (m,).
-
-    Raises:
-        InputError: Times that do not rise, a start that is no finite vector.
-    """
-    faults: list[Fault] = []
-    wanted = state = np.empty(0)
-    try:
-        wanted = checked_array(times, (None,), "times")
-        if len(wanted) < 2 or not (np.diff(wanted) > 0.0).all():
-            faults.append(Fault("times", "must be at least two instants that rise [s]", wanted[:5].tolist()))
-    except InputError as error:
-        faults.extend(error.faults)
-    try:
-        state = checked_array(start, (None,), "start").copy()
-    except InputError as error:
-        faults.extend(error.faults)
-    if faults:
-        raise InputError(faults)
-    return wanted, state
-
-
-def inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
-    """The breakpoints that split an interval.
-
-    Args:
-        breakpoints: In any order, also twice [s].
-        first, last: Ends of the interval [s].
-
-    Returns:
-        Those strictly inside, rising, each once [s].
-
-    Raises:
-        InputError: Breakpoints that are no finite numbers.
-    """
-    points = checked_array(np.asarray(breakpoints, dtype=np.float64).reshape(-1), (None,), "breakpoints")
-    return [float(point) for point in np.unique(points) if first < point < last]
 
 
 def _pinned(rates: Rates, end: float, last: bool) -> Rates:

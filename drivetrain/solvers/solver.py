@@ -12,13 +12,18 @@ gives a ``Stepper``. The stepper must
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from drivetrain.arrays import Array
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import DrivetrainError, Fault, InputError
+from drivetrain.solvers.tableaux import Tableau
 
 Rates = Callable[[float, Array], Array]
+MOST_STEPS = 100_000_000
 
 
 class SolverStopped(DrivetrainError):
@@ -56,15 +61,7 @@ class Stepper(ABC):
         self._rates = rates
 
     def rates(self, t: float, y: Array) -> Array:
-        """The right-hand side, counted.
-
-        Args:
-            t: Instant [s].
-            y: State [its own units].
-
-        Returns:
-            Rates of the state [per s].
-        """
+        """The right-hand side, counted [per s]."""
         self.work.rates += 1
         return self._rates(t, y)
 
@@ -78,37 +75,31 @@ class Stepper(ABC):
 
     @abstractmethod
     def within(self, t: float) -> Array:
-        """The state at an instant of the last step.
-
-        Args:
-            t: Instant [s], between the beginning and the end of the last step.
-
-        Returns:
-            The state [its own units].
-        """
+        """The state at an instant of the last step."""
 
     @abstractmethod
     def resume(self, y: Array) -> None:
-        """Go on from another state at the same instant.
-
-        Args:
-            y: The state [its own units].
-        """
+        """Go on from another state at the same instant."""
 
 
-class Solver(ABC):
-    """A method and its settings."""
+CompiledSettings = tuple[Tableau, Array, dict[str, float]]
 
-    @abstractmethod
+
+class Solver:
+    """A method and its settings; it offers one of these two, or both."""
+
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
-        """A stepper from (t, y) towards ``end``.
+        """A stepper in Python from (t, y) towards ``end``."""
+        raise NotImplementedError
 
-        Args:
-            rates: The right-hand side f(t, y) [per s].
-            t: Where to start [s].
-            y: State to start from [its own units], (m,).
-            end: Where to stop [s], later than t.
+    def compiled_settings(self, size: int) -> CompiledSettings:
+        """Tableau, absolute tolerances and settings (``records.SETTINGS``) for the compiled loop and so many states.
+
+        Raises:
+            InputError: It does not run compiled.
         """
+        problem = "must be a solver that runs compiled: Rodas4, Rodas5P, DormandPrince54, RungeKutta4 or Euler"
+        raise InputError(Fault("solver", problem, self))
 
 
 def check_positive(place: str, value: float, unit: str) -> None:
@@ -123,3 +114,47 @@ def check_positive(place: str, value: float, unit: str) -> None:
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or not 0.0 < value < float("inf"):
         raise InputError(Fault(place, f"must be a positive number [{unit}]", value))
+
+
+def wanted_and_start(times: Any, start: Any) -> tuple[Array, Array]:
+    """The wanted instants and a copy of the start, checked.
+
+    Args:
+        times: Wanted instants, rising [s], (N,), N >= 2.
+        start: State at the first instant [its own units], (m,).
+
+    Raises:
+        InputError: Times that do not rise, a start that is no finite vector.
+    """
+    faults: list[Fault] = []
+    wanted = state = np.empty(0)
+    try:
+        wanted = checked_array(times, (None,), "times")
+        if len(wanted) < 2 or not (np.diff(wanted) > 0.0).all():
+            faults.append(Fault("times", "must be at least two instants that rise [s]", wanted[:5].tolist()))
+    except InputError as error:
+        faults.extend(error.faults)
+    try:
+        state = checked_array(start, (None,), "start").copy()
+    except InputError as error:
+        faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)
+    return wanted, state
+
+
+def inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
+    """The breakpoints that split an interval.
+
+    Args:
+        breakpoints: In any order, also twice [s].
+        first, last: Ends of the interval [s].
+
+    Returns:
+        Those strictly inside, rising, each once [s].
+
+    Raises:
+        InputError: Breakpoints that are no finite numbers.
+    """
+    points = checked_array(np.asarray(breakpoints, dtype=np.float64).reshape(-1), (None,), "breakpoints")
+    return [float(point) for point in np.unique(points) if first < point < last]
