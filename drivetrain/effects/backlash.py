@@ -88,8 +88,8 @@ class Backlash(Effect):
         energy, loss = Signal("flank_energy", "J"), Signal("flank_damping_power", "W")
         return Ports(
             needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
-            adds=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
-            tells=(energy, loss, Signal("flank_torque", "N m")),
+            contributes=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
+            outputs=(energy, loss, Signal("flank_torque", "N m")),
             powers={loss.name: Role.LOSS},
             stores=(energy.name,),
         )
@@ -102,7 +102,7 @@ class Backlash(Effect):
             ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
         )
 
-    def kinked(self) -> bool:
+    def piecewise(self) -> bool:
         return True
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:

@@ -63,7 +63,7 @@ class CascadeLoop(Effect):
         return Ports(
             states=(State("integrated_current", "A", 1e-6),),
             needs=(*s.commanded(place)[:2], s.MOTOR_POSITION, s.MOTOR_SPEED),
-            adds=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
+            contributes=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
         )
 
     def numbers(self, place: Place) -> Sequence[float]:

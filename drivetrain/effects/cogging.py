@@ -81,8 +81,8 @@ class Cogging(Effect):
         energy = Signal("cogging_energy", "J")
         return Ports(
             needs=(s.MOTOR_POSITION, s.MOTOR_SPEED),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_STIFFNESS),
-            tells=(energy,),
+            contributes=(s.MOTOR_TORQUE, s.MOTOR_STIFFNESS),
+            outputs=(energy,),
             stores=(energy.name,),
         )
 

@@ -94,7 +94,7 @@ class CommandedMotion(Effect):
         kinds = (s.COMMAND_POSITION, s.COMMAND_SPEED, s.COMMAND_ACCELERATION)
         told = [(name, kind) for name in place.joints for kind in kinds]
         told += [(place.joints[i], kind) for i in place.shafts for kind in s.SHAFT_COMMANDS]
-        return Ports(gives=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name, kind in told))
+        return Ports(provides=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name, kind in told))
 
     def numbers(self, place: Place) -> Sequence[float]:
         order = [self.motion.joint_names.index(name) for name in place.joints]

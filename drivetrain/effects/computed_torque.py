@@ -63,7 +63,7 @@ class ComputedTorque(Effect):
             for signal in signals
         )
         out = tuple(Signal(f"{joint}:{signal.name}", signal.unit) for joint in place.joints for signal in added)
-        return Ports(needs=(Signal("scene.mass_matrix", "kg m^2"), *own), adds=out)
+        return Ports(needs=(Signal("scene.mass_matrix", "kg m^2"), *own), contributes=out)
 
     def numbers(self, place: Place) -> Sequence[float]:
         known = dict(self.torque_constants)

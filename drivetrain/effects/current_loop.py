@@ -196,9 +196,9 @@ class CurrentLoop(Effect):
                 replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
                 s.VOLTAGE_LIMIT, s.MOTOR_POSITION,
             ),
-            gives=(s.VOLTAGE,),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
-            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
+            provides=(s.VOLTAGE,),
+            contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
+            outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
             powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
             stores=(s.MAGNETIC_ENERGY.name,),
         )  # fmt: skip

@@ -62,9 +62,9 @@ class DryFriction(Effect):
     def ports(self, place: Place) -> Ports:
         if self.side == "motor":
             levels = (s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
-            return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), adds=levels)
+            return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), contributes=levels)
         levels = (s.JOINT_HOLD_FORWARD, s.JOINT_HOLD_BACKWARD, s.JOINT_SLIDE_FORWARD, s.JOINT_SLIDE_BACKWARD)
-        return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), adds=levels)
+        return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), contributes=levels)
 
     def numbers(self, place: Place) -> Sequence[float]:
         return friction_numbers(self.friction)

@@ -41,7 +41,7 @@ class Encoder(Effect):
             raise InputError(Fault("Encoder.counts", "must be a whole number from 1", self.counts))
 
     def ports(self, place: Place) -> Ports:
-        return Ports(needs=(s.MOTOR_POSITION,), gives=(s.MEASURED_POSITION,))
+        return Ports(needs=(s.MOTOR_POSITION,), provides=(s.MEASURED_POSITION,))
 
     def numbers(self, place: Place) -> Sequence[float]:
         return (self.step,)

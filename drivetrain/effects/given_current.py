@@ -33,4 +33,4 @@ class GivenCurrent(OverTime):
     compute = _compute
 
     def ports(self, place: Place) -> Ports:
-        return Ports(adds=(s.CURRENT_COMMAND,))
+        return Ports(contributes=(s.CURRENT_COMMAND,))

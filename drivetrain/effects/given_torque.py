@@ -61,8 +61,8 @@ class GivenTorque(Effect):
         power = Signal(f"given_{self.side}_power", "W")
         return Ports(
             needs=(speed,),
-            adds=(torque,),
-            tells=(power,),
+            contributes=(torque,),
+            outputs=(power,),
             powers={power.name: Role.SOURCE},
         )
 

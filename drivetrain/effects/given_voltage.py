@@ -33,4 +33,4 @@ class GivenVoltage(OverTime):
     compute = _compute
 
     def ports(self, place: Place) -> Ports:
-        return Ports(gives=(s.VOLTAGE,))
+        return Ports(provides=(s.VOLTAGE,))

@@ -70,7 +70,9 @@ class HoldingBrake(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        return Ports(adds=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD))
+        return Ports(
+            contributes=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
+        )
 
     def numbers(self, place: Place) -> Sequence[float]:
         sliding = 0.75 * self.holding if self.sliding is None else self.sliding

@@ -130,8 +130,8 @@ class LuGreFriction(Effect):
         return Ports(
             states=(State(f"{self.side}_bristle_bend", "rad", 1e-3 * self.coulomb / self.stiffness),),
             needs=(speed, s.MOTOR_SURFACE_SPEED if self.side == "motor" else s.SURFACE_SPEED),
-            adds=(torque, damping),
-            tells=(Signal(f"{self.side}_lugre_torque", "N m"), loss, energy),
+            contributes=(torque, damping),
+            outputs=(Signal(f"{self.side}_lugre_torque", "N m"), loss, energy),
             powers={loss.name: Role.LOSS},
             stores=(energy.name,),
         )

@@ -44,7 +44,7 @@ class MeshLoss(Effect):
         return 1.0 - mesh_factors(self.gear).driven
 
     def ports(self, place: Place) -> Ports:
-        return Ports(adds=(s.MESH_DRIVING, s.MESH_DRIVEN))
+        return Ports(contributes=(s.MESH_DRIVING, s.MESH_DRIVEN))
 
     def numbers(self, place: Place) -> Sequence[float]:
         return mesh_factors(self.gear).driving - 1.0, self.driven_loss

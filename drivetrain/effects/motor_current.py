@@ -83,9 +83,9 @@ class MotorCurrent(Effect):
                 replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
                 replace(s.VOLTAGE_LIMIT, default=self.voltage),
             ),
-            gives=(s.CURRENT, s.VOLTAGE),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
-            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER),
+            provides=(s.CURRENT, s.VOLTAGE),
+            contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
+            outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER),
             powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
         )  # fmt: skip
 

@@ -45,7 +45,9 @@ class MovingBelt(Effect):
 
     def ports(self, place: Place) -> Ports:
         work = Signal("belt_power", "W")
-        return Ports(needs=(s.JOINT_FRICTION,), adds=(s.SURFACE_SPEED,), tells=(work,), powers={work.name: Role.SOURCE})
+        return Ports(
+            needs=(s.JOINT_FRICTION,), contributes=(s.SURFACE_SPEED,), outputs=(work,), powers={work.name: Role.SOURCE}
+        )
 
     def numbers(self, place: Place) -> Sequence[float]:
         return (self.speed,)

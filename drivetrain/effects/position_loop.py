@@ -54,7 +54,7 @@ class PositionLoop(Effect):
     def ports(self, place: Place) -> Ports:
         return Ports(
             needs=(*s.commanded(place)[:2], s.MOTOR_POSITION, s.MOTOR_SPEED),
-            adds=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
+            contributes=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
         )
 
     def numbers(self, place: Place) -> Sequence[float]:

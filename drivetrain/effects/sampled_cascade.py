@@ -95,7 +95,7 @@ class SampledCascade(Effect):
                 *waiting,
             ),
             needs=(*s.commanded(place)[:2], s.MEASURED_POSITION),
-            adds=(s.CURRENT_COMMAND,),
+            contributes=(s.CURRENT_COMMAND,),
         )
 
     def numbers(self, place: Place) -> Sequence[float]:

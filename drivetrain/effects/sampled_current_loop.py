@@ -96,7 +96,7 @@ class SampledCurrentLoop(Effect):
                 State("followed_command", "A", memory=True),
             ),
             needs=(s.CURRENT_COMMAND, s.CURRENT, s.MOTOR_SPEED, s.VOLTAGE_LIMIT),
-            gives=(s.VOLTAGE,),
+            provides=(s.VOLTAGE,),
         )
 
     def numbers(self, place: Place) -> Sequence[float]:

@@ -41,7 +41,7 @@ class StiffSupply(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        return Ports(gives=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints))
+        return Ports(provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints))
 
     def numbers(self, place: Place) -> Sequence[float]:
         return self.voltage * self.modulation, float(len(place.joints))
@@ -136,8 +136,8 @@ class SupplyBus(Effect):
         return Ports(
             states=(State("bus_voltage", "V", 1e-3, memory=True),),
             needs=tuple(Signal(f"{joint}:{s.ELECTRICAL_POWER.name}", "W", default=0.0) for joint in place.joints),
-            gives=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints),
-            tells=(
+            provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints),
+            outputs=(
                 Signal("source_power", "W"), Signal("brake_resistor_power", "W"), Signal("delivered_power", "W"),
                 Signal("bus_energy", "J"),
             ),

@@ -103,15 +103,15 @@ class TipContact(Effect):
         if faults:
             raise InputError(faults)
 
-    def kinked(self) -> bool:
+    def piecewise(self) -> bool:
         return True
 
     def ports(self, place: Place) -> Ports:
         loss, energy = Signal("contact_power", "W"), Signal("contact_spring_energy", "J")
         return Ports(
             needs=_GIVEN,
-            adds=_TAKEN,
-            tells=(Signal("contact_force", "N"), loss, energy),
+            contributes=_TAKEN,
+            outputs=(Signal("contact_force", "N"), loss, energy),
             powers={loss.name: Role.LOSS},
             stores=(energy.name,),
         )

@@ -76,8 +76,8 @@ class WallSpring(Effect):
         work = Signal("wall_power", "W")
         return Ports(
             needs=(s.POSITION, s.SPEED),
-            adds=(s.JOINT_TORQUE, s.JOINT_DAMPING, s.JOINT_STIFFNESS),
-            tells=(energy, loss, work),
+            contributes=(s.JOINT_TORQUE, s.JOINT_DAMPING, s.JOINT_STIFFNESS),
+            outputs=(energy, loss, work),
             powers={loss.name: Role.LOSS, work.name: Role.SOURCE},
             stores=(energy.name,),
         )

@@ -40,7 +40,7 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
                 read |= known.get(name, 0)
             for name in one.states:
                 read |= 1 << states[name]
-            for name in (*one.gives, *one.adds):
+            for name in (*one.provides, *one.contributes):
                 known[name] = known.get(name, 0) | read
             for name, state in zip(one.states, one.ports.states, strict=True):
                 rows[states[name]] = 0 if state.memory or one.effect.compute is None else read

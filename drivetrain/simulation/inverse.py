@@ -174,7 +174,7 @@ def _passive(plan: Plan) -> dict[str, tuple[Effect, ...]]:
 
 def _mechanical(one: Instance) -> bool:
     """Whether an effect only makes torques, bounds and commands, out of motion and commands."""
-    out = {name.rpartition(".")[2] for name in (*one.gives, *one.adds)}
+    out = {name.rpartition(".")[2] for name in (*one.provides, *one.contributes)}
     electrical = any(name.rpartition(".")[2].startswith(("current", "voltage")) for name in one.needs)
     return out <= MECHANICAL | COMMANDS and not electrical and (bool(out) or not one.needs)
 

@@ -203,7 +203,7 @@ def _call(group: Group, law: Compiled, wiring: _Wiring) -> list[int]:
     """Address of a law, and place of its rows."""
     rows = [
         [wiring.constants[id(one)], *(wiring.states[name] for name in one.states),
-         *(wiring.places[name] for name in (*one.needs, *one.gives, *one.adds, *one.tells))]
+         *(wiring.places[name] for name in (*one.needs, *one.provides, *one.contributes, *one.outputs))]
         for one in group.instances
     ]  # fmt: skip
     longest = max(len(row) for row in rows)
@@ -246,13 +246,13 @@ def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Gr
     They are asked again with what the step has come to, so they alone may set what they set, and nobody else may need
     it.
     """
-    if not any(one.effect.kinked() for one in instances):
+    if not any(one.effect.piecewise() for one in instances):
         return []
     own = {signal.name for signal in named.TIP_TAKEN}
-    own |= {name for one in instances for name in one.adds if name.rpartition(".")[2] in GEAR}
-    again = [group for group in groups if any(name in own for one in group.instances for name in one.adds)]
+    own |= {name for one in instances for name in one.contributes if name.rpartition(".")[2] in GEAR}
+    again = [group for group in groups if any(name in own for one in group.instances for name in one.contributes)]
     members = [one for group in again for one in group.instances]
-    fit = all(set(one.adds) <= own and not one.gives and not one.states for one in members)
+    fit = all(set(one.contributes) <= own and not one.provides and not one.states for one in members)
     return again if fit and not any(name in own for one in instances for name in one.needs) else []
 
 
@@ -273,4 +273,4 @@ def _tolerances(instances: Sequence[Instance], states: Mapping[str, int], c: int
 def _uses_tip(instances: Sequence[Instance]) -> int:
     """Whether any effect looks at the tip or acts on it."""
     names = {signal.name for signal in (*named.TIP_GIVEN, *named.TIP_TAKEN)}
-    return int(any(name in names for one in instances for name in (*one.needs, *one.adds)))
+    return int(any(name in names for one in instances for name in (*one.needs, *one.contributes)))

@@ -191,7 +191,7 @@ def _check_shafts(instances: Sequence[Instance]) -> None:
     """That what rubs where motors are coupled rubs at the shafts: a joint there has no coordinate of its own."""
     faults = []
     for one in instances:
-        own = {signal.name for signal in one.ports.adds} & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}
+        own = {signal.name for signal in one.ports.contributes} & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}
         if one.place.coupled and own and getattr(one.effect, "side", "joint") != "shaft":
             hint = "state its friction at the shaft behind the gear (side='shaft') or at the motor"
             faults.append(Fault(one.title, "rubs at a joint whose motor is coupled to others", None, hint))

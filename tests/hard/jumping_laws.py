@@ -34,7 +34,7 @@ class Sign(Effect):
 
     def ports(self, place: Place) -> Ports:
         """Reads the speed, adds a torque."""
-        return Ports(needs=(s.SPEED,), adds=(s.JOINT_TORQUE,))
+        return Ports(needs=(s.SPEED,), contributes=(s.JOINT_TORQUE,))
 
     def numbers(self, place: Place) -> Sequence[float]:
         """None."""

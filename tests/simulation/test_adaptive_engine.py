@@ -265,7 +265,7 @@ class Naive(Effect):
     compute = _sign
 
     def ports(self, place: Place) -> Ports:
-        return Ports(needs=(s.SPEED,), adds=(s.JOINT_TORQUE,))
+        return Ports(needs=(s.SPEED,), contributes=(s.JOINT_TORQUE,))
 
     def numbers(self, place: Place) -> Sequence[float]:
         return [self.level]

@@ -53,7 +53,7 @@ class Copy(Effect):
     compute = _copy
 
     def ports(self, place: Place) -> Ports:
-        return Ports(needs=(Signal(self.needed, "-"),), gives=(Signal(self.given, "-"),))
+        return Ports(needs=(Signal(self.needed, "-"),), provides=(Signal(self.given, "-"),))
 
     def numbers(self, place: Place) -> Sequence[float]:
         return ()
@@ -277,7 +277,7 @@ def test_divergence_is_told_with_instant_and_signal() -> None:
         compute = push
 
         def ports(self, place: Place) -> Ports:
-            return Ports(needs=(s.SPEED,), adds=(s.JOINT_TORQUE,))
+            return Ports(needs=(s.SPEED,), contributes=(s.JOINT_TORQUE,))
 
         def numbers(self, place: Place) -> Sequence[float]:
             return ()
