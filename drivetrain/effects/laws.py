@@ -85,12 +85,12 @@ class Law:
     """A law with an address, compiled at its first use or taken from the disk cache."""
 
     def __init__(self, template: Any, described: type, function: Callable[..., None]):
-        self._template, self._function, self.record = template, function, own_type(described)
+        self._template, self._function, self.described = template, function, described
 
     @cached_property
     def _library(self) -> Any:
         # The template with this law and record as its globals: what closes over them numba would not find on disk.
-        named = {**self._template.__globals__, "LAW": law(self._function), "OWN": self.record}
+        named = {**self._template.__globals__, "LAW": law(self._function), "OWN": own_type(self.described)}
         own = FunctionType(self._template.__code__, named, self._function.__name__)
         own.__module__, own.__qualname__ = self._function.__module__, self._function.__qualname__
         return callback(SIGNATURE, own)

@@ -14,12 +14,11 @@ from drivetrain.arrays import Array
 from drivetrain.effects.effect import Place, TimeScale
 from drivetrain.effects.signals import JOINT_HOLD_FORWARD, SURFACE_SPEED
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation import fields as f
-from drivetrain.simulation import rates_kernel
+from drivetrain.simulation import rates
 from drivetrain.simulation.layout import Layout, layout_of
 from drivetrain.simulation.memory import Memory, lay_out
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.shaping import Mechanics, coupling_of, mechanics, ratios_of
+from drivetrain.simulation.mechanics import Mechanics, coupling_of, mechanics, ratios_of
 from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, unit_at
 from drivetrain.solvers.compiled_function import evaluate
 
@@ -58,6 +57,14 @@ class Plan:
     def instances(self) -> tuple[Instance, ...]:
         """All effects, in their order."""
         return tuple(chain.from_iterable(group.instances for group in self.groups))
+
+    @cached_property
+    def coordinates(self) -> list[str]:
+        """Names of the coordinates: joints, then motors on springs."""
+        names = [*self.scene.joints, *[""] * len(self.body.springs)]
+        for i in self.body.springs:
+            names[self.body.motors[i]] = f"motor of {self.scene.joints[i]}"
+        return names
 
     @cached_property
     def layout(self) -> Layout:
@@ -142,14 +149,13 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory,
 
 def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Array]:
     """Mass matrix at the start, (c, c), and what of its diagonal is each rotor's, (c,) [kg m^2 or kg]."""
-    numbers, words, c = memory.numbers.copy(), memory.words.copy(), int(memory.words[f.COORDINATES])
-    states, signals = np.zeros(words[f.STATES]), np.zeros(words[f.SIGNALS])
+    numbers = memory.numbers.copy()
+    at = memory.view(numbers, "coordinates")
     if scene.position is not None:
-        states[: body.n] = body.coordinates_of(scene.position)
-    evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
-    whole = signals[words[f.AT_MASS] : words[f.AT_MASS] + c * c].reshape(c, c)
-    rotors = numbers[words[f.AT_TURNED] : words[f.AT_TURNED] + c * c : c + 1]
-    return whole, np.asarray(rotors)
+        at["position"][: body.n] = body.coordinates_of(scene.position)
+    rates.evaluate_signals(numbers)
+    whole, felt = (memory.view(numbers, name).reshape(body.c, body.c) for name in ("mass", "felt"))
+    return whole, np.diagonal(felt)
 
 
 def check_inertias(body: Mechanics, memory: Memory, scene: Scene) -> None:

@@ -19,7 +19,7 @@ class Instance:
         effect: The effect.
         place: Where it stands.
         ports: Its ports, as it names them.
-        states, needs, gives, adds, tells: Full names of those, in the order of the ports.
+        states, needs, provides, contributes, outputs: Full names of those, in the order of the ports.
     """
 
     effect: Effect
@@ -27,9 +27,9 @@ class Instance:
     ports: Ports
     states: tuple[str, ...]
     needs: tuple[str, ...]
-    gives: tuple[str, ...]
-    adds: tuple[str, ...]
-    tells: tuple[str, ...]
+    provides: tuple[str, ...]
+    contributes: tuple[str, ...]
+    outputs: tuple[str, ...]
 
     @property
     def title(self) -> str:

@@ -1,0 +1,194 @@
+"""The linear system of a step: mass matrix and bias, and the forces of joints, gears, motors and the tip."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from drivetrain.dynamics.mass_and_bias import Places, mass_and_bias
+from drivetrain.simulation.records import Run, inlined, numbers_of, part, square_of
+from drivetrain.simulation.tip import add_tip
+
+STIFF_FROM = 1.5  # inertia with springs and dampers in it, over that without: a step no longer follows what they do
+
+
+@inlined
+def show_coupled(run: Run) -> None:
+    """What joints whose motors are coupled do when the shafts behind the gears do what has been found."""
+    for i in range(len(run.joints)):
+        if run.drives[i].coupled:
+            place, speed, joint = 0.0, 0.0, run.joints[i]
+            for k in range(len(run.joints)):
+                place += run.turns[i, k] * run.places[k]
+                speed += run.turns[i, k] * run.guess[k]
+            joint.shaft.position, joint.shaft.speed = run.places[i], run.guess[i]
+            joint.load.position, joint.load.speed = place, speed
+
+
+@part
+def spread_bodies(run: Run, numbers: Any, words: Any) -> None:
+    """Mass matrix and bias of the bodies, along the coordinates of coupled motors."""
+    engine, c = run.engine[0], len(run.coordinates)
+    at, e = engine.at, run.engine[0].bodies
+    places, speeds = numbers_of(run.numbers, at.body_places), numbers_of(run.numbers, at.body_speeds)
+    bias, felt_bias = numbers_of(run.numbers, at.body_bias), numbers_of(run.numbers, at.body_felt_bias)
+    mass, felt = square_of(run.numbers, at.body_mass, e), square_of(run.numbers, at.body_felt, e)
+    spread, between = square_of(run.numbers, at.spread, c), square_of(run.numbers, at.between, c)
+    for r in range(e):
+        place, speed = 0.0, 0.0
+        for k in range(c):
+            place += spread[r, k] * run.places[k]
+            speed += spread[r, k] * run.guess[k]
+        places[r], speeds[r] = place, speed
+    mass_and_bias(
+        Places(
+            engine.links, e, engine.spins, at.rows.first, at.spins.first, at.body_places.first, at.body_speeds.first,
+            at.work.first, at.body_mass.first, at.body_felt.first, at.body_bias.first, at.body_felt_bias.first,
+        ),
+        numbers, words,
+    )  # fmt: skip
+    for r in range(e):
+        for k in range(c):
+            entry = 0.0
+            for j in range(e):
+                entry += mass[r, j] * spread[j, k]
+            between[r, k] = entry
+    for i in range(c):
+        one, value = run.coordinates[i], 0.0
+        for r in range(e):
+            value += spread[r, i] * bias[r]
+        run.bias[i] = value
+        run.felt_bias[i] = one.factor * felt_bias[one.felt] if one.felt >= 0 else 0.0
+        for k in range(c):
+            whole, own = 0.0, 0.0
+            for r in range(e):
+                whole += spread[r, i] * between[r, k]
+                if one.felt >= 0:
+                    own += felt[one.felt, r] * spread[r, k]
+            run.mass[i, k], run.felt[i, k] = whole, one.factor * own
+        run.mass[i, i] += one.own
+        run.felt[i, i] += one.own
+
+
+@inlined
+def _add_coupled(run: Run, h: float, theta: float) -> None:
+    """Smooth torques at joints whose motors are coupled join the linear system of their shafts."""
+    n = len(run.joints)
+    for i in range(n):
+        if not run.drives[i].coupled:
+            continue
+        load = run.joints[i].load
+        soft, torque = load.damping + theta * h * load.stiffness, load.torque
+        for k in range(n):
+            torque += soft * run.turns[i, k] * (run.guess[k] - run.coordinates[k].speed)
+        for k in range(n):
+            if not run.drives[k].coupled:
+                continue
+            run.coordinates[k].right += h * run.turns[i, k] * torque
+            run.coordinates[k].transmitted -= run.turns[i, k] * torque
+            for j in range(n):
+                entry = theta * soft * run.turns[i, k] * run.turns[i, j]
+                run.matrix[k, j] += h * entry
+                run.transmitted[k, j] += entry
+
+
+@inlined
+def _bounds(run: Run, i: int, m: int) -> bool:
+    """The bounds of dry friction of a joint and its motor; whether there are any."""
+    joint, size = run.joints[i], abs(run.drives[i].ratio)
+    link, rotor, load, motor, mesh = run.coordinates[i].dry, run.coordinates[m].dry, joint.load, joint.motor, joint.mesh
+    own, drag = link.joint, rotor.motor
+    own.hold_forward, own.hold_backward = load.hold_forward, load.hold_backward
+    own.slide_forward, own.slide_backward = load.slide_forward, load.slide_backward
+    drag.hold_forward, drag.hold_backward = size * motor.hold_forward, size * motor.hold_backward
+    drag.slide_forward, drag.slide_backward = size * motor.slide_forward, size * motor.slide_backward
+    if run.drives[i].ratio < 0.0:
+        drag.hold_forward, drag.hold_backward = drag.hold_backward, drag.hold_forward
+        drag.slide_forward, drag.slide_backward = drag.slide_backward, drag.slide_forward
+    rotor.driving, rotor.driven = mesh.driving, mesh.driven
+    at_joint = own.hold_forward + own.hold_backward + own.slide_forward + own.slide_backward
+    at_motor = drag.hold_forward + drag.hold_backward + drag.slide_forward + drag.slide_backward
+    at_motor += abs(mesh.driving) + abs(mesh.driven)
+    link.active = 1 if at_joint > 0.0 else 0
+    if at_motor > 0.0:
+        rotor.active = 1
+    elif m != i:
+        rotor.active = 0
+    return at_joint + at_motor > 0.0
+
+
+@inlined
+def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
+    """What the mesh of a rigid joint transmits, and how that changes with the speeds."""
+    run.coordinates[i].transmitted = run.bias[i] - run.felt_bias[i] - torque
+    for k in range(len(run.coordinates)):
+        run.transmitted[i, k] = (run.mass[i, k] - run.felt[i, k]) / h
+    run.transmitted[i, i] += soft
+
+
+@inlined
+def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> None:
+    """The spring of a flexible joint between its link i and its rotor m."""
+    spring, matrix = run.joints[i].spring, run.matrix
+    slope = spring.damping + theta * h * spring.stiffness
+    torque, stiff = spring.torque - slope * late, theta * slope
+    run.coordinates[i].right += h * torque
+    run.coordinates[m].right -= h * torque
+    matrix[i, i] += h * stiff
+    matrix[m, m] += h * stiff
+    matrix[i, m] -= h * stiff
+    matrix[m, i] -= h * stiff
+    run.coordinates[m].transmitted = torque
+    for k in range(len(run.coordinates)):
+        run.transmitted[m, k] = 0.0
+    run.transmitted[m, m] = stiff
+    run.transmitted[m, i] = -stiff
+
+
+@part
+def assemble(run: Run, h: float, theta: float, trial: bool) -> bool:
+    """The linear system of the step, and the bounds of friction.
+
+    Args:
+        h: Step [s]; 1 at an instant.
+        trial: Whether springs and the tip's surroundings were asked at the trial, not at the guess.
+
+    Returns:
+        Whether there is any dry friction.
+    """
+    c, engine, dry = len(run.coordinates), run.engine[0], False
+    for i in range(c):
+        one = run.coordinates[i]
+        one.right = -h * run.bias[i]
+        one.relative = one.speed
+        for k in range(c):
+            run.matrix[i, k] = run.mass[i, k]
+    for i in range(len(run.joints)):
+        m, ratio, joint = run.drives[i].motor, run.drives[i].ratio, run.joints[i]
+        one, rotor = run.coordinates[i], run.coordinates[m]
+        flange = joint.shaft if run.drives[i].coupled else joint.load
+        soft = flange.damping + theta * h * flange.stiffness
+        torque = flange.torque + soft * (run.guess[i] - one.speed)
+        one.right += h * torque
+        one.surface = joint.load.surface_speed
+        one.relative -= one.surface
+        run.matrix[i, i] += theta * h * soft
+        motor = (joint.motor.damping + theta * h * joint.motor.stiffness) * (ratio * ratio)
+        rotor.right += h * (ratio * joint.motor.torque + motor * (run.guess[m] - rotor.speed))
+        run.matrix[m, m] += theta * h * motor
+        found = _bounds(run, i, m)
+        dry = dry or found
+        if m == i:
+            _mesh(run, h, i, theta * soft, torque)
+        elif trial:
+            _spring(run, h, theta, i, m, rotor.trial - one.trial - (rotor.speed - one.speed))
+        else:
+            _spring(run, h, theta, i, m, run.guess[m] - run.guess[i] - (rotor.speed - one.speed))
+    if engine.coupled:
+        _add_coupled(run, h, theta)
+    if engine.uses_tip:
+        add_tip(run, h, theta, trial)
+    engine.stiff = 0
+    for i in range(c):
+        if run.matrix[i, i] > STIFF_FROM * run.mass[i, i]:
+            engine.stiff = 1
+    return dry

@@ -1,0 +1,97 @@
+"""What follows once the change of speeds is known: true speeds of the middle, friction of each part, its powers."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from drivetrain.dynamics.compiled_vectors import dot, get
+from drivetrain.dynamics.mass_and_bias import ACCEL, BODY, COLUMNS
+from drivetrain.simulation.friction import slide, taken_by_friction
+from drivetrain.simulation.records import Run, inlined, numbers_of, part
+
+
+@part
+def show_energies(run: Run) -> None:
+    """Kinetic and potential energy at an instant."""
+    c, engine, work = len(run.coordinates), run.engine[0], run.work
+    kinetic, potential = 0.0, 0.0
+    for i in range(c):
+        for k in range(c):
+            kinetic += 0.5 * run.coordinates[i].speed * run.mass[i, k] * run.coordinates[k].speed
+    if engine.arm:
+        # All that the first link carries has been gathered in its row; what the base carries stands in rows of its own.
+        upwards = get(work, len(work) - COLUMNS + ACCEL + 3)
+        potential = dot(upwards, get(work, BODY + 1))
+        spins = numbers_of(run.numbers, engine.at.spins).view(np.int64)
+        for r in range(engine.spins):
+            if spins[3 * r + 1] < 0 and spins[3 * r + 2] == 0:
+                potential += dot(upwards, get(work, (engine.links + r) * COLUMNS + BODY + 1))
+    else:
+        for i in range(c):
+            potential += run.coordinates[i].weight * math.sin(run.places[i] + run.coordinates[i].phase)
+    run.world[0].kinetic_energy, run.world[0].potential_energy = kinetic, potential
+
+
+@part
+def find_forces(run: Run, h: float, theta: float) -> None:
+    """Speeds of the true middle as the guess, and what follows from the solution.
+
+    Args:
+        h: Step [s]; 1 at an instant.
+    """
+    for i in range(len(run.coordinates)):
+        one = run.coordinates[i]
+        run.guess[i] = one.speed + theta * one.change
+        one.friction = taken_by_friction(run, i, h) if one.dry.active else 0.0
+    for i in range(len(run.joints)):
+        m, ratio, joint = run.drives[i].motor, run.drives[i].ratio, run.joints[i]
+        link, rotor = run.coordinates[i], run.coordinates[m]
+        load = rotor.transmitted
+        for k in range(len(run.coordinates)):
+            load += run.transmitted[m, k] * run.coordinates[k].change
+        at_joint, at_motor = _split(link, rotor, m == i, load)
+        mesh = rotor.friction - at_motor
+        if m == i:
+            mesh -= at_joint
+            load += at_joint
+        joint.load.acceleration = link.change / h
+        if run.drives[i].coupled:
+            turned = 0.0
+            for k in range(len(run.joints)):
+                turned += run.turns[i, k] * run.coordinates[k].change
+            joint.load.acceleration = turned / h
+        joint.motor.acceleration = ratio * rotor.change / h
+        joint.load.friction, joint.motor.friction = at_joint, at_motor / ratio
+        joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * run.guess[m]
+        joint.load.friction_power = at_joint * (run.guess[i] - link.surface)
+        joint.motor.friction_power = at_motor * run.guess[m]
+
+
+@inlined
+def _split(link: Any, rotor: Any, rigid: bool, load: float) -> tuple[float, float]:
+    """Friction of joint and of motor (both counted at the joint) from what they are together with the mesh.
+
+    Sliding, each is at its bound. Stuck, only the sum is known, and each takes a share as large as its bound.
+    """
+    dry = rotor.dry
+    mode = dry.mode
+    motor = _share(rotor, dry.motor, load) if mode == 0 else mode * slide(dry.motor, mode)
+    if not rigid:
+        return link.friction, motor
+    joint = _share(rotor, dry.joint, load) if mode == 0 else mode * slide(dry.joint, mode)
+    return joint, motor
+
+
+@inlined
+def _share(rotor: Any, which: Any, load: float) -> float:
+    """The share of stuck friction that one of its bounds takes."""
+    dry, forward = rotor.dry, rotor.friction > 0.0
+    mesh = max(dry.driving, dry.driven) * abs(load)
+    if forward:
+        own, bound = which.hold_forward, dry.joint.hold_forward + dry.motor.hold_forward + mesh
+    else:
+        own, bound = which.hold_backward, dry.joint.hold_backward + dry.motor.hold_backward + mesh
+    return rotor.friction * own / bound if bound > 0.0 else 0.0

@@ -1,0 +1,91 @@
+"""The equations of motion as a compiled right-hand side with an address, for solvers that choose their own steps."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from drivetrain.arrays import Array
+from drivetrain.jit import callback
+from drivetrain.simulation.records import Run, call_equations, call_laws, inlined, opened
+from drivetrain.solvers.compiled_function import evaluate
+
+_DOUBLES = types.CPointer(types.float64)
+# void(t, x, result, memory, words), as solvers call it; the memory is a run's numbers, the words are not used.
+RIGHT_SIDE = types.void(types.float64, _DOUBLES, _DOUBLES, types.voidptr, types.CPointer(types.int64))
+NO_WORDS = np.zeros(1, dtype=np.int64)
+
+
+@inlined
+def put_states(run: Run, x: Any) -> None:
+    """Put the states that follow rates among the numbers."""
+    for k in range(run.engine[0].moving):
+        run.numbers[run.states[k].value] = x[k]
+
+
+@inlined
+def clear_rates(run: Run) -> None:
+    """No rate is known yet."""
+    for k in range(len(run.states)):
+        if run.states[k].rate >= 0:
+            run.numbers[run.states[k].rate] = 0.0
+
+
+@inlined
+def solve_at(run: Run, t: float) -> None:
+    """The equations at an instant, with the states as they are."""
+    clear_rates(run)
+    call_equations(run, run.engine[0].motion, t, 0.0)
+
+
+@inlined
+def account_at(run: Run, t: float) -> None:
+    """Forces, and what effects put out, at an instant at which the equations are solved."""
+    call_equations(run, run.engine[0].forces, t, 0.0)
+    call_laws(run, run.accounts, t, 0.0)
+
+
+def _rates(t: Any, x: Any, result: Any, memory: Any, words: Any) -> None:
+    run = opened(memory)
+    put_states(run, x)
+    solve_at(run, t)
+    run.engine[0].rates_calls += 1
+    for k in range(run.engine[0].moving):
+        result[k] = run.numbers[run.states[k].rate] if run.engine[0].solved >= 0 else math.nan
+
+
+def _signals(t: Any, x: Any, result: Any, memory: Any, words: Any) -> None:
+    run = opened(memory)
+    solve_at(run, t)
+    account_at(run, t)
+
+
+@lru_cache(maxsize=1)
+def rates() -> Any:
+    """The right-hand side (t, x, result, memory, words), compiled at the first call or taken from the disk cache.
+
+    Rates that have no answer are NaN.
+    """
+    return callback(RIGHT_SIDE, _rates)
+
+
+@lru_cache(maxsize=1)
+def signals() -> Any:
+    """Everything at an instant with the states as they are among the numbers, compiled likewise."""
+    return callback(RIGHT_SIDE, _signals)
+
+
+def evaluate_rates(numbers: Array, states: Array, t: float = 0.0) -> Array:
+    """Rates of the states that follow them, in a run's numbers."""
+    found = np.zeros(len(states))
+    evaluate(rates().address, t, states, found, numbers, NO_WORDS)
+    return found
+
+
+def evaluate_signals(numbers: Array, t: float = 0.0) -> None:
+    """Everything at an instant, with the states that are among a run's numbers."""
+    evaluate(signals().address, t, np.zeros(1), np.zeros(1), numbers, NO_WORDS)

@@ -1,0 +1,329 @@
+"""The memory of a run, with names: records of joints, coordinates, calls and states over one block of numbers.
+
+Python lays the block out (``memory.py``); compiled code opens it once a call with ``opened`` and then speaks of
+``run.coordinates[i].change`` or ``run.mass[i, k]``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numba import carray, types
+
+from drivetrain.arrays import Array
+from drivetrain.call_address import call_address
+from drivetrain.effects.connectors import JOINT, WORLD, record_type
+from drivetrain.jit import law
+
+inlined: Any = law(fastmath={"contract"}, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+part: Any = law(fastmath={"contract"}, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+# void(t, h, numbers, words, memory): the three pointers are one; what calls by address calls this.
+EQUATIONS = types.void(
+    types.float64, types.float64, types.CPointer(types.float64), types.CPointer(types.int64), types.voidptr
+)
+
+
+@dataclass
+class Bounds:
+    """Of dry friction, all positive [N m]."""
+
+    hold_forward: float = 0.0
+    hold_backward: float = 0.0
+    slide_forward: float = 0.0
+    slide_backward: float = 0.0
+
+
+@dataclass
+class Dry:
+    """Dry friction of a coordinate.
+
+    Attributes:
+        joint, motor: Bounds of the joint and, at the joint, of the motor.
+        driving, driven: Loss of the mesh over the torque it transmits [-].
+        active: Whether there is any.
+        mode: 1 slides forward, -1 backward, 0 sticks.
+        load_sign: Of the transmitted torque.
+        given: Whether the mode is not to be changed.
+    """
+
+    joint: Bounds
+    motor: Bounds
+    driving: float = 0.0
+    driven: float = 0.0
+    active: int = 0
+    mode: int = 0
+    load_sign: int = 1
+    given: int = 0
+
+
+@dataclass
+class Tried:
+    """A rate of a spring that was tried: what the solution expected of the spring, and by how much it was off."""
+
+    rate: float = 0.0
+    expected: float = 0.0
+    off: float = 0.0
+
+
+@dataclass
+class Coordinate:
+    """A coordinate of the mechanics: of a joint (or its shaft, where motors are coupled), or of a rotor on a spring.
+
+    Attributes:
+        inertia, weight, phase, rotor: Of a scene without an arm: inertia, torque of the weight along x, angle from x,
+            the rotor's share of the inertia.
+        felt, factor, own: Where motors are coupled: the body's coordinate whose turning the motor feels (-1: none), by
+            how much, inertia of reflected rotors at the shaft [kg m^2 or kg].
+        position, speed: States; of a rotor the wind-up of its spring [rad].
+        position_rate, speed_rate: Of these, at an instant.
+        last: Acceleration of the last step [rad/s^2].
+        right: Impulse without friction [N m s].
+        change: Of the speed over a step [rad/s], at an instant the acceleration.
+        relative: Speed over what it slides on [rad/s].
+        surface: Speed of that [rad/s].
+        transmitted: Torque through the mesh without changes of speed [N m].
+        friction: What dry friction takes [N m].
+        margin: How far its mode is from changing.
+        trial: Speed in the middle of the step as the last solution has it [rad/s].
+        slow, fast: Between which rates of its spring the answer lies.
+    """
+
+    inertia: float
+    weight: float
+    phase: float
+    rotor: float
+    felt: int
+    factor: float
+    own: float
+    dry: Dry
+    slow: Tried
+    fast: Tried
+    position: float = 0.0
+    speed: float = 0.0
+    position_rate: float = 0.0
+    speed_rate: float = 0.0
+    last: float = 0.0
+    right: float = 0.0
+    change: float = 0.0
+    relative: float = 0.0
+    surface: float = 0.0
+    transmitted: float = 0.0
+    friction: float = 0.0
+    margin: float = 0.0
+    trial: float = 0.0
+
+
+@dataclass
+class Drive:
+    """What turns a joint: the coordinate of its motor, motor angle over joint coordinate, whether motors are coupled."""
+
+    motor: int
+    ratio: float
+    coupled: int
+
+
+@dataclass
+class Call:
+    """A law to be called: its address, first number of its records, how many; of samples the period and how many."""
+
+    law: int
+    own: int
+    count: int
+    period: float = 0.0
+    taken: int = 0
+
+
+@dataclass
+class State:
+    """Where a state and its rate are among the numbers, and the connector that shows it (-1: none).
+
+    Attributes:
+        last: Its rate over the last step.
+    """
+
+    value: int
+    rate: int
+    shown: int
+    last: float = 0.0
+
+
+@dataclass
+class Section:
+    """A part of the memory: its first number, and how many there are."""
+
+    first: int
+    size: int
+
+
+SECTIONS = (
+    "joints", "drives", "coordinates", "places", "guess", "bias", "felt_bias", "mass", "felt", "matrix", "transmitted",
+    "reduced", "sliding", "rows", "spins", "work", "payloads", "turns", "spread", "body_places", "body_speeds",
+    "body_bias", "body_felt_bias", "body_mass", "body_felt", "between", "computes", "repeats", "accounts", "samples",
+    "states", "powers", "energies", "columns", "contributed",
+)  # fmt: skip
+SECTION = record_type(Section)
+
+
+@dataclass
+class Engine:
+    """What the equations of motion keep for themselves.
+
+    Attributes:
+        arm, uses_tip, spins, coupled, bodies, links: Whether there is an arm, whether an effect looks at the tip, how
+            many rotors have a pass of their own, whether motors are coupled, coordinates of the bodies then, links.
+        motion, forces: Addresses of the compiled equations.
+        tip_offset: Of the tip in the last link's frame [m].
+        moving: How many states follow rates.
+        theta: Share of the step at which forces are taken [-].
+        solved: Solutions of the last step; negative: which coordinate jams, below -1000 none fits.
+        stiff: Whether springs or dampers made the last step's inertia a good deal larger.
+        held: Whether modes of friction are given.
+        unsettled: Steps on which solution and springs never agreed.
+        rates_calls: Evaluations of the rates.
+        tip_place, tip_speed, tip_turning, tip_expected: Of the guess; the force that a solution expects.
+        tip_damping, tip_stiffness: How forces fell when last asked.
+    """
+
+    arm: int
+    uses_tip: int
+    spins: int
+    coupled: int
+    bodies: int
+    links: int
+    motion: int
+    forces: int
+    moving: int
+    tip_offset: Annotated[Array, 3]
+    theta: float
+    solved: int
+    stiff: int
+    held: int
+    unsettled: int
+    rates_calls: int
+    tip_place: Annotated[Array, 3]
+    tip_speed: Annotated[Array, 3]
+    tip_turning: Annotated[Array, 3]
+    tip_expected: Annotated[Array, 3]
+    tip_damping: Annotated[Array, 6]
+    tip_stiffness: Annotated[Array, 6]
+
+
+COORDINATE, DRIVE, CALL, STATE = (record_type(one) for one in (Coordinate, Drive, Call, State))
+ENGINE = np.dtype([
+    *((name, *record_type(Engine).fields[name][:1]) for name in record_type(Engine).names or ()),  # type: ignore[index]
+    ("at", np.dtype([(name, SECTION) for name in SECTIONS])),
+])  # fmt: skip
+WORLD_SIZE, ENGINE_SIZE = WORLD.itemsize // 8, ENGINE.itemsize // 8
+
+
+class Run(NamedTuple):
+    """A run's memory, opened.
+
+    Attributes:
+        numbers: All of it.
+        world, engine: One record each.
+        joints, drives: Records, (n,).
+        coordinates: Records, (c,).
+        places, guess: Positions, and guessed speeds of the middle of a step [rad or m, and per s], (c,).
+        bias, felt_bias: Torques at constant speed, and the part of them that motors feel [N m or N], (c,).
+        mass, felt: Mass matrix and the part of its rows that motors feel [kg m^2 or kg], (c, c).
+        matrix: Inertia with dampers and springs in it, (c, c).
+        transmitted: Torque through the mesh for a change of speeds [N m s], (c, c).
+        reduced, sliding: The system of what slides, and which coordinates do.
+        computes, repeats, accounts, samples: Calls.
+        states: Of effects.
+        turns: Joints' motion from that of the coordinates, (n, n), where motors are coupled.
+    """
+
+    numbers: Any
+    world: Any
+    engine: Any
+    joints: Any
+    drives: Any
+    coordinates: Any
+    places: Any
+    guess: Any
+    bias: Any
+    felt_bias: Any
+    mass: Any
+    felt: Any
+    matrix: Any
+    transmitted: Any
+    reduced: Any
+    sliding: Any
+    work: Any
+    computes: Any
+    repeats: Any
+    accounts: Any
+    samples: Any
+    states: Any
+    turns: Any
+
+
+@inlined
+def numbers_of(numbers: Any, section: Any) -> Any:
+    """A part of the memory as plain numbers."""
+    return numbers[section.first : section.first + section.size]
+
+
+@inlined
+def square_of(numbers: Any, section: Any, n: int) -> Any:
+    """A part of the memory as rows of a length."""
+    return numbers[section.first : section.first + section.size].reshape((section.size // n, n))
+
+
+@inlined
+def opened(memory: Any) -> Run:
+    """The memory at a pointer."""
+    return run_of(carray(memory, carray(memory, 1, WORLD)[0].size, np.float64))
+
+
+@inlined
+def run_of(numbers: Any) -> Run:
+    """The memory in an array."""
+    worlds = numbers[:WORLD_SIZE].view(WORLD)
+    world = worlds[0]
+    engines = numbers[world.engine : world.engine + ENGINE_SIZE].view(ENGINE)
+    at, n, c = engines[0].at, world.joints, world.coordinates
+    return Run(
+        numbers, worlds, engines,
+        numbers_of(numbers, at.joints).view(JOINT), numbers_of(numbers, at.drives).view(DRIVE),
+        numbers_of(numbers, at.coordinates).view(COORDINATE),
+        numbers_of(numbers, at.places), numbers_of(numbers, at.guess), numbers_of(numbers, at.bias),
+        numbers_of(numbers, at.felt_bias),
+        square_of(numbers, at.mass, c), square_of(numbers, at.felt, c), square_of(numbers, at.matrix, c),
+        square_of(numbers, at.transmitted, c), square_of(numbers, at.reduced, c),
+        numbers_of(numbers, at.sliding).view(np.int64), numbers_of(numbers, at.work),
+        numbers_of(numbers, at.computes).view(CALL), numbers_of(numbers, at.repeats).view(CALL),
+        numbers_of(numbers, at.accounts).view(CALL), numbers_of(numbers, at.samples).view(CALL),
+        numbers_of(numbers, at.states).view(STATE), square_of(numbers, at.turns, n),
+    )  # fmt: skip
+
+
+@inlined
+def call_law(run: Run, call: Any, t: float, h: float) -> None:
+    """Call a law for all its records."""
+    base = run.numbers.ctypes.data
+    call_address(call.law, (t, h, base + 8 * call.own, call.count, base + 8 * run.engine[0].at.joints.first, base))
+
+
+@inlined
+def call_laws(run: Run, calls: Any, t: float, h: float) -> None:
+    """Call laws in their order.
+
+    Args:
+        t: Instant, or middle of the step [s].
+        h: Step, 0 at an instant [s].
+    """
+    for k in range(len(calls)):
+        call_law(run, calls[k], t, h)
+
+
+@inlined
+def call_equations(run: Run, address: int, t: float, h: float) -> None:
+    """Call motion or forces."""
+    base = run.numbers.ctypes.data
+    call_address(address, (t, h, base, base, base))
