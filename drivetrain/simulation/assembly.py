@@ -14,25 +14,27 @@ STIFF_FROM = 1.5  # inertia with springs and dampers in it, over that without: a
 @inlined
 def show_coupled(run: Run) -> None:
     """What joints whose motors are coupled do when the shafts behind the gears do what has been found."""
-    for i in range(len(run.joints)):
+    joints, guess, places, turns = run.joints, run.guess, run.places, run.turns
+    for i in range(len(joints)):
         if run.drives[i].coupled:
-            place, speed, joint = 0.0, 0.0, run.joints[i]
-            for k in range(len(run.joints)):
-                place += run.turns[i, k] * run.places[k]
-                speed += run.turns[i, k] * run.guess[k]
-            joint.shaft.position, joint.shaft.speed = run.places[i], run.guess[i]
+            place, speed, joint = 0.0, 0.0, joints[i]
+            for k in range(len(joints)):
+                place += turns[i, k] * places[k]
+                speed += turns[i, k] * guess[k]
+            joint.shaft.position, joint.shaft.speed = places[i], guess[i]
             joint.load.position, joint.load.speed = place, speed
 
 
 @part
 def spread_bodies(run: Run, numbers: Any, words: Any) -> None:
     """Mass matrix and bias of the bodies, along the coordinates of coupled motors."""
-    engine, c = run.engine[0], len(run.coordinates)
+    coordinates, mass, felt, numbers = run.coordinates, run.mass, run.felt, run.numbers
+    engine, c = run.engine[0], len(coordinates)
     at, e = engine.at, run.engine[0].bodies
-    places, speeds = numbers_of(run.numbers, at.body_places), numbers_of(run.numbers, at.body_speeds)
-    bias, felt_bias = numbers_of(run.numbers, at.body_bias), numbers_of(run.numbers, at.body_felt_bias)
-    mass, felt = square_of(run.numbers, at.body_mass, e), square_of(run.numbers, at.body_felt, e)
-    spread, between = square_of(run.numbers, at.spread, c), square_of(run.numbers, at.between, c)
+    places, speeds = numbers_of(numbers, at.body_places), numbers_of(numbers, at.body_speeds)
+    bias, felt_bias = numbers_of(numbers, at.body_bias), numbers_of(numbers, at.body_felt_bias)
+    mass, felt = square_of(numbers, at.body_mass, e), square_of(numbers, at.body_felt, e)
+    spread, between = square_of(numbers, at.spread, c), square_of(numbers, at.between, c)
     for r in range(e):
         place, speed = 0.0, 0.0
         for k in range(c):
@@ -53,7 +55,7 @@ def spread_bodies(run: Run, numbers: Any, words: Any) -> None:
                 entry += mass[r, j] * spread[j, k]
             between[r, k] = entry
     for i in range(c):
-        one, value = run.coordinates[i], 0.0
+        one, value = coordinates[i], 0.0
         for r in range(e):
             value += spread[r, i] * bias[r]
         run.bias[i] = value
@@ -64,44 +66,46 @@ def spread_bodies(run: Run, numbers: Any, words: Any) -> None:
                 whole += spread[r, i] * between[r, k]
                 if one.felt >= 0:
                     own += felt[one.felt, r] * spread[r, k]
-            run.mass[i, k], run.felt[i, k] = whole, one.factor * own
-        run.mass[i, i] += one.own
-        run.felt[i, i] += one.own
+            mass[i, k], felt[i, k] = whole, one.factor * own
+        mass[i, i] += one.own
+        felt[i, i] += one.own
 
 
 @inlined
 def _add_coupled(run: Run, h: float, theta: float) -> None:
     """Smooth torques at joints whose motors are coupled join the linear system of their shafts."""
-    n = len(run.joints)
+    coordinates, joints, drives, turns = run.coordinates, run.joints, run.drives, run.turns
+    n = len(joints)
     for i in range(n):
-        if not run.drives[i].coupled:
+        if not drives[i].coupled:
             continue
-        load = run.joints[i].load
+        load = joints[i].load
         soft, torque = load.damping + theta * h * load.stiffness, load.torque
         for k in range(n):
-            torque += soft * run.turns[i, k] * (run.guess[k] - run.coordinates[k].speed)
+            torque += soft * turns[i, k] * (run.guess[k] - coordinates[k].speed)
         for k in range(n):
-            if not run.drives[k].coupled:
+            if not drives[k].coupled:
                 continue
-            run.coordinates[k].right += h * run.turns[i, k] * torque
-            run.coordinates[k].transmitted -= run.turns[i, k] * torque
+            coordinates[k].right += h * turns[i, k] * torque
+            coordinates[k].transmitted -= turns[i, k] * torque
             for j in range(n):
-                entry = theta * soft * run.turns[i, k] * run.turns[i, j]
-                run.matrix[k, j] += h * entry
-                run.transmitted[k, j] += entry
+                entry = theta * soft * turns[i, k] * turns[i, j]
+                run.system.matrix[k, j] += h * entry
+                run.system.transmitted[k, j] += entry
 
 
 @inlined
 def _bounds(run: Run, i: int, m: int) -> bool:
     """The bounds of dry friction of a joint and its motor; whether there are any."""
-    joint, size = run.joints[i], abs(run.drives[i].ratio)
-    link, rotor, load, motor, mesh = run.coordinates[i].dry, run.coordinates[m].dry, joint.load, joint.motor, joint.mesh
+    coordinates, drives = run.coordinates, run.drives
+    joint, size = run.joints[i], abs(drives[i].ratio)
+    link, rotor, load, motor, mesh = coordinates[i].dry, coordinates[m].dry, joint.load, joint.motor, joint.mesh
     own, drag = link.joint, rotor.motor
     own.hold_forward, own.hold_backward = load.hold_forward, load.hold_backward
     own.slide_forward, own.slide_backward = load.slide_forward, load.slide_backward
     drag.hold_forward, drag.hold_backward = size * motor.hold_forward, size * motor.hold_backward
     drag.slide_forward, drag.slide_backward = size * motor.slide_forward, size * motor.slide_backward
-    if run.drives[i].ratio < 0.0:
+    if drives[i].ratio < 0.0:
         drag.hold_forward, drag.hold_backward = drag.hold_backward, drag.hold_forward
         drag.slide_forward, drag.slide_backward = drag.slide_backward, drag.slide_forward
     rotor.driving, rotor.driven = mesh.driving, mesh.driven
@@ -119,29 +123,31 @@ def _bounds(run: Run, i: int, m: int) -> bool:
 @inlined
 def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
     """What the mesh of a rigid joint transmits, and how that changes with the speeds."""
-    run.coordinates[i].transmitted = run.bias[i] - run.felt_bias[i] - torque
-    for k in range(len(run.coordinates)):
-        run.transmitted[i, k] = (run.mass[i, k] - run.felt[i, k]) / h
-    run.transmitted[i, i] += soft
+    coordinates, transmitted = run.coordinates, run.system.transmitted
+    coordinates[i].transmitted = run.bias[i] - run.felt_bias[i] - torque
+    for k in range(len(coordinates)):
+        transmitted[i, k] = (run.mass[i, k] - run.felt[i, k]) / h
+    transmitted[i, i] += soft
 
 
 @inlined
 def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> None:
     """The spring of a flexible joint between its link i and its rotor m."""
-    spring, matrix = run.joints[i].spring, run.matrix
+    coordinates, transmitted = run.coordinates, run.system.transmitted
+    spring, matrix = run.joints[i].spring, run.system.matrix
     slope = spring.damping + theta * h * spring.stiffness
     torque, stiff = spring.torque - slope * late, theta * slope
-    run.coordinates[i].right += h * torque
-    run.coordinates[m].right -= h * torque
+    coordinates[i].right += h * torque
+    coordinates[m].right -= h * torque
     matrix[i, i] += h * stiff
     matrix[m, m] += h * stiff
     matrix[i, m] -= h * stiff
     matrix[m, i] -= h * stiff
-    run.coordinates[m].transmitted = torque
-    for k in range(len(run.coordinates)):
-        run.transmitted[m, k] = 0.0
-    run.transmitted[m, m] = stiff
-    run.transmitted[m, i] = -stiff
+    coordinates[m].transmitted = torque
+    for k in range(len(coordinates)):
+        transmitted[m, k] = 0.0
+    transmitted[m, m] = stiff
+    transmitted[m, i] = -stiff
 
 
 @part
@@ -155,26 +161,27 @@ def assemble(run: Run, h: float, theta: float, trial: bool) -> bool:
     Returns:
         Whether there is any dry friction.
     """
-    c, engine, dry = len(run.coordinates), run.engine[0], False
+    coordinates, joints, drives, guess, mass, matrix = run.coordinates, run.joints, run.drives, run.guess, run.mass, run.system.matrix
+    c, engine, dry = len(coordinates), run.engine[0], False
     for i in range(c):
-        one = run.coordinates[i]
+        one = coordinates[i]
         one.right = -h * run.bias[i]
         one.relative = one.speed
         for k in range(c):
-            run.matrix[i, k] = run.mass[i, k]
-    for i in range(len(run.joints)):
-        m, ratio, joint = run.drives[i].motor, run.drives[i].ratio, run.joints[i]
-        one, rotor = run.coordinates[i], run.coordinates[m]
-        flange = joint.shaft if run.drives[i].coupled else joint.load
+            matrix[i, k] = mass[i, k]
+    for i in range(len(joints)):
+        m, ratio, joint = drives[i].motor, drives[i].ratio, joints[i]
+        one, rotor = coordinates[i], coordinates[m]
+        flange = joint.shaft if drives[i].coupled else joint.load
         soft = flange.damping + theta * h * flange.stiffness
-        torque = flange.torque + soft * (run.guess[i] - one.speed)
+        torque = flange.torque + soft * (guess[i] - one.speed)
         one.right += h * torque
         one.surface = joint.load.surface_speed
         one.relative -= one.surface
-        run.matrix[i, i] += theta * h * soft
+        matrix[i, i] += theta * h * soft
         motor = (joint.motor.damping + theta * h * joint.motor.stiffness) * (ratio * ratio)
-        rotor.right += h * (ratio * joint.motor.torque + motor * (run.guess[m] - rotor.speed))
-        run.matrix[m, m] += theta * h * motor
+        rotor.right += h * (ratio * joint.motor.torque + motor * (guess[m] - rotor.speed))
+        matrix[m, m] += theta * h * motor
         found = _bounds(run, i, m)
         dry = dry or found
         if m == i:
@@ -182,13 +189,13 @@ def assemble(run: Run, h: float, theta: float, trial: bool) -> bool:
         elif trial:
             _spring(run, h, theta, i, m, rotor.trial - one.trial - (rotor.speed - one.speed))
         else:
-            _spring(run, h, theta, i, m, run.guess[m] - run.guess[i] - (rotor.speed - one.speed))
+            _spring(run, h, theta, i, m, guess[m] - guess[i] - (rotor.speed - one.speed))
     if engine.coupled:
         _add_coupled(run, h, theta)
     if engine.uses_tip:
         add_tip(run, h, theta, trial)
     engine.stiff = 0
     for i in range(c):
-        if run.matrix[i, i] > STIFF_FROM * run.mass[i, i]:
+        if matrix[i, i] > STIFF_FROM * mass[i, i]:
             engine.stiff = 1
     return dry

@@ -33,8 +33,9 @@ PAYLOAD = 11  # numbers of an entry: instant, ten of the last link
 @inlined
 def guess_still(run: Run) -> None:
     """Take the speeds of the states as those of the middle."""
-    for i in range(len(run.coordinates)):
-        run.guess[i] = run.coordinates[i].speed
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        run.guess[i] = coordinates[i].speed
 
 
 @part
@@ -44,15 +45,16 @@ def show_motion(run: Run, shift: float) -> None:
     Args:
         shift: [s].
     """
-    for i in range(len(run.joints)):
-        m, ratio, joint = run.drives[i].motor, run.drives[i].ratio, run.joints[i]
-        speed = shaft = run.guess[i]
-        place, wind_up = run.coordinates[i].position + shift * speed, 0.0
-        run.places[i] = place
+    coordinates, joints, drives, guess, places = run.coordinates, run.joints, run.drives, run.guess, run.places
+    for i in range(len(joints)):
+        m, ratio, joint = drives[i].motor, drives[i].ratio, joints[i]
+        speed = shaft = guess[i]
+        place, wind_up = coordinates[i].position + shift * speed, 0.0
+        places[i] = place
         if m != i:
-            shaft = run.guess[m]
-            wind_up = run.coordinates[m].position + shift * (shaft - speed)
-            run.places[m] = place + wind_up
+            shaft = guess[m]
+            wind_up = coordinates[m].position + shift * (shaft - speed)
+            places[m] = place + wind_up
             joint.spring.wind_up, joint.spring.speed = wind_up, shaft - speed
         joint.load.position, joint.load.speed = place, speed
         joint.motor.position, joint.motor.speed = ratio * (place + wind_up), ratio * shaft
@@ -63,18 +65,20 @@ def show_motion(run: Run, shift: float) -> None:
 @inlined
 def _carry(run: Run, t: float) -> None:
     """Put what the tip carries at an instant into the constants of the last link."""
-    payloads, entry = numbers_of(run.numbers, run.engine[0].at.payloads), 0
+    numbers = run.numbers
+    payloads, entry = numbers_of(numbers, run.engine[0].at.payloads), 0
     for k in range(PAYLOAD, len(payloads), PAYLOAD):
         if payloads[k] <= t:
             entry = k
     link = run.engine[0].at.rows.first + (run.engine[0].links - 1) * WIDTH + MASS
     for j in range(PAYLOAD - 1):
-        run.numbers[link + j] = payloads[entry + 1 + j]
+        numbers[link + j] = payloads[entry + 1 + j]
 
 
 @inlined
 def _mechanics(run: Run, t: float, numbers: Any, words: Any) -> None:
     """Mass matrix and bias at the places and guessed speeds."""
+    coordinates, joints, bias = run.coordinates, run.joints, run.bias
     engine = run.engine[0]
     at = engine.at
     if engine.arm:
@@ -85,7 +89,7 @@ def _mechanics(run: Run, t: float, numbers: Any, words: Any) -> None:
         else:
             mass_and_bias(
                 Places(
-                    engine.links, len(run.coordinates), engine.spins, at.rows.first, at.spins.first, at.places.first,
+                    engine.links, len(coordinates), engine.spins, at.rows.first, at.spins.first, at.places.first,
                     at.guess.first, at.work.first, at.mass.first, at.felt.first, at.bias.first, at.felt_bias.first,
                 ),
                 numbers, words,
@@ -93,13 +97,13 @@ def _mechanics(run: Run, t: float, numbers: Any, words: Any) -> None:
         if engine.uses_tip:
             show_tip(run)
     else:
-        for i in range(len(run.coordinates)):
-            one = run.coordinates[i]
-            run.mass[i, i], run.felt[i, i], run.bias[i] = one.inertia, one.rotor, 0.0
+        for i in range(len(coordinates)):
+            one = coordinates[i]
+            run.mass[i, i], run.felt[i, i], bias[i] = one.inertia, one.rotor, 0.0
             if one.weight != 0.0:
-                run.bias[i] = one.weight * math.cos(run.places[i] + one.phase)
-    for i in range(len(run.joints)):
-        run.joints[i].bias_torque = run.bias[i]
+                bias[i] = one.weight * math.cos(run.places[i] + one.phase)
+    for i in range(len(joints)):
+        joints[i].bias_torque = bias[i]
 
 
 @inlined
@@ -109,10 +113,11 @@ def show_states(run: Run, shift: float) -> None:
     Args:
         shift: [s].
     """
-    for k in range(len(run.states)):
-        state = run.states[k]
+    states, numbers = run.states, run.numbers
+    for k in range(len(states)):
+        state = states[k]
         if state.shown >= 0:
-            run.numbers[state.shown] = run.numbers[state.value] + shift * state.last
+            numbers[state.shown] = numbers[state.value] + shift * state.last
 
 
 @inlined
@@ -130,8 +135,9 @@ def compute(run: Run, t: float, h: float) -> None:
         t: Instant or middle of the step [s].
         h: Step, 0 at an instant [s].
     """
-    for i in range(len(run.joints)):
-        joint = run.joints[i]
+    joints = run.joints
+    for i in range(len(joints)):
+        joint = joints[i]
         spring, mesh, pin = joint.spring, joint.mesh, joint.pin
         _clear(joint.load)
         _clear(joint.motor)
@@ -161,7 +167,7 @@ def _settled(run: Run, t: float, h: float, theta: float, done: int) -> int:
         if agrees(run, h, theta, attempt):
             return total
         assemble(run, h, theta, True)
-        done = solve_friction(run, h)
+        done = solve_friction(run.coordinates, run.system, h)
         if done < 0:
             return done
         total += done
@@ -177,6 +183,7 @@ def solve_step(run: Run, t: float, h: float, theta: float, numbers: Any, words: 
         t: Beginning of the step [s].
         h: Step [s].
     """
+    coordinates = run.coordinates
     middle = t + theta * h
     if theta == 1.0:
         # What jumps at the end of the step is not seen yet, however the sum was rounded.
@@ -186,14 +193,14 @@ def solve_step(run: Run, t: float, h: float, theta: float, numbers: Any, words: 
     show_states(run, theta * h)
     compute(run, middle, h)
     any_dry = assemble(run, h, theta, False)
-    for i in range(len(run.coordinates)):
-        one = run.coordinates[i]
+    for i in range(len(coordinates)):
+        one = coordinates[i]
         one.dry.given = 0
         if one.relative != 0.0:
             one.dry.mode = 1 if one.relative > 0.0 else -1
         if not any_dry or not one.dry.active:
             one.dry.mode = 1
-    done = solve_friction(run, h)
+    done = solve_friction(coordinates, run.system, h)
     if len(run.repeats) and done > 0:
         return _settled(run, middle, h, theta, done)
     return done
@@ -206,6 +213,7 @@ def solve_instant(run: Run, t: float, numbers: Any, words: Any) -> int:
     Args:
         t: [s].
     """
+    coordinates = run.coordinates
     guess_still(run)
     show_motion(run, 0.0)
     _mechanics(run, t, numbers, words)
@@ -213,22 +221,22 @@ def solve_instant(run: Run, t: float, numbers: Any, words: Any) -> int:
     compute(run, t, 0.0)
     assemble(run, 1.0, 0.0, False)
     held = run.engine[0].held != 0
-    for i in range(len(run.coordinates)):
-        one = run.coordinates[i]
+    for i in range(len(coordinates)):
+        one = coordinates[i]
         one.dry.given = 1 if held or one.relative != 0.0 else 0
         if one.relative != 0.0 and not held:
             one.dry.mode = 1 if one.relative > 0.0 else -1
         if not one.dry.active:
             one.dry.mode = 1
         one.relative = 0.0
-    done = solve_friction(run, 1.0)
-    for i in range(len(run.coordinates)):
-        one = run.coordinates[i]
+    done = solve_friction(coordinates, run.system, 1.0)
+    for i in range(len(coordinates)):
+        one = coordinates[i]
         one.position_rate, one.speed_rate = one.speed, one.change
     for i in range(len(run.joints)):
         m = run.drives[i].motor
         if m != i:
-            run.coordinates[m].position_rate = run.coordinates[m].speed - run.coordinates[i].speed
+            coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
     return done
 
 

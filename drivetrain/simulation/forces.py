@@ -16,11 +16,12 @@ from drivetrain.simulation.records import Run, inlined, numbers_of, part
 @part
 def show_energies(run: Run) -> None:
     """Kinetic and potential energy at an instant."""
-    c, engine, work = len(run.coordinates), run.engine[0], run.work
+    coordinates = run.coordinates
+    c, engine, work = len(coordinates), run.engine[0], run.work
     kinetic, potential = 0.0, 0.0
     for i in range(c):
         for k in range(c):
-            kinetic += 0.5 * run.coordinates[i].speed * run.mass[i, k] * run.coordinates[k].speed
+            kinetic += 0.5 * coordinates[i].speed * run.mass[i, k] * coordinates[k].speed
     if engine.arm:
         # All that the first link carries has been gathered in its row; what the base carries stands in rows of its own.
         upwards = get(work, len(work) - COLUMNS + ACCEL + 3)
@@ -31,7 +32,7 @@ def show_energies(run: Run) -> None:
                 potential += dot(upwards, get(work, (engine.links + r) * COLUMNS + BODY + 1))
     else:
         for i in range(c):
-            potential += run.coordinates[i].weight * math.sin(run.places[i] + run.coordinates[i].phase)
+            potential += coordinates[i].weight * math.sin(run.places[i] + coordinates[i].phase)
     run.world[0].kinetic_energy, run.world[0].potential_energy = kinetic, potential
 
 
@@ -42,32 +43,33 @@ def find_forces(run: Run, h: float, theta: float) -> None:
     Args:
         h: Step [s]; 1 at an instant.
     """
-    for i in range(len(run.coordinates)):
-        one = run.coordinates[i]
-        run.guess[i] = one.speed + theta * one.change
-        one.friction = taken_by_friction(run, i, h) if one.dry.active else 0.0
-    for i in range(len(run.joints)):
-        m, ratio, joint = run.drives[i].motor, run.drives[i].ratio, run.joints[i]
-        link, rotor = run.coordinates[i], run.coordinates[m]
+    coordinates, joints, drives, guess = run.coordinates, run.joints, run.drives, run.guess
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        guess[i] = one.speed + theta * one.change
+        one.friction = taken_by_friction(coordinates, run.system.matrix, i, h) if one.dry.active else 0.0
+    for i in range(len(joints)):
+        m, ratio, joint = drives[i].motor, drives[i].ratio, joints[i]
+        link, rotor = coordinates[i], coordinates[m]
         load = rotor.transmitted
-        for k in range(len(run.coordinates)):
-            load += run.transmitted[m, k] * run.coordinates[k].change
+        for k in range(len(coordinates)):
+            load += run.system.transmitted[m, k] * coordinates[k].change
         at_joint, at_motor = _split(link, rotor, m == i, load)
         mesh = rotor.friction - at_motor
         if m == i:
             mesh -= at_joint
             load += at_joint
         joint.load.acceleration = link.change / h
-        if run.drives[i].coupled:
+        if drives[i].coupled:
             turned = 0.0
-            for k in range(len(run.joints)):
-                turned += run.turns[i, k] * run.coordinates[k].change
+            for k in range(len(joints)):
+                turned += run.turns[i, k] * coordinates[k].change
             joint.load.acceleration = turned / h
         joint.motor.acceleration = ratio * rotor.change / h
         joint.load.friction, joint.motor.friction = at_joint, at_motor / ratio
-        joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * run.guess[m]
-        joint.load.friction_power = at_joint * (run.guess[i] - link.surface)
-        joint.motor.friction_power = at_motor * run.guess[m]
+        joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * guess[m]
+        joint.load.friction_power = at_joint * (guess[i] - link.surface)
+        joint.motor.friction_power = at_motor * guess[m]
 
 
 @inlined

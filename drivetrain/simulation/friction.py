@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from drivetrain.simulation.records import Run, inlined, part
+from drivetrain.simulation.records import System, inlined, part
 
 ROUNDING = 1e-12  # of a bound: less is no reason to break loose
 NO_SET = -1001  # no set of modes fits
@@ -46,19 +46,20 @@ def _limit(dry: Any, transmitted: float, direction: int) -> float:
 
 
 @inlined
-def _fill(run: Run, h: float) -> int:
+def _fill(coordinates: Any, system: System, h: float) -> int:
     """The equations of the sliding coordinates; how many these are."""
-    c, count = len(run.coordinates), 0
+    c, count, sliding = len(coordinates), 0, system.sliding
+    matrix, transmitted, reduced = system.matrix, system.transmitted, system.reduced
     for i in range(c):
-        one = run.coordinates[i]
+        one = coordinates[i]
         if one.dry.mode == 0:
             one.change = -one.relative
         else:
-            run.sliding[count] = i
+            sliding[count] = i
             count += 1
     for a in range(count):
-        i = run.sliding[a]
-        one = run.coordinates[i]
+        i = sliding[a]
+        one = coordinates[i]
         dry, value, kappa = one.dry, one.right, 0.0
         if dry.active:
             mode = dry.mode
@@ -67,57 +68,57 @@ def _fill(run: Run, h: float) -> int:
             value -= h * (joint + mode * slide(dry.motor, mode) + kappa * (one.transmitted + joint))
         filled = 0
         for k in range(c):
-            entry = run.matrix[i, k]
+            entry = matrix[i, k]
             if kappa != 0.0:
-                entry += h * kappa * run.transmitted[i, k]
-            other = run.coordinates[k]
+                entry += h * kappa * transmitted[i, k]
+            other = coordinates[k]
             if other.dry.mode == 0:
                 value -= entry * other.change
             else:
-                run.reduced[a, filled] = entry
+                reduced[a, filled] = entry
                 filled += 1
         one.change = value
     return count
 
 
 @inlined
-def _solve(run: Run, h: float) -> int:
+def _solve(coordinates: Any, system: System, h: float) -> int:
     """Changes of speed with the modes as they are; a coordinate whose pivot is not positive, or -1."""
-    count, reduced = _fill(run, h), run.reduced
+    count, reduced, sliding = _fill(coordinates, system, h), system.reduced, system.sliding
     for a in range(count):
-        i = run.sliding[a]
+        i = sliding[a]
         if not reduced[a, a] > 0.0:
             return i
-        inverse, own = 1.0 / reduced[a, a], run.coordinates[i].change
+        inverse, own = 1.0 / reduced[a, a], coordinates[i].change
         reduced[a, a] = inverse
         for b in range(a + 1, count):
             factor = reduced[b, a] * inverse
             if factor != 0.0:
                 for k in range(a + 1, count):
                     reduced[b, k] -= factor * reduced[a, k]
-                run.coordinates[run.sliding[b]].change -= factor * own
+                coordinates[sliding[b]].change -= factor * own
     for a in range(count - 1, -1, -1):
-        one = run.coordinates[run.sliding[a]]
+        one = coordinates[sliding[a]]
         value = one.change
         for b in range(a + 1, count):
-            value -= reduced[a, b] * run.coordinates[run.sliding[b]].change
+            value -= reduced[a, b] * coordinates[sliding[b]].change
         one.change = value * reduced[a, a]
     return -1
 
 
 @inlined
-def taken_by_friction(run: Run, i: int, h: float) -> float:
+def taken_by_friction(coordinates: Any, matrix: Any, i: int, h: float) -> float:
     """What dry friction takes of a coordinate whose equation it closes [N m]."""
-    force = run.coordinates[i].right
-    for k in range(len(run.coordinates)):
-        force -= run.matrix[i, k] * run.coordinates[k].change
+    force = coordinates[i].right
+    for k in range(len(coordinates)):
+        force -= matrix[i, k] * coordinates[k].change
     return force / h
 
 
 @inlined
-def _correct_stuck(run: Run, h: float, i: int, load: float) -> bool:
+def _correct_stuck(coordinates: Any, matrix: Any, h: float, i: int, load: float) -> bool:
     """Whether a stuck coordinate must break loose; its mode is changed."""
-    one, force = run.coordinates[i], taken_by_friction(run, i, h)
+    one, force = coordinates[i], taken_by_friction(coordinates, matrix, i, h)
     dry, forward, backward = one.dry, _limit(one.dry, load, 1), _limit(one.dry, load, -1)
     slack = ROUNDING * (abs(forward) + abs(backward))
     one.friction = force
@@ -130,9 +131,8 @@ def _correct_stuck(run: Run, h: float, i: int, load: float) -> bool:
 
 
 @inlined
-def _correct_sliding(run: Run, i: int, load: float) -> bool:
+def _correct_sliding(one: Any, load: float) -> bool:
     """Whether a sliding coordinate does not go on as its mode says; the mode is changed."""
-    one = run.coordinates[i]
     dry = one.dry
     one.margin = (one.relative + one.change) * dry.mode
     if one.margin < 0.0 and not dry.given:
@@ -146,22 +146,22 @@ def _correct_sliding(run: Run, i: int, load: float) -> bool:
 
 
 @inlined
-def _correct(run: Run, h: float, single: bool) -> int:
+def _correct(coordinates: Any, system: System, h: float, single: bool) -> int:
     """Change the modes that the answer contradicts, and tell how many."""
-    c, corrected = len(run.coordinates), 0
+    c, corrected, matrix, transmitted = len(coordinates), 0, system.matrix, system.transmitted
     for i in range(c):
-        one = run.coordinates[i]
+        one = coordinates[i]
         if not one.dry.active:
             continue
         load = 0.0
         if one.dry.driving != 0.0 or one.dry.driven != 0.0:
             load = one.transmitted
             for k in range(c):
-                load += run.transmitted[i, k] * run.coordinates[k].change
+                load += transmitted[i, k] * coordinates[k].change
         if one.dry.mode == 0:
-            changed = _correct_stuck(run, h, i, load)
+            changed = _correct_stuck(coordinates, matrix, h, i, load)
         else:
-            changed = _correct_sliding(run, i, load)
+            changed = _correct_sliding(one, load)
         if changed:
             corrected += 1
             if single:
@@ -170,7 +170,7 @@ def _correct(run: Run, h: float, single: bool) -> int:
 
 
 @part
-def solve_friction(run: Run, h: float) -> int:
+def solve_friction(coordinates: Any, system: System, h: float) -> int:
     """Changes of speed over a step, or accelerations (h = 1, relative speeds 0).
 
     Args:
@@ -179,11 +179,11 @@ def solve_friction(run: Run, h: float) -> int:
     Returns:
         How many solutions it took; -1 - i where coordinate i jams, ``NO_SET`` where no set of modes fits.
     """
-    c = len(run.coordinates)
+    c = len(coordinates)
     for attempt in range(50 + 20 * c):
-        jammed = _solve(run, h)
+        jammed = _solve(coordinates, system, h)
         if jammed >= 0:
             return -1 - jammed
-        if _correct(run, h, attempt > 8 + c) == 0:
+        if _correct(coordinates, system, h, attempt > 8 + c) == 0:
             return attempt + 1
     return NO_SET

@@ -30,9 +30,10 @@ def put_states(run: Run, x: Any) -> None:
 @inlined
 def clear_rates(run: Run) -> None:
     """No rate is known yet."""
-    for k in range(len(run.states)):
-        if run.states[k].rate >= 0:
-            run.numbers[run.states[k].rate] = 0.0
+    states = run.states
+    for k in range(len(states)):
+        if states[k].rate >= 0:
+            run.numbers[states[k].rate] = 0.0
 
 
 @inlined

@@ -17,8 +17,8 @@ from drivetrain.call_address import call_address
 from drivetrain.effects.connectors import JOINT, WORLD, record_type
 from drivetrain.jit import law
 
-inlined: Any = law(fastmath={"contract"}, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-part: Any = law(fastmath={"contract"}, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+inlined: Any = law(fastmath={"contract"})
+part: Any = law(fastmath={"contract"})
 
 # void(t, h, numbers, words, memory): the three pointers are one; what calls by address calls this.
 EQUATIONS = types.void(
@@ -219,6 +219,21 @@ ENGINE = np.dtype([
 WORLD_SIZE, ENGINE_SIZE = WORLD.itemsize // 8, ENGINE.itemsize // 8
 
 
+class System(NamedTuple):
+    """The linear system of a step.
+
+    Attributes:
+        matrix: Inertia with dampers and springs in it, (c, c).
+        transmitted: Torque through the mesh for a change of speeds [N m s], (c, c).
+        reduced, sliding: The system of what slides, and which coordinates do.
+    """
+
+    matrix: Any
+    transmitted: Any
+    reduced: Any
+    sliding: Any
+
+
 class Run(NamedTuple):
     """A run's memory, opened.
 
@@ -230,9 +245,7 @@ class Run(NamedTuple):
         places, guess: Positions, and guessed speeds of the middle of a step [rad or m, and per s], (c,).
         bias, felt_bias: Torques at constant speed, and the part of them that motors feel [N m or N], (c,).
         mass, felt: Mass matrix and the part of its rows that motors feel [kg m^2 or kg], (c, c).
-        matrix: Inertia with dampers and springs in it, (c, c).
-        transmitted: Torque through the mesh for a change of speeds [N m s], (c, c).
-        reduced, sliding: The system of what slides, and which coordinates do.
+        system: The linear system of a step.
         computes, repeats, accounts, samples: Calls.
         states: Of effects.
         turns: Joints' motion from that of the coordinates, (n, n), where motors are coupled.
@@ -250,10 +263,7 @@ class Run(NamedTuple):
     felt_bias: Any
     mass: Any
     felt: Any
-    matrix: Any
-    transmitted: Any
-    reduced: Any
-    sliding: Any
+    system: Any
     work: Any
     computes: Any
     repeats: Any
@@ -294,9 +304,12 @@ def run_of(numbers: Any) -> Run:
         numbers_of(numbers, at.coordinates).view(COORDINATE),
         numbers_of(numbers, at.places), numbers_of(numbers, at.guess), numbers_of(numbers, at.bias),
         numbers_of(numbers, at.felt_bias),
-        square_of(numbers, at.mass, c), square_of(numbers, at.felt, c), square_of(numbers, at.matrix, c),
-        square_of(numbers, at.transmitted, c), square_of(numbers, at.reduced, c),
-        numbers_of(numbers, at.sliding).view(np.int64), numbers_of(numbers, at.work),
+        square_of(numbers, at.mass, c), square_of(numbers, at.felt, c),
+        System(
+            square_of(numbers, at.matrix, c), square_of(numbers, at.transmitted, c), square_of(numbers, at.reduced, c),
+            numbers_of(numbers, at.sliding).view(np.int64),
+        ),
+        numbers_of(numbers, at.work),
         numbers_of(numbers, at.computes).view(CALL), numbers_of(numbers, at.repeats).view(CALL),
         numbers_of(numbers, at.accounts).view(CALL), numbers_of(numbers, at.samples).view(CALL),
         numbers_of(numbers, at.states).view(STATE), square_of(numbers, at.turns, n),

@@ -24,14 +24,15 @@ def ask_again(run: Run, t: float, h: float, theta: float) -> None:
         t: Middle of the step [s].
         h: Step [s].
     """
-    for i in range(len(run.coordinates)):
-        one = run.coordinates[i]
+    coordinates, joints = run.coordinates, run.joints
+    for i in range(len(coordinates)):
+        one = coordinates[i]
         one.trial = one.speed + theta * one.change
-    for i in range(len(run.joints)):
+    for i in range(len(joints)):
         m = run.drives[i].motor
         if m != i:
-            rotor, spring = run.coordinates[m], run.joints[i].spring
-            rate = rotor.trial - run.coordinates[i].trial
+            rotor, spring = coordinates[m], joints[i].spring
+            rate = rotor.trial - coordinates[i].trial
             spring.wind_up, spring.speed = rotor.position + theta * h * rate, rate
             spring.torque = spring.damping = spring.stiffness = 0.0
     if run.engine[0].uses_tip:
@@ -74,14 +75,15 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
         h: Step [s].
         attempt: How often the step has been solved again [-].
     """
+    coordinates, joints, transmitted = run.coordinates, run.joints, run.system.transmitted
     good = True
-    for i in range(len(run.joints)):
+    for i in range(len(joints)):
         m = run.drives[i].motor
         if m == i:
             continue
-        link, rotor, spring = run.coordinates[i], run.coordinates[m], run.joints[i].spring
-        expected = rotor.transmitted + run.transmitted[m, m] * rotor.change + run.transmitted[m, i] * link.change
-        slope = max(spring.damping + theta * h * spring.stiffness, run.transmitted[m, m] / theta)
+        link, rotor, spring = coordinates[i], coordinates[m], joints[i].spring
+        expected = rotor.transmitted + transmitted[m, m] * rotor.change + transmitted[m, i] * link.change
+        slope = max(spring.damping + theta * h * spring.stiffness, transmitted[m, m] / theta)
         size = abs(rotor.trial) + abs(link.trial) + abs(spring.wind_up) / (theta * h)
         if attempt == 0:
             rotor.slow.rate, rotor.fast.rate = -math.inf, math.inf

@@ -84,9 +84,10 @@ CLOCK, MODE_CHANGE = record_type(Clock), record_type(ModeChange)
 @part
 def _sample(run: Run, t: float, slack: float) -> None:
     """Samples that are due at a node; all laws are computed there before the first."""
+    samples = run.samples
     fresh = False
-    for k in range(len(run.samples)):
-        sample = run.samples[k]
+    for k in range(len(samples)):
+        sample = samples[k]
         if t < sample.period * sample.taken - slack:
             continue
         if not fresh:
@@ -102,31 +103,34 @@ def _sample(run: Run, t: float, slack: float) -> None:
 @inlined
 def _next_sample(run: Run) -> float:
     """The next instant at which something is sampled."""
+    samples = run.samples
     first = math.inf
-    for k in range(len(run.samples)):
-        first = min(first, run.samples[k].period * run.samples[k].taken)
+    for k in range(len(samples)):
+        first = min(first, samples[k].period * samples[k].taken)
     return first
 
 
 @inlined
 def put_row(run: Run, t: float, row: Any) -> None:
     """What is recorded of an instant that is accounted for."""
-    columns = numbers_of(run.numbers, run.engine[0].at.columns).view(np.int64)
+    numbers = run.numbers
+    columns = numbers_of(numbers, run.engine[0].at.columns).view(np.int64)
     row[0] = t
     for k in range(len(columns)):
-        row[1 + k] = run.numbers[columns[k]]
+        row[1 + k] = numbers[columns[k]]
 
 
 @part
 def _record(run: Run, t: float, row: Any, modes: Any) -> None:
     """A row at a node; the modes of friction stay as they are."""
-    for i in range(len(run.coordinates)):
-        dry = run.coordinates[i].dry
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        dry = coordinates[i].dry
         modes[i, 0], modes[i, 1], modes[i, 2] = dry.mode, dry.load_sign, dry.given
     solve_at(run, t)
     account_at(run, t)
-    for i in range(len(run.coordinates)):
-        dry = run.coordinates[i].dry
+    for i in range(len(coordinates)):
+        dry = coordinates[i].dry
         dry.mode, dry.load_sign, dry.given = modes[i, 0], modes[i, 1], modes[i, 2]
     put_row(run, t, row)
 
@@ -134,19 +138,20 @@ def _record(run: Run, t: float, row: Any, modes: Any) -> None:
 @part
 def _accept(run: Run, t: float, h: float, theta: float) -> int:
     """Move on by a solved step; a coordinate or state that is no number any more, or -1."""
-    c, bad, powers = len(run.coordinates), -1, numbers_of(run.numbers, run.engine[0].at.powers).view(np.int64)
-    energies = numbers_of(run.numbers, run.engine[0].at.energies)
+    coordinates, guess, states, numbers = run.coordinates, run.guess, run.states, run.numbers
+    c, bad, powers = len(coordinates), -1, numbers_of(numbers, run.engine[0].at.powers).view(np.int64)
+    energies = numbers_of(numbers, run.engine[0].at.energies)
     call_equations(run, run.engine[0].forces, t, h)
     call_laws(run, run.accounts, t + theta * h, h)
     for k in range(len(powers)):
-        energies[k] += h * run.numbers[powers[k]]
+        energies[k] += h * numbers[powers[k]]
     for i in range(len(run.joints)):
-        run.coordinates[i].position += h * run.guess[i]
+        coordinates[i].position += h * guess[i]
         m = run.drives[i].motor
         if m != i:
-            run.coordinates[m].position += h * (run.guess[m] - run.guess[i])
+            coordinates[m].position += h * (guess[m] - guess[i])
     for i in range(c):
-        one = run.coordinates[i]
+        one = coordinates[i]
         if one.dry.mode == 0:
             # Exactly the speed of what it slides on, not what rounding makes of it.
             one.speed, one.last = one.surface, 0.0
@@ -155,12 +160,12 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
             one.last = one.change * (1.0 / h)
         if not abs(one.speed) < BEYOND:
             bad = c + i
-    for k in range(2 * c, len(run.states)):
-        state = run.states[k]
+    for k in range(2 * c, len(states)):
+        state = states[k]
         if state.rate >= 0:
-            state.last = run.numbers[state.rate]
-            run.numbers[state.value] += h * state.last
-        if not abs(run.numbers[state.value]) < BEYOND:
+            state.last = numbers[state.rate]
+            numbers[state.value] += h * state.last
+        if not abs(numbers[state.value]) < BEYOND:
             bad = k
     return bad
 
@@ -168,8 +173,9 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
 @inlined
 def _log(run: Run, t: float, before: Any, log: Any, clock: Any) -> None:
     """Write down the modes that have changed."""
-    for i in range(len(run.coordinates)):
-        mode = run.coordinates[i].dry.mode
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        mode = coordinates[i].dry.mode
         if mode != before[i]:
             if clock.events < len(log):
                 change = log[clock.events]
@@ -198,8 +204,9 @@ def _next_node(run: Run, clock: Any, breaks: Any) -> float:
 @inlined
 def _guess(run: Run, h: float, theta: float, before: Any) -> None:
     """The speeds of the middle, if the last accelerations go on."""
-    for i in range(len(run.coordinates)):
-        one = run.coordinates[i]
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        one = coordinates[i]
         before[i] = one.dry.mode
         run.guess[i] = one.speed + theta * h * one.last
 

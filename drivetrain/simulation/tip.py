@@ -46,17 +46,18 @@ def _resisting(tip: Any, step: float, a: Vector) -> Vector:
 @part
 def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
     """Turning of the tip, and speed at the base's origin, for a unit speed of a coordinate."""
+    work = run.work
     if not run.engine[0].coupled:
-        return get(run.work, k * COLUMNS + SCREW), get(run.work, k * COLUMNS + SCREW + 3)
+        return get(work, k * COLUMNS + SCREW), get(work, k * COLUMNS + SCREW + 3)
     a = b = c = x = y = z = 0.0
     for j in range(run.engine[0].links):
         turns, screw = run.turns[j, k], j * COLUMNS + SCREW
-        a += turns * run.work[screw]
-        b += turns * run.work[screw + 1]
-        c += turns * run.work[screw + 2]
-        x += turns * run.work[screw + 3]
-        y += turns * run.work[screw + 4]
-        z += turns * run.work[screw + 5]
+        a += turns * work[screw]
+        b += turns * work[screw + 1]
+        c += turns * work[screw + 2]
+        x += turns * work[screw + 3]
+        y += turns * work[screw + 4]
+        z += turns * work[screw + 5]
     return (a, b, c), (x, y, z)
 
 
@@ -135,20 +136,21 @@ def add_tip(run: Run, h: float, theta: float, trial: bool) -> None:
         h: Step [s].
         trial: Whether they were asked at the trial, not at the guess.
     """
+    coordinates, drives = run.coordinates, run.drives
     tip, joints = run.world[0].tip, run.engine[0].links
     step, moment, force = theta * h, get(tip.moment, 0), get(tip.force, 0)
     for k in range(joints):
-        one = run.coordinates[k]
+        one = coordinates[k]
         soft = _resisting(tip, step, _column(run, k))
         late = (one.trial if trial else run.guess[k]) - one.speed
         force = (force[0] + soft[0] * late, force[1] + soft[1] * late, force[2] + soft[2] * late)
         for i in range(joints):
             entry = dot(_column(run, i), soft)
-            run.matrix[i, k] += step * entry
-            if run.drives[i].motor == i:
-                run.transmitted[i, k] += theta * entry
+            run.system.matrix[i, k] += step * entry
+            if drives[i].motor == i:
+                run.system.transmitted[i, k] += theta * entry
     for i in range(joints):
         torque = dot(_column(run, i), force) + dot(_screw(run, i)[0], moment)
-        run.coordinates[i].right += h * torque
-        if run.drives[i].motor == i:
-            run.coordinates[i].transmitted -= torque
+        coordinates[i].right += h * torque
+        if drives[i].motor == i:
+            coordinates[i].transmitted -= torque
