@@ -18,9 +18,9 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.articulated_kernel import compiled
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import NO_TIP, finite_samples, tip_samples
 from drivetrain.dynamics.forward import forward_dynamics
-from drivetrain.dynamics.packed import packed
 from drivetrain.errors import Fault, InputError
 
 

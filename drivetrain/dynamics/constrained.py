@@ -29,10 +29,10 @@ from drivetrain.arrays import Array, batch
 from drivetrain.dynamics.bias import bias_torque
 from drivetrain.dynamics.constrained_kernel import compiled
 from drivetrain.dynamics.constraints import Constraint, checked_constraints, stacked_rows
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import finite_samples
 from drivetrain.dynamics.factors import mass_factor, solve_lower, solve_upper
 from drivetrain.dynamics.mass_matrix import mass_matrices, mass_matrix
-from drivetrain.dynamics.packed import packed
 from drivetrain.errors import Fault, InputError
 
 RANK = 1e-9  # a singular value that counts as none, over the largest: above rounding, below any workshop

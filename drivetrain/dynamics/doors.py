@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array, batch, real_array, within_reach
+from drivetrain.dynamics.core.packed import Packed
 from drivetrain.dynamics.kernels import compiled
-from drivetrain.dynamics.packed import Packed
 from drivetrain.errors import Fault, InputError
 
 NO_TIP = np.empty((0, 6))

@@ -9,9 +9,9 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import finite_samples, run, tip_samples
 from drivetrain.dynamics.mass_matrix import mass_matrices
-from drivetrain.dynamics.packed import packed
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import kernel
 

@@ -12,8 +12,8 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.composite import compiled
+from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.doors import finite_samples
-from drivetrain.dynamics.packed import Packed, packed
 from drivetrain.errors import Fault, InputError
 
 CHUNK = 2048  # samples; bounds the memory of those who run the recursion n times for each, or more often
