@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from drivetrain.dynamics.mass_and_bias import Places, mass_and_bias
 from drivetrain.simulation.records import Run, inlined, numbers_of, part, square_of
 from drivetrain.simulation.tip import add_tip
 
@@ -26,28 +23,26 @@ def show_coupled(run: Run) -> None:
 
 
 @part
-def spread_bodies(run: Run, numbers: Any, words: Any) -> None:
-    """Mass matrix and bias of the bodies, along the coordinates of coupled motors."""
-    coordinates, mass, felt, numbers = run.coordinates, run.mass, run.felt, run.numbers
-    engine, c = run.engine[0], len(coordinates)
-    at, e = engine.at, run.engine[0].bodies
+def spread_motion(run: Run) -> None:
+    """Places and speeds of the bodies' coordinates, where motors are coupled."""
+    numbers, at, c = run.numbers, run.engine[0].at, len(run.coordinates)
     places, speeds = numbers_of(numbers, at.body_places), numbers_of(numbers, at.body_speeds)
-    bias, felt_bias = numbers_of(numbers, at.body_bias), numbers_of(numbers, at.body_felt_bias)
-    mass, felt = square_of(numbers, at.body_mass, e), square_of(numbers, at.body_felt, e)
-    spread, between = square_of(numbers, at.spread, c), square_of(numbers, at.between, c)
-    for r in range(e):
+    spread = square_of(numbers, at.spread, c)
+    for r in range(len(places)):
         place, speed = 0.0, 0.0
         for k in range(c):
             place += spread[r, k] * run.places[k]
             speed += spread[r, k] * run.guess[k]
         places[r], speeds[r] = place, speed
-    mass_and_bias(
-        Places(
-            engine.links, e, engine.spins, at.rows.first, at.spins.first, at.body_places.first, at.body_speeds.first,
-            at.work.first, at.body_mass.first, at.body_felt.first, at.body_bias.first, at.body_felt_bias.first,
-        ),
-        numbers, words,
-    )  # fmt: skip
+
+
+@part
+def gather_bodies(run: Run) -> None:
+    """Mass matrix and bias along the coordinates, from those of the bodies, where motors are coupled."""
+    numbers, at, e, c = run.numbers, run.engine[0].at, run.engine[0].bodies, len(run.coordinates)
+    bias, felt_bias = numbers_of(numbers, at.body_bias), numbers_of(numbers, at.body_felt_bias)
+    mass, felt = square_of(numbers, at.body_mass, e), square_of(numbers, at.body_felt, e)
+    spread, between = square_of(numbers, at.spread, c), square_of(numbers, at.between, c)
     for r in range(e):
         for k in range(c):
             entry = 0.0
@@ -55,7 +50,7 @@ def spread_bodies(run: Run, numbers: Any, words: Any) -> None:
                 entry += mass[r, j] * spread[j, k]
             between[r, k] = entry
     for i in range(c):
-        one, value = coordinates[i], 0.0
+        one, value = run.coordinates[i], 0.0
         for r in range(e):
             value += spread[r, i] * bias[r]
         run.bias[i] = value
@@ -66,9 +61,9 @@ def spread_bodies(run: Run, numbers: Any, words: Any) -> None:
                 whole += spread[r, i] * between[r, k]
                 if one.felt >= 0:
                     own += felt[one.felt, r] * spread[r, k]
-            mass[i, k], felt[i, k] = whole, one.factor * own
-        mass[i, i] += one.own
-        felt[i, i] += one.own
+            run.mass[i, k], run.felt[i, k] = whole, one.factor * own
+        run.mass[i, i] += one.own
+        run.felt[i, i] += one.own
 
 
 @inlined
@@ -151,17 +146,17 @@ def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> No
 
 
 @part
-def assemble(run: Run, h: float, theta: float, trial: bool) -> bool:
+def assemble(run: Run, h: float, theta: float) -> bool:
     """The linear system of the step, and the bounds of friction.
 
     Args:
         h: Step [s]; 1 at an instant.
-        trial: Whether springs and the tip's surroundings were asked at the trial, not at the guess.
 
     Returns:
         Whether there is any dry friction.
     """
-    coordinates, joints, drives, guess, mass, matrix = run.coordinates, run.joints, run.drives, run.guess, run.mass, run.system.matrix
+    coordinates, joints, drives = run.coordinates, run.joints, run.drives
+    guess, mass, matrix = run.guess, run.mass, run.system.matrix
     c, engine, dry = len(coordinates), run.engine[0], False
     for i in range(c):
         one = coordinates[i]
@@ -186,14 +181,12 @@ def assemble(run: Run, h: float, theta: float, trial: bool) -> bool:
         dry = dry or found
         if m == i:
             _mesh(run, h, i, theta * soft, torque)
-        elif trial:
-            _spring(run, h, theta, i, m, rotor.trial - one.trial - (rotor.speed - one.speed))
         else:
-            _spring(run, h, theta, i, m, guess[m] - guess[i] - (rotor.speed - one.speed))
+            _spring(run, h, theta, i, m, rotor.trial - one.trial - (rotor.speed - one.speed))
     if engine.coupled:
         _add_coupled(run, h, theta)
     if engine.uses_tip:
-        add_tip(run, h, theta, trial)
+        add_tip(run, h, theta)
     engine.stiff = 0
     for i in range(c):
         if matrix[i, i] > STIFF_FROM * mass[i, i]:

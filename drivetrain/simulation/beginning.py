@@ -31,7 +31,8 @@ def started(plan: Plan) -> Array:
         rates.evaluate_signals(numbers)
         for i, deflection in bent.items():
             joint = plan.scene.joints[i]
-            at["position"][plan.body.motors[i]] = deflection(known[f"{joint}.bias_torque"] - known[f"{joint}.joint_torque"])
+            load = known[f"{joint}.bias_torque"] - known[f"{joint}.joint_torque"]
+            at["position"][plan.body.motors[i]] = deflection(load)
         for one, places in begun:
             numbers[states["value"][places]] = one.effect.start(one.place, known)
         if np.array_equal(numbers[states["value"]], before):

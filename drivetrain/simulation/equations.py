@@ -16,18 +16,17 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.dynamics.mass_and_bias import Places, mass_and_bias
-from drivetrain.dynamics.passes import MASS, WIDTH
+from drivetrain.dynamics.core.equation_of_motion import mass_and_bias
 from drivetrain.jit import callback
-from drivetrain.simulation.assembly import assemble, show_coupled, spread_bodies
+from drivetrain.simulation.assembly import assemble, gather_bodies, show_coupled, spread_motion
 from drivetrain.simulation.forces import find_forces, show_energies
 from drivetrain.simulation.friction import solve_friction
-from drivetrain.simulation.records import EQUATIONS, Run, call_laws, inlined, numbers_of, opened, part
+from drivetrain.simulation.mechanics import PAYLOAD
+from drivetrain.simulation.records import EQUATIONS, Run, call_laws, inlined, numbers_of, opened, part, square_of
 from drivetrain.simulation.settle import agrees, ask_again
 from drivetrain.simulation.tip import clear_tip, show_tip
 
 MOST = 60  # solutions of a step, at most
-PAYLOAD = 11  # numbers of an entry: instant, ten of the last link
 
 
 @inlined
@@ -46,6 +45,8 @@ def show_motion(run: Run, shift: float) -> None:
         shift: [s].
     """
     coordinates, joints, drives, guess, places = run.coordinates, run.joints, run.drives, run.guess, run.places
+    for i in range(len(coordinates)):
+        coordinates[i].trial = guess[i]
     for i in range(len(joints)):
         m, ratio, joint = drives[i].motor, drives[i].ratio, joints[i]
         speed = shaft = guess[i]
@@ -65,43 +66,42 @@ def show_motion(run: Run, shift: float) -> None:
 @inlined
 def _carry(run: Run, t: float) -> None:
     """Put what the tip carries at an instant into the constants of the last link."""
-    numbers = run.numbers
-    payloads, entry = numbers_of(numbers, run.engine[0].at.payloads), 0
-    for k in range(PAYLOAD, len(payloads), PAYLOAD):
-        if payloads[k] <= t:
+    payloads, entry = numbers_of(run.numbers, run.engine[0].at.payloads).view(PAYLOAD), 0
+    for k in range(1, len(payloads)):
+        if payloads[k].time <= t:
             entry = k
-    link = run.engine[0].at.rows.first + (run.engine[0].links - 1) * WIDTH + MASS
-    for j in range(PAYLOAD - 1):
-        numbers[link + j] = payloads[entry + 1 + j]
+    if len(payloads):
+        link, carried = run.links[len(run.joints) - 1], payloads[entry]
+        link.mass, link.hx, link.hy, link.hz = carried.mass, carried.hx, carried.hy, carried.hz
+        link.sxx, link.syy, link.szz = carried.sxx, carried.syy, carried.szz
+        link.sxy, link.sxz, link.syz = carried.sxy, carried.sxz, carried.syz
 
 
-@inlined
-def _mechanics(run: Run, t: float, numbers: Any, words: Any) -> None:
+@part
+def _mechanics(run: Run, t: float) -> None:
     """Mass matrix and bias at the places and guessed speeds."""
-    coordinates, joints, bias = run.coordinates, run.joints, run.bias
-    engine = run.engine[0]
-    at = engine.at
-    if engine.arm:
-        if at.payloads.size:
-            _carry(run, t)
-        if engine.coupled:
-            spread_bodies(run, numbers, words)
-        else:
-            mass_and_bias(
-                Places(
-                    engine.links, len(coordinates), engine.spins, at.rows.first, at.spins.first, at.places.first,
-                    at.guess.first, at.work.first, at.mass.first, at.felt.first, at.bias.first, at.felt_bias.first,
-                ),
-                numbers, words,
-            )  # fmt: skip
-        if engine.uses_tip:
+    joints, mass, felt, bias, places = run.joints, run.mass, run.felt, run.bias, run.places
+    if run.engine[0].arm:
+        numbers, at, e = run.numbers, run.engine[0].at, run.engine[0].bodies
+        _carry(run, t)
+        if run.engine[0].coupled:
+            spread_motion(run)
+        # Where no motors are coupled the bodies' coordinates are those of the mechanics, in the same place.
+        mass_and_bias(
+            run.links, run.rotors, numbers_of(numbers, at.body_places), numbers_of(numbers, at.body_speeds), run.bodies,
+            square_of(numbers, at.body_mass, e), square_of(numbers, at.body_felt, e),
+            numbers_of(numbers, at.body_bias), numbers_of(numbers, at.body_felt_bias),
+        )  # fmt: skip
+        if run.engine[0].coupled:
+            gather_bodies(run)
+        if run.engine[0].uses_tip:
             show_tip(run)
     else:
-        for i in range(len(coordinates)):
-            one = coordinates[i]
-            run.mass[i, i], run.felt[i, i], bias[i] = one.inertia, one.rotor, 0.0
+        for i in range(len(run.coordinates)):
+            one = run.coordinates[i]
+            mass[i, i], felt[i, i], bias[i] = one.inertia, one.rotor, 0.0
             if one.weight != 0.0:
-                bias[i] = one.weight * math.cos(run.places[i] + one.phase)
+                bias[i] = one.weight * math.cos(places[i] + one.phase)
     for i in range(len(joints)):
         joints[i].bias_torque = bias[i]
 
@@ -155,107 +155,92 @@ def compute(run: Run, t: float, h: float) -> None:
 
 
 @inlined
-def _settled(run: Run, t: float, h: float, theta: float, done: int) -> int:
-    """Solve again until springs and surroundings of the tip answer what the solution expects of them.
+def _start_modes(run: Run, h: float, any_dry: bool) -> None:
+    """The modes with which friction is tried first.
 
-    Newton's method; where nothing bends within the step the first look agrees. It ends after ``MOST`` solutions, which
-    are counted.
+    Over a step what moves slides, what rests does as it did. At an instant (h = 0) the mode of what moves is given, and
+    all are while they are held; what rests stays so or starts.
     """
-    total = done
-    for attempt in range(MOST):
-        ask_again(run, t, h, theta)
-        if agrees(run, h, theta, attempt):
-            return total
-        assemble(run, h, theta, True)
-        done = solve_friction(run.coordinates, run.system, h)
-        if done < 0:
-            return done
-        total += done
-    run.engine[0].unsettled += 1
-    return total
+    coordinates, held = run.coordinates, run.engine[0].held != 0
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        moves = one.relative != 0.0
+        if moves and not held:
+            one.dry.mode = 1 if one.relative > 0.0 else -1
+        if not any_dry or not one.dry.active:
+            one.dry.mode = 1
+        one.dry.given = 1 if h == 0.0 and (held or moves) else 0
+        if h == 0.0:
+            one.relative = 0.0
 
 
 @part
-def solve_step(run: Run, t: float, h: float, theta: float, numbers: Any, words: Any) -> int:
-    """The change of speeds over a step, forces at its middle.
+def solve(run: Run, t: float, h: float, theta: float) -> int:
+    """The change of speeds over a step, forces at its middle; at an instant (h = 0, theta = 0) accelerations.
+
+    Springs and surroundings of the tip are asked again until they answer what the solution expects of them: Newton's
+    method, where nothing bends within the step the first look agrees. It ends after ``MOST`` solutions, which are
+    counted.
 
     Args:
         t: Beginning of the step [s].
         h: Step [s].
+
+    Returns:
+        How many solutions it took; negative where there is none, as ``solve_friction`` has it.
     """
-    coordinates = run.coordinates
-    middle = t + theta * h
+    span, middle, total = h if h > 0.0 else 1.0, t + theta * h, 0
     if theta == 1.0:
         # What jumps at the end of the step is not seen yet, however the sum was rounded.
         middle = np.nextafter(np.nextafter(middle, t), t)
     show_motion(run, theta * h)
-    _mechanics(run, middle, numbers, words)
+    _mechanics(run, middle)
     show_states(run, theta * h)
     compute(run, middle, h)
-    any_dry = assemble(run, h, theta, False)
-    for i in range(len(coordinates)):
-        one = coordinates[i]
-        one.dry.given = 0
-        if one.relative != 0.0:
-            one.dry.mode = 1 if one.relative > 0.0 else -1
-        if not any_dry or not one.dry.active:
-            one.dry.mode = 1
-    done = solve_friction(coordinates, run.system, h)
-    if len(run.repeats) and done > 0:
-        return _settled(run, middle, h, theta, done)
-    return done
+    for attempt in range(MOST):
+        any_dry = assemble(run, span, theta)
+        if attempt == 0:
+            _start_modes(run, h, any_dry)
+        done = solve_friction(run.coordinates, run.system, span)
+        if done < 0:
+            return done
+        total += done
+        if h == 0.0 or len(run.repeats) == 0:
+            return total
+        ask_again(run, middle, h, theta)
+        if agrees(run, h, theta, attempt):
+            return total
+    run.engine[0].unsettled += 1
+    return total
 
 
-@part
-def solve_instant(run: Run, t: float, numbers: Any, words: Any) -> int:
-    """Accelerations at an instant: a coordinate at rest stays so or starts, unless its mode is held.
-
-    Args:
-        t: [s].
-    """
+@inlined
+def _show_rates(run: Run) -> None:
+    """Rates of the coordinates at an instant."""
     coordinates = run.coordinates
-    guess_still(run)
-    show_motion(run, 0.0)
-    _mechanics(run, t, numbers, words)
-    show_states(run, 0.0)
-    compute(run, t, 0.0)
-    assemble(run, 1.0, 0.0, False)
-    held = run.engine[0].held != 0
     for i in range(len(coordinates)):
-        one = coordinates[i]
-        one.dry.given = 1 if held or one.relative != 0.0 else 0
-        if one.relative != 0.0 and not held:
-            one.dry.mode = 1 if one.relative > 0.0 else -1
-        if not one.dry.active:
-            one.dry.mode = 1
-        one.relative = 0.0
-    done = solve_friction(coordinates, run.system, 1.0)
-    for i in range(len(coordinates)):
-        one = coordinates[i]
-        one.position_rate, one.speed_rate = one.speed, one.change
+        coordinates[i].position_rate, coordinates[i].speed_rate = coordinates[i].speed, coordinates[i].change
     for i in range(len(run.joints)):
         m = run.drives[i].motor
         if m != i:
             coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
-    return done
 
 
-def _motion(t: Any, h: Any, numbers: Any, words: Any, memory: Any) -> None:
+def _motion(t: Any, h: Any, memory: Any) -> None:
     run = opened(memory)
-    if h > 0.0:
-        run.engine[0].solved = solve_step(run, t, h, run.engine[0].theta, numbers, words)
-    else:
-        run.engine[0].solved = solve_instant(run, t, numbers, words)
+    if h == 0.0:
+        guess_still(run)
+    run.engine[0].solved = solve(run, t, h, run.engine[0].theta if h > 0.0 else 0.0)
+    if h == 0.0:
+        _show_rates(run)
 
 
-def _forces(t: Any, h: Any, numbers: Any, words: Any, memory: Any) -> None:
+def _forces(t: Any, h: Any, memory: Any) -> None:
     run = opened(memory)
-    if h > 0.0:
-        find_forces(run, h, run.engine[0].theta)
-        show_motion(run, run.engine[0].theta * h)
-    else:
-        find_forces(run, 1.0, 0.0)
-        show_motion(run, 0.0)
+    theta = run.engine[0].theta if h > 0.0 else 0.0
+    find_forces(run, h if h > 0.0 else 1.0, theta)
+    show_motion(run, theta * h)
+    if h == 0.0:
         show_energies(run)
 
 

@@ -5,31 +5,28 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
-from drivetrain.dynamics.compiled_vectors import dot, get
-from drivetrain.dynamics.mass_and_bias import ACCEL, BODY, COLUMNS
+from drivetrain.dynamics.core.vectors import dot, vector
 from drivetrain.simulation.friction import slide, taken_by_friction
-from drivetrain.simulation.records import Run, inlined, numbers_of, part
+from drivetrain.simulation.records import Run, inlined, part
 
 
 @part
 def show_energies(run: Run) -> None:
     """Kinetic and potential energy at an instant."""
     coordinates = run.coordinates
-    c, engine, work = len(coordinates), run.engine[0], run.work
+    c = len(coordinates)
     kinetic, potential = 0.0, 0.0
     for i in range(c):
         for k in range(c):
             kinetic += 0.5 * coordinates[i].speed * run.mass[i, k] * coordinates[k].speed
-    if engine.arm:
-        # All that the first link carries has been gathered in its row; what the base carries stands in rows of its own.
-        upwards = get(work, len(work) - COLUMNS + ACCEL + 3)
-        potential = dot(upwards, get(work, BODY + 1))
-        spins = numbers_of(run.numbers, engine.at.spins).view(np.int64)
-        for r in range(engine.spins):
-            if spins[3 * r + 1] < 0 and spins[3 * r + 2] == 0:
-                potential += dot(upwards, get(work, (engine.links + r) * COLUMNS + BODY + 1))
+    if run.engine[0].arm:
+        # All that the first link carries has been gathered in its body; what the base carries stands in its own.
+        bodies, rotors = run.bodies, run.rotors
+        upwards = vector(bodies[len(bodies) - 1].dv)
+        potential = dot(upwards, vector(bodies[0].first))
+        for r in range(len(rotors)):
+            if rotors[r].carrier < 0 and not rotors[r].balanced:
+                potential += dot(upwards, vector(bodies[len(run.joints) + r].first))
     else:
         for i in range(c):
             potential += coordinates[i].weight * math.sin(run.places[i] + coordinates[i].phase)

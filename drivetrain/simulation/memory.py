@@ -5,7 +5,7 @@ Which numbers are states, rates, powers or recorded follows from the names of th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from itertools import chain
 from typing import Any, get_type_hints
@@ -111,7 +111,7 @@ def lay_out(
 ) -> Memory:
     """Everything in its place."""
     instances = [one for group in groups for one in group.instances]
-    block, n, c = _Block(), body.n, body.c
+    block, n = _Block(), body.n
     block.put(np.zeros(1, WORLD), True, "world")
     block.put(np.zeros(1, r.ENGINE), False, "engine")
     block.put(np.zeros(n, JOINT), True, "joints")
@@ -130,7 +130,7 @@ def lay_out(
                             ("accounts", [group for group in accounts if group.kind.account], "account")):  # fmt: skip
         block.put(_calls([(group, 0.0) for group in what], law, placed, block), False, name)
     block.put(_calls(list(_sampled(groups)), "sample", placed, block), [False] * 4 + [True], "samples")
-    block.put(np.array(_columns(placed, known, powers, block), INTEGERS), False, "columns")
+    block.put(np.array(_columns(placed, {name for one in instances for name in one.states}, known, powers, block), INTEGERS), False, "columns")
     numbers = np.concatenate(block.parts)
     made = Memory(
         numbers, placed.signals, {name: k for k, name in enumerate(placed.states)}, powers, atol, memory,
@@ -161,16 +161,19 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
     for name in ("mass", "felt", "matrix", "transmitted", "reduced"):
         block.put(np.zeros((c, c)), name == "mass", name)
     block.put(np.zeros(c, INTEGERS), False, "sliding")
-    block.put(body.rows, False, "rows")
-    block.put(np.asarray(body.spins, INTEGERS), False, "spins")
-    block.put(body.work, False, "work")
+    block.put(body.links, False, "links")
+    block.put(body.spinning, False, "rotors")
+    block.put(body.bodies, False, "bodies")
     block.put(body.payloads, False, "payloads")
     block.put(np.zeros((0, n)) if bound is None else bound.turns, False, "turns")
     block.put(np.zeros((0, c)) if bound is None else bound.spread, False, "spread")
-    for name in ("body_places", "body_speeds", "body_bias", "body_felt_bias"):
-        block.put(np.zeros(size), False, name)
-    for name in ("body_mass", "body_felt"):
-        block.put(np.zeros((size, size)), False, name)
+    shared = {"places": "body_places", "guess": "body_speeds", "bias": "body_bias", "felt_bias": "body_felt_bias",
+              "mass": "body_mass", "felt": "body_felt"}  # fmt: skip
+    for name, own in shared.items():
+        if bound is None:
+            block.sections[own] = block.sections[name]
+        else:
+            block.put(np.zeros((size, size) if name in ("mass", "felt") else size), False, own)
     block.put(np.zeros((size, c)), False, "between")
 
 
@@ -205,7 +208,8 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str], 
         at = block.put(owned, [False] * len(HEAD) + changing_numbers(described))
         for k, one in enumerate(group.instances):
             own = owns[id(one)] = at + k * dtype.itemsize // 8
-            for name, signal in zip((*one.provides, *one.outputs), (*one.ports.provides, *one.ports.outputs), strict=True):
+            written = (*one.ports.provides, *one.ports.outputs)
+            for name, signal in zip((*one.provides, *one.outputs), written, strict=True):
                 if name not in places:
                     places[name] = own + _field(one, dtype, signal.path or signal.name)
             for name, state in zip(one.states, one.ports.states, strict=True):
@@ -366,10 +370,12 @@ def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Gr
     return again if fit and not any(name in own for one in instances for name in one.needs) else []
 
 
-def _columns(placed: _Placed, known: Directory, powers: Sequence[str], block: _Block) -> list[int]:
+def _columns(
+    placed: _Placed, effects: Container[str], known: Directory, powers: Sequence[str], block: _Block
+) -> list[int]:
     """The numbers that a row of a run holds behind the time; states as the connectors show them."""
     energies = block.sections["energies"][0]
-    states = [placed.signals.get(name, at) for name, (at, _) in placed.states.items()]
+    states = [placed.signals[name] if name in effects else at for name, (at, _) in placed.states.items()]
     return [*states, *(placed.signals[name] for name in recorded_signals(placed.signals, known)),
             *range(energies, energies + len(powers))]  # fmt: skip
 
@@ -390,10 +396,10 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
     world["mass"], world["engine"] = sections["mass"][0], sections["engine"][0]
-    engine["arm"], engine["uses_tip"], engine["spins"] = body.kind, _uses_tip(instances), len(body.spins)
+    engine["arm"], engine["uses_tip"] = body.kind, _uses_tip(instances)
     engine["coupled"] = body.coupled is not None
-    engine["bodies"] = 0 if body.coupled is None else len(body.coupled.spread)
-    engine["links"], engine["theta"], engine["moving"] = body.n, 0.5, made.moving
+    engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
+    engine["theta"], engine["moving"] = 0.5, made.moving
     engine["motion"], engine["forces"] = motion().address, forces().address
     engine["tip_offset"] = body.tip[:3, 3]
     for name in r.SECTIONS:

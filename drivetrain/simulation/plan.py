@@ -16,11 +16,10 @@ from drivetrain.effects.signals import JOINT_HOLD_FORWARD, SURFACE_SPEED
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import rates
 from drivetrain.simulation.layout import Layout, layout_of
+from drivetrain.simulation.mechanics import Mechanics, coupling_of, mechanics, ratios_of
 from drivetrain.simulation.memory import Memory, lay_out
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.mechanics import Mechanics, coupling_of, mechanics, ratios_of
 from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, unit_at
-from drivetrain.solvers.compiled_function import evaluate
 
 MASSLESS = 1e-14  # of a joint's own inertia: what is left of it when others give way is rounding
 SMALLEST = 1e-60  # kg m^2 or kg

@@ -14,16 +14,15 @@ from numba import carray, types
 
 from drivetrain.arrays import Array
 from drivetrain.call_address import call_address
+from drivetrain.dynamics.core.equation_of_motion import BODY
+from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.effects.connectors import JOINT, WORLD, record_type
 from drivetrain.jit import law
 
 inlined: Any = law(fastmath={"contract"})
 part: Any = law(fastmath={"contract"})
 
-# void(t, h, numbers, words, memory): the three pointers are one; what calls by address calls this.
-EQUATIONS = types.void(
-    types.float64, types.float64, types.CPointer(types.float64), types.CPointer(types.int64), types.voidptr
-)
+EQUATIONS = types.void(types.float64, types.float64, types.voidptr)  # t, h, memory
 
 
 @dataclass
@@ -87,7 +86,7 @@ class Coordinate:
         transmitted: Torque through the mesh without changes of speed [N m].
         friction: What dry friction takes [N m].
         margin: How far its mode is from changing.
-        trial: Speed in the middle of the step as the last solution has it [rad/s].
+        trial: Speed of the middle at which springs and the tip's surroundings were asked [rad/s].
         slow, fast: Between which rates of its spring the answer lies.
     """
 
@@ -118,7 +117,7 @@ class Coordinate:
 
 @dataclass
 class Drive:
-    """What turns a joint: the coordinate of its motor, motor angle over joint coordinate, whether motors are coupled."""
+    """What turns a joint: its motor's coordinate, motor angle over joint coordinate, whether motors are coupled."""
 
     motor: int
     ratio: float
@@ -160,7 +159,7 @@ class Section:
 
 SECTIONS = (
     "joints", "drives", "coordinates", "places", "guess", "bias", "felt_bias", "mass", "felt", "matrix", "transmitted",
-    "reduced", "sliding", "rows", "spins", "work", "payloads", "turns", "spread", "body_places", "body_speeds",
+    "reduced", "sliding", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places", "body_speeds",
     "body_bias", "body_felt_bias", "body_mass", "body_felt", "between", "computes", "repeats", "accounts", "samples",
     "states", "powers", "energies", "columns", "contributed",
 )  # fmt: skip
@@ -172,8 +171,8 @@ class Engine:
     """What the equations of motion keep for themselves.
 
     Attributes:
-        arm, uses_tip, spins, coupled, bodies, links: Whether there is an arm, whether an effect looks at the tip, how
-            many rotors have a pass of their own, whether motors are coupled, coordinates of the bodies then, links.
+        arm, uses_tip, coupled, bodies: Whether there is an arm, whether an effect looks at the tip, whether motors are
+            coupled, coordinates of the bodies then.
         motion, forces: Addresses of the compiled equations.
         tip_offset: Of the tip in the last link's frame [m].
         moving: How many states follow rates.
@@ -189,10 +188,8 @@ class Engine:
 
     arm: int
     uses_tip: int
-    spins: int
     coupled: int
     bodies: int
-    links: int
     motion: int
     forces: int
     moving: int
@@ -246,6 +243,7 @@ class Run(NamedTuple):
         bias, felt_bias: Torques at constant speed, and the part of them that motors feel [N m or N], (c,).
         mass, felt: Mass matrix and the part of its rows that motors feel [kg m^2 or kg], (c, c).
         system: The linear system of a step.
+        links, rotors, bodies: Records of ``mass_and_bias``.
         computes, repeats, accounts, samples: Calls.
         states: Of effects.
         turns: Joints' motion from that of the coordinates, (n, n), where motors are coupled.
@@ -264,7 +262,9 @@ class Run(NamedTuple):
     mass: Any
     felt: Any
     system: Any
-    work: Any
+    links: Any
+    rotors: Any
+    bodies: Any
     computes: Any
     repeats: Any
     accounts: Any
@@ -309,7 +309,8 @@ def run_of(numbers: Any) -> Run:
             square_of(numbers, at.matrix, c), square_of(numbers, at.transmitted, c), square_of(numbers, at.reduced, c),
             numbers_of(numbers, at.sliding).view(np.int64),
         ),
-        numbers_of(numbers, at.work),
+        numbers_of(numbers, at.links).view(LINK), numbers_of(numbers, at.rotors).view(ROTOR),
+        numbers_of(numbers, at.bodies).view(BODY),
         numbers_of(numbers, at.computes).view(CALL), numbers_of(numbers, at.repeats).view(CALL),
         numbers_of(numbers, at.accounts).view(CALL), numbers_of(numbers, at.samples).view(CALL),
         numbers_of(numbers, at.states).view(STATE), square_of(numbers, at.turns, n),
@@ -339,4 +340,4 @@ def call_laws(run: Run, calls: Any, t: float, h: float) -> None:
 def call_equations(run: Run, address: int, t: float, h: float) -> None:
     """Call motion or forces."""
     base = run.numbers.ctypes.data
-    call_address(address, (t, h, base, base, base))
+    call_address(address, (t, h, base))

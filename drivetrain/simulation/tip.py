@@ -4,25 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from drivetrain.dynamics.compiled_vectors import Vector, cross, dot, get, part, put
-from drivetrain.dynamics.mass_and_bias import COLUMNS, ORIGIN, SCREW, VELOCITY
-from drivetrain.simulation.records import Run, inlined
+from drivetrain.dynamics.core.vectors import Vector, cross, dot, minus, plus, put, times, turned, vector
+from drivetrain.simulation.records import Run, inlined, part
 
 
 @inlined
 def show_tip(run: Run) -> None:
     """Fill place, speed and turning of the tip, along the axes of the base."""
-    work, engine, tip, o = run.work, run.engine[0], run.world[0].tip, (run.engine[0].links - 1) * COLUMNS
-    offset, place = get(engine.tip_offset, 0), tip.place
-    for r in range(3):
-        place[r] = work[o + ORIGIN + r] + dot(get(work, o + 3 * r), offset)
-    turning = get(work, o + VELOCITY)
-    around = cross(turning, get(place, 0))
-    for r in range(3):
-        tip.speed[r] = work[o + VELOCITY + 3 + r] + around[r]
-    put(tip.turning, 0, turning)
-    for r in range(3):
-        engine.tip_place[r], engine.tip_speed[r], engine.tip_turning[r] = place[r], tip.speed[r], turning[r]
+    engine, tip, body = run.engine[0], run.world[0].tip, run.bodies[len(run.joints) - 1]
+    place = plus(vector(body.origin), turned(body.rotation, vector(engine.tip_offset)))
+    turning = vector(body.w)
+    speed = plus(vector(body.v), cross(turning, place))
+    put(tip.place, place)
+    put(tip.speed, speed)
+    put(tip.turning, turning)
+    put(engine.tip_place, place)
+    put(engine.tip_speed, speed)
+    put(engine.tip_turning, turning)
 
 
 @part
@@ -46,27 +44,21 @@ def _resisting(tip: Any, step: float, a: Vector) -> Vector:
 @part
 def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
     """Turning of the tip, and speed at the base's origin, for a unit speed of a coordinate."""
-    work = run.work
+    bodies = run.bodies
     if not run.engine[0].coupled:
-        return get(work, k * COLUMNS + SCREW), get(work, k * COLUMNS + SCREW + 3)
-    a = b = c = x = y = z = 0.0
-    for j in range(run.engine[0].links):
-        turns, screw = run.turns[j, k], j * COLUMNS + SCREW
-        a += turns * work[screw]
-        b += turns * work[screw + 1]
-        c += turns * work[screw + 2]
-        x += turns * work[screw + 3]
-        y += turns * work[screw + 4]
-        z += turns * work[screw + 5]
-    return (a, b, c), (x, y, z)
+        return vector(bodies[k].turn), vector(bodies[k].slide)
+    turn = slide = (0.0, 0.0, 0.0)
+    for j in range(len(run.joints)):
+        turn = plus(turn, times(run.turns[j, k], vector(bodies[j].turn)))
+        slide = plus(slide, times(run.turns[j, k], vector(bodies[j].slide)))
+    return turn, slide
 
 
 @inlined
 def _column(run: Run, k: int) -> Vector:
     """Speed of the tip for a unit speed of a coordinate."""
-    turning, linear = _screw(run, k)
-    around = cross(turning, get(run.engine[0].tip_place, 0))
-    return linear[0] + around[0], linear[1] + around[1], linear[2] + around[2]
+    turn, slide = _screw(run, k)
+    return plus(slide, cross(turn, vector(run.engine[0].tip_place)))
 
 
 @part
@@ -76,19 +68,16 @@ def try_tip(run: Run, shift: float) -> None:
     Args:
         shift: Time from the beginning of the step to its middle [s].
     """
-    engine, tip = run.engine[0], run.world[0].tip
-    before, speed, turning = get(tip.speed, 0), get(engine.tip_speed, 0), get(engine.tip_turning, 0)
-    for k in range(engine.links):
-        more = run.coordinates[k].trial - run.guess[k]
-        column, (around, _) = _column(run, k), _screw(run, k)
-        speed = (speed[0] + more * column[0], speed[1] + more * column[1], speed[2] + more * column[2])
-        turning = (turning[0] + more * around[0], turning[1] + more * around[1], turning[2] + more * around[2])
-    put(tip.speed, 0, speed)
-    put(tip.turning, 0, turning)
-    less = _resisting(tip, shift, (speed[0] - before[0], speed[1] - before[1], speed[2] - before[2]))
-    for r in range(3):
-        tip.place[r] = engine.tip_place[r] + shift * (speed[r] - engine.tip_speed[r])
-        engine.tip_expected[r] = tip.force[r] - less[r]
+    engine, tip, coordinates = run.engine[0], run.world[0].tip, run.coordinates
+    before, speed, turning = vector(tip.speed), vector(engine.tip_speed), vector(engine.tip_turning)
+    for k in range(len(run.joints)):
+        more = coordinates[k].trial - run.guess[k]
+        speed = plus(speed, times(more, _column(run, k)))
+        turning = plus(turning, times(more, _screw(run, k)[0]))
+    put(tip.speed, speed)
+    put(tip.turning, turning)
+    put(tip.place, plus(vector(engine.tip_place), times(shift, minus(speed, vector(engine.tip_speed)))))
+    put(engine.tip_expected, minus(vector(tip.force), _resisting(tip, shift, minus(speed, before))))
     for k in range(6):
         engine.tip_damping[k], engine.tip_stiffness[k] = tip.damping[k], tip.stiffness[k]
 
@@ -129,21 +118,20 @@ def clear_tip(tip: Any) -> None:
 
 
 @part
-def add_tip(run: Run, h: float, theta: float, trial: bool) -> None:
+def add_tip(run: Run, h: float, theta: float) -> None:
     """What the surroundings do to the tip joins the linear system, and what meshes transmit.
 
     Args:
         h: Step [s].
-        trial: Whether they were asked at the trial, not at the guess.
     """
     coordinates, drives = run.coordinates, run.drives
-    tip, joints = run.world[0].tip, run.engine[0].links
-    step, moment, force = theta * h, get(tip.moment, 0), get(tip.force, 0)
+    tip, joints = run.world[0].tip, len(run.joints)
+    step, moment, force = theta * h, vector(tip.moment), vector(tip.force)
     for k in range(joints):
         one = coordinates[k]
         soft = _resisting(tip, step, _column(run, k))
-        late = (one.trial if trial else run.guess[k]) - one.speed
-        force = (force[0] + soft[0] * late, force[1] + soft[1] * late, force[2] + soft[2] * late)
+        late = one.trial - one.speed
+        force = plus(force, times(late, soft))
         for i in range(joints):
             entry = dot(_column(run, i), soft)
             run.system.matrix[i, k] += step * entry
