@@ -10,21 +10,19 @@ every engine shares them. With h = 0 they are at an instant; ``theta`` of a step
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from drivetrain.dynamics.core.equation_of_motion import mass_and_bias
 from drivetrain.jit import callback
-from drivetrain.simulation.assembly import assemble, gather_bodies, show_coupled, spread_motion
+from drivetrain.simulation.assembly import assemble, show_coupled
+from drivetrain.simulation.bodies import move_bodies
 from drivetrain.simulation.forces import find_forces, show_energies
 from drivetrain.simulation.friction import solve_friction
-from drivetrain.simulation.mechanics import PAYLOAD
-from drivetrain.simulation.records import EQUATIONS, Run, call_laws, inlined, numbers_of, opened, part, square_of
+from drivetrain.simulation.records import EQUATIONS, Run, call_laws, inlined, numbers_of, opened, part, states_of
 from drivetrain.simulation.settle import agrees, ask_again
-from drivetrain.simulation.tip import clear_tip, show_tip
+from drivetrain.simulation.tip import clear_tip
 
 MOST = 60  # solutions of a step, at most
 
@@ -34,7 +32,7 @@ def guess_still(run: Run) -> None:
     """Take the speeds of the states as those of the middle."""
     coordinates = run.coordinates
     for i in range(len(coordinates)):
-        run.guess[i] = coordinates[i].speed
+        coordinates[i].guess = coordinates[i].speed
 
 
 @part
@@ -44,66 +42,23 @@ def show_motion(run: Run, shift: float) -> None:
     Args:
         shift: [s].
     """
-    coordinates, joints, drives, guess, places = run.coordinates, run.joints, run.drives, run.guess, run.places
+    coordinates, joints = run.coordinates, run.joints
     for i in range(len(coordinates)):
-        coordinates[i].trial = guess[i]
+        coordinates[i].trial = coordinates[i].guess
     for i in range(len(joints)):
-        m, ratio, joint = drives[i].motor, drives[i].ratio, joints[i]
-        speed = shaft = guess[i]
+        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
+        speed = shaft = coordinates[i].guess
         place, wind_up = coordinates[i].position + shift * speed, 0.0
-        places[i] = place
+        coordinates[i].place = place
         if m != i:
-            shaft = guess[m]
+            shaft = coordinates[m].guess
             wind_up = coordinates[m].position + shift * (shaft - speed)
-            places[m] = place + wind_up
+            coordinates[m].place = place + wind_up
             joint.spring.wind_up, joint.spring.speed = wind_up, shaft - speed
         joint.load.position, joint.load.speed = place, speed
         joint.motor.position, joint.motor.speed = ratio * (place + wind_up), ratio * shaft
-    if run.engine[0].coupled:
+    if run.head[0].engine.coupled:
         show_coupled(run)
-
-
-@inlined
-def _carry(run: Run, t: float) -> None:
-    """Put what the tip carries at an instant into the constants of the last link."""
-    payloads, entry = numbers_of(run.numbers, run.engine[0].at.payloads).view(PAYLOAD), 0
-    for k in range(1, len(payloads)):
-        if payloads[k].time <= t:
-            entry = k
-    if len(payloads):
-        link, carried = run.links[len(run.joints) - 1], payloads[entry]
-        link.mass, link.hx, link.hy, link.hz = carried.mass, carried.hx, carried.hy, carried.hz
-        link.sxx, link.syy, link.szz = carried.sxx, carried.syy, carried.szz
-        link.sxy, link.sxz, link.syz = carried.sxy, carried.sxz, carried.syz
-
-
-@part
-def _mechanics(run: Run, t: float) -> None:
-    """Mass matrix and bias at the places and guessed speeds."""
-    joints, mass, felt, bias, places = run.joints, run.mass, run.felt, run.bias, run.places
-    if run.engine[0].arm:
-        numbers, at, e = run.numbers, run.engine[0].at, run.engine[0].bodies
-        _carry(run, t)
-        if run.engine[0].coupled:
-            spread_motion(run)
-        # Where no motors are coupled the bodies' coordinates are those of the mechanics, in the same place.
-        mass_and_bias(
-            run.links, run.rotors, numbers_of(numbers, at.body_places), numbers_of(numbers, at.body_speeds), run.bodies,
-            square_of(numbers, at.body_mass, e), square_of(numbers, at.body_felt, e),
-            numbers_of(numbers, at.body_bias), numbers_of(numbers, at.body_felt_bias),
-        )  # fmt: skip
-        if run.engine[0].coupled:
-            gather_bodies(run)
-        if run.engine[0].uses_tip:
-            show_tip(run)
-    else:
-        for i in range(len(run.coordinates)):
-            one = run.coordinates[i]
-            mass[i, i], felt[i, i], bias[i] = one.inertia, one.rotor, 0.0
-            if one.weight != 0.0:
-                bias[i] = one.weight * math.cos(places[i] + one.phase)
-    for i in range(len(joints)):
-        joints[i].bias_torque = bias[i]
 
 
 @inlined
@@ -113,7 +68,8 @@ def show_states(run: Run, shift: float) -> None:
     Args:
         shift: [s].
     """
-    states, numbers = run.states, run.numbers
+    numbers = run.numbers
+    states = states_of(run)
     for k in range(len(states)):
         state = states[k]
         if state.shown >= 0:
@@ -146,12 +102,12 @@ def compute(run: Run, t: float, h: float) -> None:
         spring.torque = spring.damping = spring.stiffness = 0.0
         mesh.driving = mesh.driven = 0.0
         pin.command = pin.damping = pin.stiffness = 0.0
-    clear_tip(run.world[0].tip)
-    old = numbers_of(run.numbers, run.engine[0].at.contributed)
+    clear_tip(run.head[0].world.tip)
+    old = numbers_of(run.numbers, run.head[0].engine.at.contributed)
     for k in range(len(old)):
         old[k] = 0.0
-    call_laws(run, run.computes, t, h)
-    call_laws(run, run.repeats, t, h)
+    call_laws(run, run.head[0].engine.at.computes, t, h)
+    call_laws(run, run.head[0].engine.at.repeats, t, h)
 
 
 @inlined
@@ -161,7 +117,7 @@ def _start_modes(run: Run, h: float, any_dry: bool) -> None:
     Over a step what moves slides, what rests does as it did. At an instant (h = 0) the mode of what moves is given, and
     all are while they are held; what rests stays so or starts.
     """
-    coordinates, held = run.coordinates, run.engine[0].held != 0
+    coordinates, held = run.coordinates, run.head[0].engine.held != 0
     for i in range(len(coordinates)):
         one = coordinates[i]
         moves = one.relative != 0.0
@@ -194,23 +150,23 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
         # What jumps at the end of the step is not seen yet, however the sum was rounded.
         middle = np.nextafter(np.nextafter(middle, t), t)
     show_motion(run, theta * h)
-    _mechanics(run, middle)
+    move_bodies(run, middle)
     show_states(run, theta * h)
     compute(run, middle, h)
     for attempt in range(MOST):
         any_dry = assemble(run, span, theta)
         if attempt == 0:
             _start_modes(run, h, any_dry)
-        done = solve_friction(run.coordinates, run.system, span)
+        done = solve_friction(run.coordinates, run.pairs, span)
         if done < 0:
             return done
         total += done
-        if h == 0.0 or len(run.repeats) == 0:
+        if h == 0.0 or run.head[0].engine.at.repeats.size == 0:
             return total
         ask_again(run, middle, h, theta)
         if agrees(run, h, theta, attempt):
             return total
-    run.engine[0].unsettled += 1
+    run.head[0].engine.unsettled += 1
     return total
 
 
@@ -221,7 +177,7 @@ def _show_rates(run: Run) -> None:
     for i in range(len(coordinates)):
         coordinates[i].position_rate, coordinates[i].speed_rate = coordinates[i].speed, coordinates[i].change
     for i in range(len(run.joints)):
-        m = run.drives[i].motor
+        m = coordinates[i].motor
         if m != i:
             coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
 
@@ -230,14 +186,14 @@ def _motion(t: Any, h: Any, memory: Any) -> None:
     run = opened(memory)
     if h == 0.0:
         guess_still(run)
-    run.engine[0].solved = solve(run, t, h, run.engine[0].theta if h > 0.0 else 0.0)
+    run.head[0].engine.solved = solve(run, t, h, run.head[0].engine.theta if h > 0.0 else 0.0)
     if h == 0.0:
         _show_rates(run)
 
 
 def _forces(t: Any, h: Any, memory: Any) -> None:
     run = opened(memory)
-    theta = run.engine[0].theta if h > 0.0 else 0.0
+    theta = run.head[0].engine.theta if h > 0.0 else 0.0
     find_forces(run, h if h > 0.0 else 1.0, theta)
     show_motion(run, theta * h)
     if h == 0.0:

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from drivetrain.dynamics.core.vectors import dot, vector
+from drivetrain.simulation.bodies import bodies_of, rotors_of, turns_of
 from drivetrain.simulation.friction import slide, taken_by_friction
 from drivetrain.simulation.records import Run, inlined, part
 
@@ -18,10 +19,10 @@ def show_energies(run: Run) -> None:
     kinetic, potential = 0.0, 0.0
     for i in range(c):
         for k in range(c):
-            kinetic += 0.5 * coordinates[i].speed * run.mass[i, k] * coordinates[k].speed
-    if run.engine[0].arm:
+            kinetic += 0.5 * coordinates[i].speed * run.pairs[i, k].mass * coordinates[k].speed
+    if run.head[0].engine.arm:
         # All that the first link carries has been gathered in its body; what the base carries stands in its own.
-        bodies, rotors = run.bodies, run.rotors
+        bodies, rotors = bodies_of(run), rotors_of(run)
         upwards = vector(bodies[len(bodies) - 1].dv)
         potential = dot(upwards, vector(bodies[0].first))
         for r in range(len(rotors)):
@@ -29,8 +30,8 @@ def show_energies(run: Run) -> None:
                 potential += dot(upwards, vector(bodies[len(run.joints) + r].first))
     else:
         for i in range(c):
-            potential += coordinates[i].weight * math.sin(run.places[i] + coordinates[i].phase)
-    run.world[0].kinetic_energy, run.world[0].potential_energy = kinetic, potential
+            potential += coordinates[i].weight * math.sin(coordinates[i].place + coordinates[i].phase)
+    run.head[0].world.kinetic_energy, run.head[0].world.potential_energy = kinetic, potential
 
 
 @part
@@ -40,33 +41,33 @@ def find_forces(run: Run, h: float, theta: float) -> None:
     Args:
         h: Step [s]; 1 at an instant.
     """
-    coordinates, joints, drives, guess = run.coordinates, run.joints, run.drives, run.guess
+    coordinates, joints = run.coordinates, run.joints
     for i in range(len(coordinates)):
         one = coordinates[i]
-        guess[i] = one.speed + theta * one.change
-        one.friction = taken_by_friction(coordinates, run.system.matrix, i, h) if one.dry.active else 0.0
+        coordinates[i].guess = one.speed + theta * one.change
+        one.friction = taken_by_friction(coordinates, run.pairs, i, h) if one.dry.active else 0.0
     for i in range(len(joints)):
-        m, ratio, joint = drives[i].motor, drives[i].ratio, joints[i]
+        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
         link, rotor = coordinates[i], coordinates[m]
         load = rotor.transmitted
         for k in range(len(coordinates)):
-            load += run.system.transmitted[m, k] * coordinates[k].change
+            load += run.pairs[m, k].transmitted * coordinates[k].change
         at_joint, at_motor = _split(link, rotor, m == i, load)
         mesh = rotor.friction - at_motor
         if m == i:
             mesh -= at_joint
             load += at_joint
         joint.load.acceleration = link.change / h
-        if drives[i].coupled:
+        if coordinates[i].coupled:
             turned = 0.0
             for k in range(len(joints)):
-                turned += run.turns[i, k] * coordinates[k].change
+                turned += turns_of(run)[i, k] * coordinates[k].change
             joint.load.acceleration = turned / h
         joint.motor.acceleration = ratio * rotor.change / h
         joint.load.friction, joint.motor.friction = at_joint, at_motor / ratio
-        joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * guess[m]
-        joint.load.friction_power = at_joint * (guess[i] - link.surface)
-        joint.motor.friction_power = at_motor * guess[m]
+        joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * coordinates[m].guess
+        joint.load.friction_power = at_joint * (coordinates[i].guess - link.surface)
+        joint.motor.friction_power = at_motor * coordinates[m].guess
 
 
 @inlined

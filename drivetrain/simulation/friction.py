@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from drivetrain.simulation.records import System, inlined, part
+from drivetrain.simulation.records import inlined, part
 
 ROUNDING = 1e-12  # of a bound: less is no reason to break loose
 NO_SET = -1001  # no set of modes fits
@@ -46,19 +46,18 @@ def _limit(dry: Any, transmitted: float, direction: int) -> float:
 
 
 @inlined
-def _fill(coordinates: Any, system: System, h: float) -> int:
+def _fill(coordinates: Any, pairs: Any, h: float) -> int:
     """The equations of the sliding coordinates; how many these are."""
-    c, count, sliding = len(coordinates), 0, system.sliding
-    matrix, transmitted, reduced = system.matrix, system.transmitted, system.reduced
+    c, count = len(coordinates), 0
     for i in range(c):
         one = coordinates[i]
         if one.dry.mode == 0:
             one.change = -one.relative
         else:
-            sliding[count] = i
+            coordinates[count].sliding = i
             count += 1
     for a in range(count):
-        i = sliding[a]
+        i = coordinates[a].sliding
         one = coordinates[i]
         dry, value, kappa = one.dry, one.right, 0.0
         if dry.active:
@@ -68,57 +67,57 @@ def _fill(coordinates: Any, system: System, h: float) -> int:
             value -= h * (joint + mode * slide(dry.motor, mode) + kappa * (one.transmitted + joint))
         filled = 0
         for k in range(c):
-            entry = matrix[i, k]
+            entry = pairs[i, k].matrix
             if kappa != 0.0:
-                entry += h * kappa * transmitted[i, k]
+                entry += h * kappa * pairs[i, k].transmitted
             other = coordinates[k]
             if other.dry.mode == 0:
                 value -= entry * other.change
             else:
-                reduced[a, filled] = entry
+                pairs[a, filled].reduced = entry
                 filled += 1
         one.change = value
     return count
 
 
 @inlined
-def _solve(coordinates: Any, system: System, h: float) -> int:
+def _solve(coordinates: Any, pairs: Any, h: float) -> int:
     """Changes of speed with the modes as they are; a coordinate whose pivot is not positive, or -1."""
-    count, reduced, sliding = _fill(coordinates, system, h), system.reduced, system.sliding
+    count = _fill(coordinates, pairs, h)
     for a in range(count):
-        i = sliding[a]
-        if not reduced[a, a] > 0.0:
+        i = coordinates[a].sliding
+        if not pairs[a, a].reduced > 0.0:
             return i
-        inverse, own = 1.0 / reduced[a, a], coordinates[i].change
-        reduced[a, a] = inverse
+        inverse, own = 1.0 / pairs[a, a].reduced, coordinates[i].change
+        pairs[a, a].reduced = inverse
         for b in range(a + 1, count):
-            factor = reduced[b, a] * inverse
+            factor = pairs[b, a].reduced * inverse
             if factor != 0.0:
                 for k in range(a + 1, count):
-                    reduced[b, k] -= factor * reduced[a, k]
-                coordinates[sliding[b]].change -= factor * own
+                    pairs[b, k].reduced -= factor * pairs[a, k].reduced
+                coordinates[coordinates[b].sliding].change -= factor * own
     for a in range(count - 1, -1, -1):
-        one = coordinates[sliding[a]]
+        one = coordinates[coordinates[a].sliding]
         value = one.change
         for b in range(a + 1, count):
-            value -= reduced[a, b] * coordinates[sliding[b]].change
-        one.change = value * reduced[a, a]
+            value -= pairs[a, b].reduced * coordinates[coordinates[b].sliding].change
+        one.change = value * pairs[a, a].reduced
     return -1
 
 
 @inlined
-def taken_by_friction(coordinates: Any, matrix: Any, i: int, h: float) -> float:
+def taken_by_friction(coordinates: Any, pairs: Any, i: int, h: float) -> float:
     """What dry friction takes of a coordinate whose equation it closes [N m]."""
     force = coordinates[i].right
     for k in range(len(coordinates)):
-        force -= matrix[i, k] * coordinates[k].change
+        force -= pairs[i, k].matrix * coordinates[k].change
     return force / h
 
 
 @inlined
-def _correct_stuck(coordinates: Any, matrix: Any, h: float, i: int, load: float) -> bool:
+def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) -> bool:
     """Whether a stuck coordinate must break loose; its mode is changed."""
-    one, force = coordinates[i], taken_by_friction(coordinates, matrix, i, h)
+    one, force = coordinates[i], taken_by_friction(coordinates, pairs, i, h)
     dry, forward, backward = one.dry, _limit(one.dry, load, 1), _limit(one.dry, load, -1)
     slack = ROUNDING * (abs(forward) + abs(backward))
     one.friction = force
@@ -146,9 +145,9 @@ def _correct_sliding(one: Any, load: float) -> bool:
 
 
 @inlined
-def _correct(coordinates: Any, system: System, h: float, single: bool) -> int:
+def _correct(coordinates: Any, pairs: Any, h: float, single: bool) -> int:
     """Change the modes that the answer contradicts, and tell how many."""
-    c, corrected, matrix, transmitted = len(coordinates), 0, system.matrix, system.transmitted
+    c, corrected = len(coordinates), 0
     for i in range(c):
         one = coordinates[i]
         if not one.dry.active:
@@ -157,9 +156,9 @@ def _correct(coordinates: Any, system: System, h: float, single: bool) -> int:
         if one.dry.driving != 0.0 or one.dry.driven != 0.0:
             load = one.transmitted
             for k in range(c):
-                load += transmitted[i, k] * coordinates[k].change
+                load += pairs[i, k].transmitted * coordinates[k].change
         if one.dry.mode == 0:
-            changed = _correct_stuck(coordinates, matrix, h, i, load)
+            changed = _correct_stuck(coordinates, pairs, h, i, load)
         else:
             changed = _correct_sliding(one, load)
         if changed:
@@ -170,7 +169,7 @@ def _correct(coordinates: Any, system: System, h: float, single: bool) -> int:
 
 
 @part
-def solve_friction(coordinates: Any, system: System, h: float) -> int:
+def solve_friction(coordinates: Any, pairs: Any, h: float) -> int:
     """Changes of speed over a step, or accelerations (h = 1, relative speeds 0).
 
     Args:
@@ -181,9 +180,9 @@ def solve_friction(coordinates: Any, system: System, h: float) -> int:
     """
     c = len(coordinates)
     for attempt in range(50 + 20 * c):
-        jammed = _solve(coordinates, system, h)
+        jammed = _solve(coordinates, pairs, h)
         if jammed >= 0:
             return -1 - jammed
-        if _correct(coordinates, system, h, attempt > 8 + c) == 0:
+        if _correct(coordinates, pairs, h, attempt > 8 + c) == 0:
             return attempt + 1
     return NO_SET

@@ -130,7 +130,8 @@ def lay_out(
                             ("accounts", [group for group in accounts if group.kind.account], "account")):  # fmt: skip
         block.put(_calls([(group, 0.0) for group in what], law, placed, block), False, name)
     block.put(_calls(list(_sampled(groups)), "sample", placed, block), [False] * 4 + [True], "samples")
-    block.put(np.array(_columns(placed, {name for one in instances for name in one.states}, known, powers, block), INTEGERS), False, "columns")
+    of_effects = {name for one in instances for name in one.states}
+    block.put(np.array(_columns(placed, of_effects, known, powers, block), INTEGERS), False, "columns")
     numbers = np.concatenate(block.parts)
     made = Memory(
         numbers, placed.signals, {name: k for k, name in enumerate(placed.states)}, powers, atol, memory,
@@ -145,35 +146,28 @@ def lay_out(
 def _put_mechanics(block: _Block, body: Mechanics) -> None:
     """Constants and room of the equations of motion."""
     n, c, bound = body.n, body.c, body.coupled
-    drives, coordinates = np.zeros(n, r.DRIVE), np.zeros(c, r.COORDINATE)
-    drives["motor"], drives["ratio"] = body.motors, body.ratios
+    coordinates = np.zeros(c, r.COORDINATE)
+    coordinates["motor"][:n], coordinates["ratio"][:n] = body.motors, body.ratios
     for name, row in zip(("inertia", "weight", "phase", "rotor"), body.constant, strict=True):
         coordinates[name] = row
     coordinates["dry"]["load_sign"] = 1
-    size = 0 if bound is None else len(bound.spread)
+    size = c if bound is None else len(bound.spread)
     if bound is not None:
-        drives["coupled"][list(bound.shafts)] = 1
+        coordinates["coupled"][list(bound.shafts)] = 1
         coordinates["felt"], coordinates["factor"], coordinates["own"] = bound.felt, bound.factors, bound.own
-    block.put(drives, False, "drives")
     block.put(coordinates, changing_numbers(r.Coordinate), "coordinates")
-    for name in ("places", "guess", "bias", "felt_bias"):
-        block.put(np.zeros(c), name == "guess", name)
-    for name in ("mass", "felt", "matrix", "transmitted", "reduced"):
-        block.put(np.zeros((c, c)), name == "mass", name)
-    block.put(np.zeros(c, INTEGERS), False, "sliding")
+    block.put(np.zeros((c, c), r.PAIR), False, "pairs")
+    block.put(np.zeros((c, c)), True, "mass")
     block.put(body.links, False, "links")
     block.put(body.spinning, False, "rotors")
     block.put(body.bodies, False, "bodies")
     block.put(body.payloads, False, "payloads")
     block.put(np.zeros((0, n)) if bound is None else bound.turns, False, "turns")
     block.put(np.zeros((0, c)) if bound is None else bound.spread, False, "spread")
-    shared = {"places": "body_places", "guess": "body_speeds", "bias": "body_bias", "felt_bias": "body_felt_bias",
-              "mass": "body_mass", "felt": "body_felt"}  # fmt: skip
-    for name, own in shared.items():
-        if bound is None:
-            block.sections[own] = block.sections[name]
-        else:
-            block.put(np.zeros((size, size) if name in ("mass", "felt") else size), False, own)
+    for name in ("body_places", "body_speeds", "body_bias", "body_felt_bias"):
+        block.put(np.zeros(size), False, name)
+    for name in ("body_mass", "body_felt"):
+        block.put(np.zeros((size, size)), False, name)
     block.put(np.zeros((size, c)), False, "between")
 
 

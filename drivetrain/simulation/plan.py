@@ -153,8 +153,8 @@ def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Arra
     if scene.position is not None:
         at["position"][: body.n] = body.coordinates_of(scene.position)
     rates.evaluate_signals(numbers)
-    whole, felt = (memory.view(numbers, name).reshape(body.c, body.c) for name in ("mass", "felt"))
-    return whole, np.diagonal(felt)
+    pairs = memory.view(numbers, "pairs").reshape(body.c, body.c)
+    return pairs["mass"], np.diagonal(pairs["felt"])
 
 
 def check_inertias(body: Mechanics, memory: Memory, scene: Scene) -> None:

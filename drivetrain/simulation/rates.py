@@ -11,7 +11,7 @@ from numba import types
 
 from drivetrain.arrays import Array
 from drivetrain.jit import callback
-from drivetrain.simulation.records import Run, call_equations, call_laws, inlined, opened
+from drivetrain.simulation.records import Run, call_equations, call_laws, inlined, opened, states_of
 from drivetrain.solvers.compiled_function import evaluate
 
 _DOUBLES = types.CPointer(types.float64)
@@ -23,14 +23,15 @@ NO_WORDS = np.zeros(1, dtype=np.int64)
 @inlined
 def put_states(run: Run, x: Any) -> None:
     """Put the states that follow rates among the numbers."""
-    for k in range(run.engine[0].moving):
-        run.numbers[run.states[k].value] = x[k]
+    states = states_of(run)
+    for k in range(run.head[0].engine.moving):
+        run.numbers[states[k].value] = x[k]
 
 
 @inlined
 def clear_rates(run: Run) -> None:
     """No rate is known yet."""
-    states = run.states
+    states = states_of(run)
     for k in range(len(states)):
         if states[k].rate >= 0:
             run.numbers[states[k].rate] = 0.0
@@ -40,23 +41,24 @@ def clear_rates(run: Run) -> None:
 def solve_at(run: Run, t: float) -> None:
     """The equations at an instant, with the states as they are."""
     clear_rates(run)
-    call_equations(run, run.engine[0].motion, t, 0.0)
+    call_equations(run, run.head[0].engine.motion, t, 0.0)
 
 
 @inlined
 def account_at(run: Run, t: float) -> None:
     """Forces, and what effects put out, at an instant at which the equations are solved."""
-    call_equations(run, run.engine[0].forces, t, 0.0)
-    call_laws(run, run.accounts, t, 0.0)
+    call_equations(run, run.head[0].engine.forces, t, 0.0)
+    call_laws(run, run.head[0].engine.at.accounts, t, 0.0)
 
 
 def _rates(t: Any, x: Any, result: Any, memory: Any, words: Any) -> None:
     run = opened(memory)
     put_states(run, x)
     solve_at(run, t)
-    run.engine[0].rates_calls += 1
-    for k in range(run.engine[0].moving):
-        result[k] = run.numbers[run.states[k].rate] if run.engine[0].solved >= 0 else math.nan
+    run.head[0].engine.rates_calls += 1
+    states = states_of(run)
+    for k in range(run.head[0].engine.moving):
+        result[k] = run.numbers[states[k].rate] if run.head[0].engine.solved >= 0 else math.nan
 
 
 def _signals(t: Any, x: Any, result: Any, memory: Any, words: Any) -> None:

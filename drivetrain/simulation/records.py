@@ -14,8 +14,6 @@ from numba import carray, types
 
 from drivetrain.arrays import Array
 from drivetrain.call_address import call_address
-from drivetrain.dynamics.core.equation_of_motion import BODY
-from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.effects.connectors import JOINT, WORLD, record_type
 from drivetrain.jit import law
 
@@ -72,6 +70,8 @@ class Coordinate:
     """A coordinate of the mechanics: of a joint (or its shaft, where motors are coupled), or of a rotor on a spring.
 
     Attributes:
+        motor, ratio, coupled: Of a joint: its motor's coordinate, motor angle over joint coordinate, whether its motor is
+            coupled to others.
         inertia, weight, phase, rotor: Of a scene without an arm: inertia, torque of the weight along x, angle from x,
             the rotor's share of the inertia.
         felt, factor, own: Where motors are coupled: the body's coordinate whose turning the motor feels (-1: none), by
@@ -86,10 +86,16 @@ class Coordinate:
         transmitted: Torque through the mesh without changes of speed [N m].
         friction: What dry friction takes [N m].
         margin: How far its mode is from changing.
+        place, guess: Position, and guessed speed of the middle of a step [rad or m, and per s].
         trial: Speed of the middle at which springs and the tip's surroundings were asked [rad/s].
+        bias, felt_bias: Torque at constant speed, and the part of it that the motor feels [N m or N].
+        sliding: Of the coordinates that slide, the one at this place.
         slow, fast: Between which rates of its spring the answer lies.
     """
 
+    motor: int
+    ratio: float
+    coupled: int
     inertia: float
     weight: float
     phase: float
@@ -112,16 +118,30 @@ class Coordinate:
     transmitted: float = 0.0
     friction: float = 0.0
     margin: float = 0.0
+    place: float = 0.0
+    guess: float = 0.0
     trial: float = 0.0
+    bias: float = 0.0
+    felt_bias: float = 0.0
+    sliding: int = 0
 
 
 @dataclass
-class Drive:
-    """What turns a joint: its motor's coordinate, motor angle over joint coordinate, whether motors are coupled."""
+class Pair:
+    """What a coordinate has to do with another.
 
-    motor: int
-    ratio: float
-    coupled: int
+    Attributes:
+        mass, felt: Entry of the mass matrix, and the part of it that the motor feels [kg m^2 or kg].
+        matrix: Inertia with dampers and springs in it.
+        transmitted: Torque through the mesh for a change of speed [N m s].
+        reduced: The system of what slides.
+    """
+
+    mass: float = 0.0
+    felt: float = 0.0
+    matrix: float = 0.0
+    transmitted: float = 0.0
+    reduced: float = 0.0
 
 
 @dataclass
@@ -158,8 +178,7 @@ class Section:
 
 
 SECTIONS = (
-    "joints", "drives", "coordinates", "places", "guess", "bias", "felt_bias", "mass", "felt", "matrix", "transmitted",
-    "reduced", "sliding", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places", "body_speeds",
+    "joints", "coordinates", "pairs", "mass", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places", "body_speeds",
     "body_bias", "body_felt_bias", "body_mass", "body_felt", "between", "computes", "repeats", "accounts", "samples",
     "states", "powers", "energies", "columns", "contributed",
 )  # fmt: skip
@@ -208,27 +227,13 @@ class Engine:
     tip_stiffness: Annotated[Array, 6]
 
 
-COORDINATE, DRIVE, CALL, STATE = (record_type(one) for one in (Coordinate, Drive, Call, State))
+COORDINATE, PAIR, CALL, STATE = (record_type(one) for one in (Coordinate, Pair, Call, State))
 ENGINE = np.dtype([
     *((name, *record_type(Engine).fields[name][:1]) for name in record_type(Engine).names or ()),  # type: ignore[index]
     ("at", np.dtype([(name, SECTION) for name in SECTIONS])),
 ])  # fmt: skip
-WORLD_SIZE, ENGINE_SIZE = WORLD.itemsize // 8, ENGINE.itemsize // 8
-
-
-class System(NamedTuple):
-    """The linear system of a step.
-
-    Attributes:
-        matrix: Inertia with dampers and springs in it, (c, c).
-        transmitted: Torque through the mesh for a change of speeds [N m s], (c, c).
-        reduced, sliding: The system of what slides, and which coordinates do.
-    """
-
-    matrix: Any
-    transmitted: Any
-    reduced: Any
-    sliding: Any
+HEAD = np.dtype([("world", WORLD), ("engine", ENGINE)])
+HEAD_SIZE = HEAD.itemsize // 8
 
 
 class Run(NamedTuple):
@@ -236,41 +241,17 @@ class Run(NamedTuple):
 
     Attributes:
         numbers: All of it.
-        world, engine: One record each.
-        joints, drives: Records, (n,).
-        coordinates: Records, (c,).
-        places, guess: Positions, and guessed speeds of the middle of a step [rad or m, and per s], (c,).
-        bias, felt_bias: Torques at constant speed, and the part of them that motors feel [N m or N], (c,).
-        mass, felt: Mass matrix and the part of its rows that motors feel [kg m^2 or kg], (c, c).
-        system: The linear system of a step.
-        links, rotors, bodies: Records of ``mass_and_bias``.
-        computes, repeats, accounts, samples: Calls.
-        states: Of effects.
-        turns: Joints' motion from that of the coordinates, (n, n), where motors are coupled.
+        head: Records of the scene and the engine, (1,).
+        joints: Records, (n,).
+        coordinates: Records, (c,); the first n are those of the joints.
+        pairs: Records of two coordinates, (c, c).
     """
 
     numbers: Any
-    world: Any
-    engine: Any
+    head: Any
     joints: Any
-    drives: Any
     coordinates: Any
-    places: Any
-    guess: Any
-    bias: Any
-    felt_bias: Any
-    mass: Any
-    felt: Any
-    system: Any
-    links: Any
-    rotors: Any
-    bodies: Any
-    computes: Any
-    repeats: Any
-    accounts: Any
-    samples: Any
-    states: Any
-    turns: Any
+    pairs: Any
 
 
 @inlined
@@ -294,44 +275,42 @@ def opened(memory: Any) -> Run:
 @inlined
 def run_of(numbers: Any) -> Run:
     """The memory in an array."""
-    worlds = numbers[:WORLD_SIZE].view(WORLD)
-    world = worlds[0]
-    engines = numbers[world.engine : world.engine + ENGINE_SIZE].view(ENGINE)
-    at, n, c = engines[0].at, world.joints, world.coordinates
+    head = numbers[:HEAD_SIZE].view(HEAD)
+    at, c = head[0].engine.at, head[0].world.coordinates
     return Run(
-        numbers, worlds, engines,
-        numbers_of(numbers, at.joints).view(JOINT), numbers_of(numbers, at.drives).view(DRIVE),
-        numbers_of(numbers, at.coordinates).view(COORDINATE),
-        numbers_of(numbers, at.places), numbers_of(numbers, at.guess), numbers_of(numbers, at.bias),
-        numbers_of(numbers, at.felt_bias),
-        square_of(numbers, at.mass, c), square_of(numbers, at.felt, c),
-        System(
-            square_of(numbers, at.matrix, c), square_of(numbers, at.transmitted, c), square_of(numbers, at.reduced, c),
-            numbers_of(numbers, at.sliding).view(np.int64),
-        ),
-        numbers_of(numbers, at.links).view(LINK), numbers_of(numbers, at.rotors).view(ROTOR),
-        numbers_of(numbers, at.bodies).view(BODY),
-        numbers_of(numbers, at.computes).view(CALL), numbers_of(numbers, at.repeats).view(CALL),
-        numbers_of(numbers, at.accounts).view(CALL), numbers_of(numbers, at.samples).view(CALL),
-        numbers_of(numbers, at.states).view(STATE), square_of(numbers, at.turns, n),
-    )  # fmt: skip
+        numbers, head, numbers_of(numbers, at.joints).view(JOINT), numbers_of(numbers, at.coordinates).view(COORDINATE),
+        numbers_of(numbers, at.pairs).view(PAIR).reshape((c, c)),
+    )
+
+
+@inlined
+def states_of(run: Run) -> Any:
+    """Where states, their rates and what shows them are, records STATE."""
+    return numbers_of(run.numbers, run.head[0].engine.at.states).view(STATE)
+
+
+@inlined
+def calls_of(run: Run, section: Any) -> Any:
+    """The calls of a section, records CALL."""
+    return numbers_of(run.numbers, section).view(CALL)
 
 
 @inlined
 def call_law(run: Run, call: Any, t: float, h: float) -> None:
     """Call a law for all its records."""
     base = run.numbers.ctypes.data
-    call_address(call.law, (t, h, base + 8 * call.own, call.count, base + 8 * run.engine[0].at.joints.first, base))
+    call_address(call.law, (t, h, base + 8 * call.own, call.count, base + 8 * run.head[0].engine.at.joints.first, base))
 
 
 @inlined
-def call_laws(run: Run, calls: Any, t: float, h: float) -> None:
-    """Call laws in their order.
+def call_laws(run: Run, section: Any, t: float, h: float) -> None:
+    """Call the laws of a section in their order.
 
     Args:
         t: Instant, or middle of the step [s].
         h: Step, 0 at an instant [s].
     """
+    calls = calls_of(run, section)
     for k in range(len(calls)):
         call_law(run, calls[k], t, h)
 

@@ -29,16 +29,16 @@ def ask_again(run: Run, t: float, h: float, theta: float) -> None:
         one = coordinates[i]
         one.trial = one.speed + theta * one.change
     for i in range(len(joints)):
-        m = run.drives[i].motor
+        m = coordinates[i].motor
         if m != i:
             rotor, spring = coordinates[m], joints[i].spring
             rate = rotor.trial - coordinates[i].trial
             spring.wind_up, spring.speed = rotor.position + theta * h * rate, rate
             spring.torque = spring.damping = spring.stiffness = 0.0
-    if run.engine[0].uses_tip:
+    if run.head[0].engine.uses_tip:
         try_tip(run, theta * h)
-        clear_tip(run.world[0].tip)
-    call_laws(run, run.repeats, t, h)
+        clear_tip(run.head[0].world.tip)
+    call_laws(run, run.head[0].engine.at.repeats, t, h)
 
 
 @inlined
@@ -75,15 +75,15 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
         h: Step [s].
         attempt: How often the step has been solved again [-].
     """
-    coordinates, joints, transmitted = run.coordinates, run.joints, run.system.transmitted
+    coordinates, joints, pairs = run.coordinates, run.joints, run.pairs
     good = True
     for i in range(len(joints)):
-        m = run.drives[i].motor
+        m = coordinates[i].motor
         if m == i:
             continue
         link, rotor, spring = coordinates[i], coordinates[m], joints[i].spring
-        expected = rotor.transmitted + transmitted[m, m] * rotor.change + transmitted[m, i] * link.change
-        slope = max(spring.damping + theta * h * spring.stiffness, transmitted[m, m] / theta)
+        expected = rotor.transmitted + pairs[m, m].transmitted * rotor.change + pairs[m, i].transmitted * link.change
+        slope = max(spring.damping + theta * h * spring.stiffness, pairs[m, m].transmitted / theta)
         size = abs(rotor.trial) + abs(link.trial) + abs(spring.wind_up) / (theta * h)
         if attempt == 0:
             rotor.slow.rate, rotor.fast.rate = -math.inf, math.inf
@@ -94,7 +94,7 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
         chord = _chord(rotor, spring.speed, spring.torque, expected)
         if attempt >= PATIENCE and chord >= 0.0:
             spring.damping, spring.stiffness = chord, 0.0
-    if run.engine[0].uses_tip:
+    if run.head[0].engine.uses_tip:
         good = tip_agrees(run, theta * h) and good
         if attempt >= PATIENCE and attempt % 2:
             calm_tip(run)

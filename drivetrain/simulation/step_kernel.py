@@ -21,10 +21,12 @@ from drivetrain.simulation.records import (
     call_equations,
     call_law,
     call_laws,
+    calls_of,
     inlined,
     numbers_of,
     part,
     run_of,
+    states_of,
 )
 
 DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS = range(6)  # why the kernel came back
@@ -84,7 +86,7 @@ CLOCK, MODE_CHANGE = record_type(Clock), record_type(ModeChange)
 @part
 def _sample(run: Run, t: float, slack: float) -> None:
     """Samples that are due at a node; all laws are computed there before the first."""
-    samples = run.samples
+    samples = calls_of(run, run.head[0].engine.at.samples)
     fresh = False
     for k in range(len(samples)):
         sample = samples[k]
@@ -103,7 +105,7 @@ def _sample(run: Run, t: float, slack: float) -> None:
 @inlined
 def _next_sample(run: Run) -> float:
     """The next instant at which something is sampled."""
-    samples = run.samples
+    samples = calls_of(run, run.head[0].engine.at.samples)
     first = math.inf
     for k in range(len(samples)):
         first = min(first, samples[k].period * samples[k].taken)
@@ -114,7 +116,7 @@ def _next_sample(run: Run) -> float:
 def put_row(run: Run, t: float, row: Any) -> None:
     """What is recorded of an instant that is accounted for."""
     numbers = run.numbers
-    columns = numbers_of(numbers, run.engine[0].at.columns).view(np.int64)
+    columns = numbers_of(numbers, run.head[0].engine.at.columns).view(np.int64)
     row[0] = t
     for k in range(len(columns)):
         row[1 + k] = numbers[columns[k]]
@@ -138,18 +140,18 @@ def _record(run: Run, t: float, row: Any, modes: Any) -> None:
 @part
 def _accept(run: Run, t: float, h: float, theta: float) -> int:
     """Move on by a solved step; a coordinate or state that is no number any more, or -1."""
-    coordinates, guess, states, numbers = run.coordinates, run.guess, run.states, run.numbers
-    c, bad, powers = len(coordinates), -1, numbers_of(numbers, run.engine[0].at.powers).view(np.int64)
-    energies = numbers_of(numbers, run.engine[0].at.energies)
-    call_equations(run, run.engine[0].forces, t, h)
-    call_laws(run, run.accounts, t + theta * h, h)
+    coordinates, states, numbers = run.coordinates, states_of(run), run.numbers
+    c, bad, powers = len(coordinates), -1, numbers_of(numbers, run.head[0].engine.at.powers).view(np.int64)
+    energies = numbers_of(numbers, run.head[0].engine.at.energies)
+    call_equations(run, run.head[0].engine.forces, t, h)
+    call_laws(run, run.head[0].engine.at.accounts, t + theta * h, h)
     for k in range(len(powers)):
         energies[k] += h * numbers[powers[k]]
     for i in range(len(run.joints)):
-        coordinates[i].position += h * guess[i]
-        m = run.drives[i].motor
+        coordinates[i].position += h * coordinates[i].guess
+        m = coordinates[i].motor
         if m != i:
-            coordinates[m].position += h * (guess[m] - guess[i])
+            coordinates[m].position += h * (coordinates[m].guess - coordinates[i].guess)
     for i in range(c):
         one = coordinates[i]
         if one.dry.mode == 0:
@@ -208,7 +210,7 @@ def _guess(run: Run, h: float, theta: float, before: Any) -> None:
     for i in range(len(coordinates)):
         one = coordinates[i]
         before[i] = one.dry.mode
-        run.guess[i] = one.speed + theta * h * one.last
+        coordinates[i].guess = one.speed + theta * h * one.last
 
 
 @inlined
@@ -218,7 +220,7 @@ def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> 
         while breaks[clock.next_break] <= to + slack:
             clock.next_break += 1
         # Half a step ahead a stiff spring would ring for ever after a jump; a whole one calms it.
-        clock.soft = run.engine[0].stiff
+        clock.soft = run.head[0].engine.stiff
 
 
 @kernel
@@ -230,7 +232,7 @@ def advance(numbers: Any, clocks: Any, breaks: Any, rows: Any, log: Any, before:
         before, modes: Room for a number, and three, a coordinate.
     """
     run, clock = run_of(numbers), clocks[0]
-    engine, slack = run.engine[0], SLACK * clock.step
+    engine, slack = run.head[0].engine, SLACK * clock.step
     while True:
         t = clock.time
         _sample(run, t, slack)

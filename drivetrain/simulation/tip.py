@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from drivetrain.dynamics.core.vectors import Vector, cross, dot, minus, plus, put, times, turned, vector
+from drivetrain.simulation.bodies import bodies_of, turns_of
 from drivetrain.simulation.records import Run, inlined, part
 
 
 @inlined
 def show_tip(run: Run) -> None:
     """Fill place, speed and turning of the tip, along the axes of the base."""
-    engine, tip, body = run.engine[0], run.world[0].tip, run.bodies[len(run.joints) - 1]
+    engine, tip, body = run.head[0].engine, run.head[0].world.tip, bodies_of(run)[len(run.joints) - 1]
     place = plus(vector(body.origin), turned(body.rotation, vector(engine.tip_offset)))
     turning = vector(body.w)
     speed = plus(vector(body.v), cross(turning, place))
@@ -44,13 +45,13 @@ def _resisting(tip: Any, step: float, a: Vector) -> Vector:
 @part
 def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
     """Turning of the tip, and speed at the base's origin, for a unit speed of a coordinate."""
-    bodies = run.bodies
-    if not run.engine[0].coupled:
+    bodies = bodies_of(run)
+    if not run.head[0].engine.coupled:
         return vector(bodies[k].turn), vector(bodies[k].slide)
     turn = slide = (0.0, 0.0, 0.0)
     for j in range(len(run.joints)):
-        turn = plus(turn, times(run.turns[j, k], vector(bodies[j].turn)))
-        slide = plus(slide, times(run.turns[j, k], vector(bodies[j].slide)))
+        turn = plus(turn, times(turns_of(run)[j, k], vector(bodies[j].turn)))
+        slide = plus(slide, times(turns_of(run)[j, k], vector(bodies[j].slide)))
     return turn, slide
 
 
@@ -58,7 +59,7 @@ def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
 def _column(run: Run, k: int) -> Vector:
     """Speed of the tip for a unit speed of a coordinate."""
     turn, slide = _screw(run, k)
-    return plus(slide, cross(turn, vector(run.engine[0].tip_place)))
+    return plus(slide, cross(turn, vector(run.head[0].engine.tip_place)))
 
 
 @part
@@ -68,10 +69,10 @@ def try_tip(run: Run, shift: float) -> None:
     Args:
         shift: Time from the beginning of the step to its middle [s].
     """
-    engine, tip, coordinates = run.engine[0], run.world[0].tip, run.coordinates
+    engine, tip, coordinates = run.head[0].engine, run.head[0].world.tip, run.coordinates
     before, speed, turning = vector(tip.speed), vector(engine.tip_speed), vector(engine.tip_turning)
     for k in range(len(run.joints)):
-        more = coordinates[k].trial - run.guess[k]
+        more = coordinates[k].trial - run.coordinates[k].guess
         speed = plus(speed, times(more, _column(run, k)))
         turning = plus(turning, times(more, _screw(run, k)[0]))
     put(tip.speed, speed)
@@ -85,7 +86,7 @@ def try_tip(run: Run, shift: float) -> None:
 @inlined
 def calm_tip(run: Run) -> None:
     """Take the mean of how forces fall now and of how they did when last asked: it ends going round in circles."""
-    engine, tip = run.engine[0], run.world[0].tip
+    engine, tip = run.head[0].engine, run.head[0].world.tip
     for k in range(6):
         tip.damping[k] = 0.5 * (tip.damping[k] + engine.tip_damping[k])
         tip.stiffness[k] = 0.5 * (tip.stiffness[k] + engine.tip_stiffness[k])
@@ -98,7 +99,7 @@ def tip_agrees(run: Run, shift: float) -> bool:
     Args:
         shift: Time from the beginning of the step to its middle [s].
     """
-    tip, expected, off, size = run.world[0].tip, run.engine[0].tip_expected, 0.0, 0.0
+    tip, expected, off, size = run.head[0].world.tip, run.head[0].engine.tip_expected, 0.0, 0.0
     for r in range(3):
         off = max(off, abs(tip.force[r] - expected[r]))
         size = max(size, abs(tip.force[r]), abs(expected[r]))
@@ -124,8 +125,8 @@ def add_tip(run: Run, h: float, theta: float) -> None:
     Args:
         h: Step [s].
     """
-    coordinates, drives = run.coordinates, run.drives
-    tip, joints = run.world[0].tip, len(run.joints)
+    coordinates = run.coordinates
+    tip, joints = run.head[0].world.tip, len(run.joints)
     step, moment, force = theta * h, vector(tip.moment), vector(tip.force)
     for k in range(joints):
         one = coordinates[k]
@@ -134,11 +135,11 @@ def add_tip(run: Run, h: float, theta: float) -> None:
         force = plus(force, times(late, soft))
         for i in range(joints):
             entry = dot(_column(run, i), soft)
-            run.system.matrix[i, k] += step * entry
-            if drives[i].motor == i:
-                run.system.transmitted[i, k] += theta * entry
+            run.pairs[i, k].matrix += step * entry
+            if coordinates[i].motor == i:
+                run.pairs[i, k].transmitted += theta * entry
     for i in range(joints):
         torque = dot(_column(run, i), force) + dot(_screw(run, i)[0], moment)
         coordinates[i].right += h * torque
-        if drives[i].motor == i:
+        if coordinates[i].motor == i:
             coordinates[i].transmitted -= torque
