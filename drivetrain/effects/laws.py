@@ -57,7 +57,7 @@ def _table_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) 
     world = carray(memory, 1, WORLD)[0]
     every, numbers = carray(joints, world.joints, JOINT), carray(memory, world.size, np.float64)
     for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821
-        LAW(t, h, own, every[own.joint], table_of(own, numbers))  # type: ignore[name-defined] # noqa: F821
+        LAW(t, h, own, every[own.joint], table_of(numbers, own.table, own.rows, own.columns))  # type: ignore[name-defined] # noqa: F821
 
 
 def _scene_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) -> None:
@@ -65,13 +65,13 @@ def _scene_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) 
     every, numbers, c = carray(joints, world.joints, JOINT), carray(memory, world.size, np.float64), world.coordinates
     mass = numbers[world.mass : world.mass + c * c].reshape((c, c))
     for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821
-        LAW(t, h, own, Whole(every, world, mass, table_of(own, numbers)))  # type: ignore[name-defined] # noqa: F821
+        LAW(t, h, own, Whole(every, world, mass, table_of(numbers, own.table, own.rows, own.columns)))  # type: ignore[name-defined] # noqa: F821
 
 
 @law
-def table_of(own: Any, numbers: Any) -> Any:
+def table_of(numbers: Any, at: int, rows: int, columns: int) -> Any:
     """The table of an effect."""
-    return numbers[own.table : own.table + own.rows * own.columns].reshape((own.rows, own.columns))
+    return numbers[at : at + rows * columns].reshape((rows, columns))
 
 
 @cache
@@ -132,3 +132,9 @@ def flange_of(joint: Any, side: int) -> Any:
     if side == SHAFT:
         return joint.shaft
     return joint.load
+
+
+@law
+def command_of(joint: Any, coupled: int) -> Any:
+    """What a motor's loop follows: the joint's command, or its shaft's where motors are coupled."""
+    return joint.shaft_command if coupled else joint.command
