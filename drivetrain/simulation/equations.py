@@ -20,7 +20,7 @@ from drivetrain.simulation.assembly import assemble, show_coupled
 from drivetrain.simulation.bodies import move_bodies
 from drivetrain.simulation.forces import find_forces, show_energies
 from drivetrain.simulation.friction import solve_friction
-from drivetrain.simulation.records import EQUATIONS, Run, call_laws, inlined, numbers_of, opened, part, states_of
+from drivetrain.simulation.records import EQUATIONS, Run, call_equations, call_laws, inlined, numbers_of, opened, part, states_of
 from drivetrain.simulation.settle import agrees, ask_again
 from drivetrain.simulation.tip import clear_tip
 
@@ -150,14 +150,15 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
         # What jumps at the end of the step is not seen yet, however the sum was rounded.
         middle = np.nextafter(np.nextafter(middle, t), t)
     show_motion(run, theta * h)
-    move_bodies(run, middle)
+    call_equations(run, run.head[0].engine.bodies_law, middle, h)
     show_states(run, theta * h)
     compute(run, middle, h)
     for attempt in range(MOST):
         any_dry = assemble(run, span, theta)
         if attempt == 0:
             _start_modes(run, h, any_dry)
-        done = solve_friction(run.coordinates, run.pairs, span)
+        call_equations(run, run.head[0].engine.friction_law, middle, span)
+        done = run.head[0].engine.solved
         if done < 0:
             return done
         total += done
@@ -182,6 +183,15 @@ def _show_rates(run: Run) -> None:
             coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
 
 
+def _bodies(t: Any, h: Any, memory: Any) -> None:
+    move_bodies(opened(memory), t)
+
+
+def _friction(t: Any, h: Any, memory: Any) -> None:
+    run = opened(memory)
+    run.head[0].engine.solved = solve_friction(run.coordinates, run.pairs, h)
+
+
 def _motion(t: Any, h: Any, memory: Any) -> None:
     run = opened(memory)
     if h == 0.0:
@@ -198,6 +208,18 @@ def _forces(t: Any, h: Any, memory: Any) -> None:
     show_motion(run, theta * h)
     if h == 0.0:
         show_energies(run)
+
+
+@lru_cache(maxsize=1)
+def bodies() -> Any:
+    """Mass matrix and bias, compiled likewise; apart, since what is compiled in one piece is optimised in each."""
+    return callback(EQUATIONS, _bodies)
+
+
+@lru_cache(maxsize=1)
+def friction() -> Any:
+    """The linear system with friction solved, compiled likewise."""
+    return callback(EQUATIONS, _friction)
 
 
 @lru_cache(maxsize=1)

@@ -18,8 +18,8 @@ from drivetrain.effects import signals as named
 from drivetrain.effects.connectors import JOINT, WORLD, fill_record, place_in, record_type
 from drivetrain.effects.laws import HEAD, Law, own_type
 from drivetrain.errors import Fault, InputError
+from drivetrain.simulation import equations
 from drivetrain.simulation import records as r
-from drivetrain.simulation.equations import forces, motion
 from drivetrain.simulation.mechanics import Mechanics
 from drivetrain.simulation.old_laws import bridge
 from drivetrain.simulation.wiring import Directory, Group, Instance
@@ -394,7 +394,8 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     engine["coupled"] = body.coupled is not None
     engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
     engine["theta"], engine["moving"] = 0.5, made.moving
-    engine["motion"], engine["forces"] = motion().address, forces().address
+    engine["motion"], engine["forces"] = equations.motion().address, equations.forces().address
+    engine["bodies_law"], engine["friction_law"] = equations.bodies().address, equations.friction().address
     engine["tip_offset"] = body.tip[:3, 3]
     for name in r.SECTIONS:
         first, _, size = sections[name]

@@ -192,7 +192,7 @@ class Engine:
     Attributes:
         arm, uses_tip, coupled, bodies: Whether there is an arm, whether an effect looks at the tip, whether motors are
             coupled, coordinates of the bodies then.
-        motion, forces: Addresses of the compiled equations.
+        motion, forces, bodies_law, friction_law: Addresses of the compiled equations.
         tip_offset: Of the tip in the last link's frame [m].
         moving: How many states follow rates.
         theta: Share of the step at which forces are taken [-].
@@ -211,6 +211,8 @@ class Engine:
     bodies: int
     motion: int
     forces: int
+    bodies_law: int
+    friction_law: int
     moving: int
     tip_offset: Annotated[Array, 3]
     theta: float
