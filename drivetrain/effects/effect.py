@@ -21,49 +21,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-from numba import types
 
 from drivetrain.arrays import Array
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import nan_faults, type_faults
 from drivetrain.effects.laws import Law
 from drivetrain.errors import InputError
-from drivetrain.jit import callback
-
-DOUBLES, WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
-SIGNATURE = types.void(types.float64, types.float64, DOUBLES, DOUBLES, DOUBLES, DOUBLES, WORDS)
-
-
-class Compiled:
-    """A law compiled at its first use, or taken from numba's disk cache; used as a decorator.
-
-    Args:
-        function: Its arguments are two floats and five pointers, which are indexed like arrays but have no length.
-    """
-
-    def __init__(self, function: Callable[..., None]):
-        self.function = function
-
-    @cached_property
-    def _library(self) -> Any:
-        return callback(SIGNATURE, self.function)
-
-    @property
-    def address(self) -> int:
-        """Where the compiled function lies [-]."""
-        return int(self._library.address)
-
-    def __call__(self) -> int:
-        """Have the law compiled, if it is not in the disk cache.
-
-        Returns:
-            Where it lies [-].
-        """
-        return self.address
 
 
 @dataclass(frozen=True)
@@ -236,9 +202,9 @@ class Effect(ABC):
     """
 
     scope: ClassVar[str] = "joint"
-    compute: ClassVar[Compiled | Law | None] = None
-    account: ClassVar[Compiled | Law | None] = None
-    sample: ClassVar[Compiled | Law | None] = None
+    compute: ClassVar[Law | None] = None
+    account: ClassVar[Law | None] = None
+    sample: ClassVar[Law | None] = None
 
     def __init_subclass__(cls) -> None:
         """Every effect's fields are of the kinds that they are said to be before its own checks look at them."""
@@ -279,10 +245,6 @@ class Effect(ABC):
             SI, (rows, columns).
         """
         return np.zeros((0, 0))
-
-    def numbers(self, place: Place) -> Sequence[float]:
-        """Constants of a law on pointers; goes with the last of these."""
-        return ()
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         """States that fit the rest of the scene, so that no layer of fast motion begins the run.

@@ -20,7 +20,7 @@ from drivetrain.simulation.assembly import assemble, show_coupled
 from drivetrain.simulation.bodies import move_bodies
 from drivetrain.simulation.forces import find_forces, show_energies
 from drivetrain.simulation.friction import solve_friction
-from drivetrain.simulation.records import EQUATIONS, Run, call_equations, call_laws, inlined, numbers_of, opened, part, states_of
+from drivetrain.simulation.records import EQUATIONS, Run, call_equations, call_laws, inlined, opened, part, states_of
 from drivetrain.simulation.settle import agrees, ask_again
 from drivetrain.simulation.tip import clear_tip
 
@@ -103,9 +103,6 @@ def compute(run: Run, t: float, h: float) -> None:
         mesh.driving = mesh.driven = 0.0
         pin.command = pin.damping = pin.stiffness = 0.0
     clear_tip(run.head[0].world.tip)
-    old = numbers_of(run.numbers, run.head[0].engine.at.contributed)
-    for k in range(len(old)):
-        old[k] = 0.0
     call_laws(run, run.head[0].engine.at.computes, t, h)
     call_laws(run, run.head[0].engine.at.repeats, t, h)
 

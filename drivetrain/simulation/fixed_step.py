@@ -15,6 +15,7 @@ from drivetrain.simulation.beginning import started
 from drivetrain.simulation.engine import Engine, Outcome, Wish
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event
+from drivetrain.simulation.records import MODE_CHANGE
 from drivetrain.solvers.solver import check_positive
 
 NUMBERS = 2**22  # of the rows of a chunk, at most
@@ -66,7 +67,7 @@ class FixedStep(Engine):
 def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) -> Outcome:
     """Call the kernel until it is done."""
     clock, parts, filled, logged = clocks[0], [], 0, []
-    rows, log = _room(plan, wish, clock), np.zeros(EVENTS, kernel.MODE_CHANGE)
+    rows, log = _room(plan, wish, clock), np.zeros(EVENTS, MODE_CHANGE)
     before, modes = np.zeros(plan.body.c, dtype=np.int64), np.zeros((plan.body.c, 3), dtype=np.int64)
     while True:
         clock["rows"] = clock["events"] = 0

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
-from itertools import chain
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -21,7 +20,6 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import equations
 from drivetrain.simulation import records as r
 from drivetrain.simulation.mechanics import Mechanics
-from drivetrain.simulation.old_laws import bridge
 from drivetrain.simulation.wiring import Directory, Group, Instance
 
 SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
@@ -116,7 +114,7 @@ def lay_out(
     block.put(np.zeros(1, r.ENGINE), False, "engine")
     block.put(np.zeros(n, JOINT), True, "joints")
     _put_mechanics(block, body)
-    placed = _put_effects(block, groups, joints, known)
+    placed = _put_effects(block, groups, joints)
     _put_coordinates(placed, block, body, joints)
     atol, memory, states = _states(instances, placed, body)
     powers = tuple(sorted(known.powers))
@@ -128,8 +126,8 @@ def lay_out(
     once = [group for group in groups if group.kind.compute and group not in again]
     for name, what, law in (("computes", once, "compute"), ("repeats", later, "compute"),
                             ("accounts", [group for group in accounts if group.kind.account], "account")):  # fmt: skip
-        block.put(_calls([(group, 0.0) for group in what], law, placed, block), False, name)
-    block.put(_calls(list(_sampled(groups)), "sample", placed, block), [False] * 4 + [True], "samples")
+        block.put(_calls([(group, 0.0) for group in what], law, placed), False, name)
+    block.put(_calls(list(_sampled(groups)), "sample", placed), [False] * 4 + [True], "samples")
     of_effects = {name for one in instances for name in one.states}
     block.put(np.array(_columns(placed, of_effects, known, powers, block), INTEGERS), False, "columns")
     numbers = np.concatenate(block.parts)
@@ -183,10 +181,9 @@ def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
     return places
 
 
-def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str], known: Directory) -> _Placed:
+def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
     """Records of all effects, their tables, and where their signals and states lie in them."""
     places, states, owns = _connectors(block, joints), {}, {}
-    old = [one for group in groups if _is_old(group) for one in group.instances]
     for group in groups:
         described = _described(group)
         if described is None:
@@ -211,7 +208,6 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str], 
                 value = own + _field(one, dtype, path)
                 states[name] = value, -1 if state.memory else own + _field(one, dtype, f"{path}_rate")
                 places.setdefault(name, value)
-    _put_old(block, old, places, states, owns, known)
     return _Placed(places, states, owns)
 
 
@@ -237,35 +233,6 @@ def _checked(one: Instance) -> Any:
         if isinstance(value, float) and np.isnan(value):
             raise InputError(Fault(one.title, f"has a constant that is no number, {field.name}"))
     return own
-
-
-def _is_old(group: Group) -> bool:
-    laws = (group.kind.compute, group.kind.account, group.kind.sample)
-    return any(law is not None and not isinstance(law, Law) for law in laws)
-
-
-def _put_old(block: _Block, old: Sequence[Instance], places: Any, states: Any, owns: Any, known: Directory) -> None:
-    """Effects with laws on pointers: states and rates in two blocks of one length."""
-    names = [name for one in old for name in one.states]
-    block.put(np.zeros(0), True, "old_states")
-    first = block.put(np.zeros(len(names)), True)
-    block.put(np.zeros(len(names)), True)
-    for k, name in enumerate(names):
-        states[name] = first + k, first + len(names) + k
-    signals = [name for one in old for name in (*one.states, *one.provides, *one.outputs, *one.needs)]
-    for name in dict.fromkeys(signals):
-        if name not in places:
-            places[name] = block.put(np.zeros(1), True)
-    added = [name for one in old for name in one.contributes if name not in places]
-    at = block.put(np.zeros(len(set(added))), True, "contributed")
-    for k, name in enumerate(dict.fromkeys(added)):
-        places[name] = at + k
-    for one in old:
-        constants = np.array(one.effect.numbers(one.place), dtype=np.float64)
-        if np.isnan(constants).any():
-            problem = f"has a constant that is no number, number {int(np.isnan(constants).argmax())}"
-            raise InputError(Fault(one.title, problem))
-        owns[id(one)] = block.put(constants, False)
 
 
 def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Sequence[str]) -> None:
@@ -307,37 +274,19 @@ def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> 
     return atol, memory, records
 
 
-def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed, block: _Block) -> Any:
+def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> Any:
     """Addresses of laws, their records, and periods of samples."""
     rows: list[list[Any]] = []
     last: Any = None
     for group, period in listed:
-        if _is_old(group):
-            rows.append([bridge().address, _old_rows(group, getattr(group.kind, law), placed, block), 1, period, 0])
-        else:
-            size = own_type(_described(group)).itemsize // 8  # type: ignore[arg-type]
-            for own in (placed.owns[id(one)] for one in group.instances):
-                if rows and last == (group, own - size):
-                    rows[-1][2] += 1
-                else:
-                    rows.append([getattr(group.kind, law).address, own, 1, period, 0])
-                last = group, own
+        size = own_type(_described(group)).itemsize // 8  # type: ignore[arg-type]
+        for own in (placed.owns[id(one)] for one in group.instances):
+            if rows and last == (group, own - size):
+                rows[-1][2] += 1
+            else:
+                rows.append([getattr(group.kind, law).address, own, 1, period, 0])
+            last = group, own
     return np.array([tuple(row) for row in rows], r.CALL)
-
-
-def _old_rows(group: Group, law: Any, placed: _Placed, block: _Block) -> int:
-    """Address, distance of rates from states, and rows of places, of a law on pointers."""
-    rows = [
-        [placed.owns[id(one)], *(placed.states[name][0] for name in one.states),
-         *(placed.signals[name] for name in (*one.needs, *one.provides, *one.contributes, *one.outputs))]
-        for one in group.instances
-    ]  # fmt: skip
-    longest, apart = max(len(row) for row in rows), 0
-    for one in group.instances:
-        for name in one.states:
-            apart = placed.states[name][1] - placed.states[name][0]
-    padded = [row + [0] * (longest - len(row)) for row in rows]
-    return block.put(np.array([law.address, apart, len(rows), longest, *chain.from_iterable(padded)], INTEGERS), False)
 
 
 def _sampled(groups: Sequence[Group]) -> Iterable[tuple[Group, float]]:
@@ -398,8 +347,8 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     engine["bodies_law"], engine["friction_law"] = equations.bodies().address, equations.friction().address
     engine["tip_offset"] = body.tip[:3, 3]
     for name in r.SECTIONS:
-        first, _, size = sections[name]
-        engine["at"][name]["first"], engine["at"][name]["size"] = first, size
+        if name in sections:
+            engine["at"][name]["first"], engine["at"][name]["size"] = sections[name][0], sections[name][2]
 
 
 def _uses_tip(instances: Sequence[Instance]) -> bool:

@@ -90,6 +90,7 @@ class Coordinate:
         trial: Speed of the middle at which springs and the tip's surroundings were asked [rad/s].
         bias, felt_bias: Torque at constant speed, and the part of it that the motor feels [N m or N].
         sliding: Of the coordinates that slide, the one at this place.
+        before, gave: Mode before an event, and the direction in which it was last seen to give while stuck.
         slow, fast: Between which rates of its spring the answer lies.
     """
 
@@ -124,6 +125,8 @@ class Coordinate:
     bias: float = 0.0
     felt_bias: float = 0.0
     sliding: int = 0
+    before: int = 0
+    gave: int = 0
 
 
 @dataclass
@@ -170,6 +173,16 @@ class State:
 
 
 @dataclass
+class ModeChange:
+    """Of a coordinate's friction: instant [s], coordinate, mode before and after."""
+
+    time: float
+    coordinate: int
+    before: int
+    after: int
+
+
+@dataclass
 class Section:
     """A part of the memory: its first number, and how many there are."""
 
@@ -180,7 +193,8 @@ class Section:
 SECTIONS = (
     "joints", "coordinates", "pairs", "mass", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places", "body_speeds",
     "body_bias", "body_felt_bias", "body_mass", "body_felt", "between", "computes", "repeats", "accounts", "samples",
-    "states", "powers", "energies", "columns", "contributed",
+    "states", "powers", "energies", "columns",
+    "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts", "rows",
 )  # fmt: skip
 SECTION = record_type(Section)
 
@@ -201,6 +215,7 @@ class Engine:
         held: Whether modes of friction are given.
         unsettled: Steps on which solution and springs never agreed.
         rates_calls: Evaluations of the rates.
+        logged, remembers: Changes of modes so far, and whether any effect has a memory, of the adaptive engine.
         tip_place, tip_speed, tip_turning, tip_expected: Of the guess; the force that a solution expects.
         tip_damping, tip_stiffness: How forces fell when last asked.
     """
@@ -221,6 +236,8 @@ class Engine:
     held: int
     unsettled: int
     rates_calls: int
+    logged: int
+    remembers: int
     tip_place: Annotated[Array, 3]
     tip_speed: Annotated[Array, 3]
     tip_turning: Annotated[Array, 3]
@@ -229,7 +246,9 @@ class Engine:
     tip_stiffness: Annotated[Array, 6]
 
 
-COORDINATE, PAIR, CALL, STATE = (record_type(one) for one in (Coordinate, Pair, Call, State))
+COORDINATE, PAIR, CALL, STATE, MODE_CHANGE = (
+    record_type(one) for one in (Coordinate, Pair, Call, State, ModeChange)
+)
 ENGINE = np.dtype([
     *((name, *record_type(Engine).fields[name][:1]) for name in record_type(Engine).names or ()),  # type: ignore[index]
     ("at", np.dtype([(name, SECTION) for name in SECTIONS])),

@@ -14,12 +14,10 @@ import numpy as np
 
 from drivetrain.effects.connectors import record_type
 from drivetrain.jit import kernel
-from drivetrain.simulation.equations import compute, guess_still, show_motion, show_states
-from drivetrain.simulation.rates import account_at, solve_at
+from drivetrain.simulation.rates import account_at, put_row, solve_at, take_samples
 from drivetrain.simulation.records import (
     Run,
     call_equations,
-    call_law,
     call_laws,
     calls_of,
     inlined,
@@ -70,36 +68,7 @@ class Clock:
     budget: int
 
 
-@dataclass
-class ModeChange:
-    """Of a coordinate's friction: instant [s], coordinate, mode before and after."""
-
-    time: float
-    coordinate: int
-    before: int
-    after: int
-
-
-CLOCK, MODE_CHANGE = record_type(Clock), record_type(ModeChange)
-
-
-@part
-def _sample(run: Run, t: float, slack: float) -> None:
-    """Samples that are due at a node; all laws are computed there before the first."""
-    samples = calls_of(run, run.head[0].engine.at.samples)
-    fresh = False
-    for k in range(len(samples)):
-        sample = samples[k]
-        if t < sample.period * sample.taken - slack:
-            continue
-        if not fresh:
-            guess_still(run)
-            show_motion(run, 0.0)
-            show_states(run, 0.0)
-            compute(run, t, 0.0)
-            fresh = True
-        call_law(run, sample, t, 0.0)
-        sample.taken += 1
+CLOCK = record_type(Clock)
 
 
 @inlined
@@ -110,16 +79,6 @@ def _next_sample(run: Run) -> float:
     for k in range(len(samples)):
         first = min(first, samples[k].period * samples[k].taken)
     return first
-
-
-@inlined
-def put_row(run: Run, t: float, row: Any) -> None:
-    """What is recorded of an instant that is accounted for."""
-    numbers = run.numbers
-    columns = numbers_of(numbers, run.head[0].engine.at.columns).view(np.int64)
-    row[0] = t
-    for k in range(len(columns)):
-        row[1 + k] = numbers[columns[k]]
 
 
 @part
@@ -235,7 +194,7 @@ def advance(numbers: Any, clocks: Any, breaks: Any, rows: Any, log: Any, before:
     engine, slack = run.head[0].engine, SLACK * clock.step
     while True:
         t = clock.time
-        _sample(run, t, slack)
+        take_samples(run, t, slack, 0.0)
         if t >= clock.next_row - slack:
             if clock.rows == len(rows):
                 return FULL
