@@ -18,7 +18,7 @@ from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.inverse import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.shaping import coupling_of, ratios_of
+from drivetrain.simulation.mechanics import coupling_of, ratios_of
 from drivetrain.simulation.study_scene import with_feed_forward
 
 LABELS = {

@@ -189,7 +189,7 @@ def record_type(described: type) -> np.dtype[Any]:
 
 def fill_record(record: Any, values: Any) -> None:
     """Put a dataclass's numbers into a record; None as NaN."""
-    for name in record.dtype.names:
+    for name in (field.name for field in fields(values)):
         value = getattr(values, name)
         if record.dtype[name].names:
             fill_record(record[name], value)

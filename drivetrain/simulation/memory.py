@@ -191,7 +191,7 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
         dtype = own_type(described)
         owned = np.zeros(len(group.instances), dtype)
         for record, one in zip(owned, group.instances, strict=True):
-            fill_record(record[list(record_type(described).names or ())], _checked(one))
+            fill_record(record, _checked(one))
             table = np.asarray(one.effect.table(one.place), dtype=np.float64)
             record["joint"] = one.place.joint
             record["rows"], record["columns"] = table.shape
