@@ -23,8 +23,8 @@ from drivetrain.effects.supply_bus import StiffSupply
 from drivetrain.effects.winding import Winding
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.simulation.cost_results import Choice
-from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.mechanics import ratios_of
+from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import Wishes, scene_of
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.simulation import KNOWN_EFFECTS, Control, Simulation

@@ -16,9 +16,9 @@ from drivetrain.effects.rotor import ReflectedRotor
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.inverse import demanded
+from drivetrain.simulation.mechanics import coupling_of, ratios_of
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.mechanics import coupling_of, ratios_of
 from drivetrain.simulation.study_scene import with_feed_forward
 
 LABELS = {

@@ -1,7 +1,7 @@
 """The typed connectors through which effects and mechanics meet: one record a joint, one for the whole scene.
 
-A record is a numpy structured type made of a dataclass; compiled laws write ``joint.motor.torque``. Torques at a sliding
-joint are forces [N], angles lengths [m]. Quantities of ``load`` count at the joint, those of ``motor`` at its shaft.
+A record is a numpy structured type made of a dataclass; compiled laws write ``joint.motor.torque``. Torques at a
+sliding joint are forces [N], angles lengths [m]. Quantities of ``load`` count at the joint, of ``motor`` at its shaft.
 """
 
 from __future__ import annotations

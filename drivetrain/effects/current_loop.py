@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -52,13 +52,13 @@ class Own:
     integral: float
     peak: float
     forward: float
-    resistance: float
-    step: float
-    whole: Annotated[Array, 4]
-    held: Annotated[Array, 4]
-    mean: Annotated[Array, 2]
-    half: Annotated[Array, 4]
-    half_held: Annotated[Array, 4]
+    resistance: float = 0.0
+    step: float = 0.0
+    whole: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))
+    half: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    half_held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     speed: float = 0.0
     position: float = 0.0
     free: float = 0.0
@@ -230,9 +230,8 @@ class CurrentLoop(Effect):
         inductance = self.motor.inductance or math.nan
         kp, ki = inductance * self.bandwidth, self.motor.resistance * self.bandwidth
         forward = self.fed_forward * self.motor.torque_constant
-        four, two = np.zeros(4), np.zeros(2)
         lines = motor_lines(self.motor)
-        return Own(*lines, inductance, kp, ki, self.peak_current, forward, 0.0, 0.0, four, four, two, four, four)
+        return Own(*lines, inductance, kp, ki, self.peak_current, forward)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)

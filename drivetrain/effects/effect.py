@@ -6,7 +6,7 @@ made by ``laws.joint_law``, ``table_law`` or ``scene_law``. Laws read and write 
 ``connectors.py``; ``ports`` says which signals (``signals.py``) these are, so that the plan of a scene can check them
 and put all effects in an order that serves each. Nothing else knows that an effect exists.
 
-``compute`` has two modes. At an instant (h = 0) states and connectors are those of ``t``, rates the states' derivatives.
+``compute`` has two modes. At an instant (h = 0) states and connectors are those of ``t``, rates are derivatives.
 In a fixed step (h > 0) ``t`` and the connectors are those of the middle of the step, own states those of its beginning;
 rates are what the states change by over the whole step, divided by h, what it provides are means over it. An effect
 faster than the step solves its own equation there; any other just adds half a step of its rates.
@@ -231,7 +231,7 @@ class Effect(ABC):
             place: Where it stands.
 
         Returns:
-            Constants in SI; states, memory and outputs at zero.
+            Constants in SI, fields without a default; those with one change, and are kept where a run goes on later.
         """
         return None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import numpy as np
@@ -32,10 +32,10 @@ class Own:
     coupled: int
     period: float
     delay: int
-    sampled_current: float
-    last_measured_position: float
-    integrated_current: float
-    waiting_current: Annotated[Array, MOST_DELAY]
+    sampled_current: float = 0.0
+    last_measured_position: float = 0.0
+    integrated_current: float = 0.0
+    waiting_current: Annotated[Array, MOST_DELAY] = field(default_factory=lambda: np.zeros(MOST_DELAY))
 
 
 @joint_law(Own)
@@ -118,7 +118,7 @@ class SampledCascade(Effect):
 
     def own(self, place: Place) -> Own:
         gains = (self.position_gain, self.speed_gain, 1.0 / self.integral_time, self.peak_current, place.ratio)
-        return Own(*gains, place.coupled, self.every, self.delay, 0.0, 0.0, 0.0, np.zeros(MOST_DELAY))
+        return Own(*gains, place.coupled, self.every, self.delay)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)

@@ -56,8 +56,8 @@ class AdaptiveStep(Engine):
             numbers, first, kept = started(plan), 0.0, None
         else:
             kept, size = wish.resume, plan.memory.moving
-            sizes = {"states": size * len(at.STATE), "jacobian": size**2, "clock": len(at.CLOCK), "count": len(at.COUNT)}
-            numbers = resumed(kept, plan, sizes)
+            sizes = {"states": size * len(at.STATE), "jacobian": size**2}
+            numbers = resumed(kept, plan, {**sizes, "clock": len(at.CLOCK), "count": len(at.COUNT)})
             first = float(kept["clock"].view(at.CLOCK)["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]

@@ -113,7 +113,6 @@ def assemble(run: Run, h: float, theta: float) -> bool:
         Whether there is any dry friction.
     """
     coordinates, joints = run.coordinates, run.joints
-    coordinates, pairs = coordinates, run.pairs
     c, engine, dry = len(coordinates), run.head[0].engine, False
     for i in range(c):
         one = coordinates[i]

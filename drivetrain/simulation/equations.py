@@ -22,7 +22,7 @@ from drivetrain.simulation.forces import find_forces, show_energies
 from drivetrain.simulation.friction import solve_friction
 from drivetrain.simulation.records import EQUATIONS, Run, call_equations, call_laws, inlined, opened, part, states_of
 from drivetrain.simulation.settle import agrees, ask_again
-from drivetrain.simulation.tip import clear_tip
+from drivetrain.simulation.tip import clear_tip, show_tip
 
 MOST = 60  # solutions of a step, at most
 
@@ -181,7 +181,10 @@ def _show_rates(run: Run) -> None:
 
 
 def _bodies(t: Any, h: Any, memory: Any) -> None:
-    move_bodies(opened(memory), t)
+    run = opened(memory)
+    move_bodies(run, t)
+    if run.head[0].engine.arm and run.head[0].engine.uses_tip:
+        show_tip(run)
 
 
 def _friction(t: Any, h: Any, memory: Any) -> None:

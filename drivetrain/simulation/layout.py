@@ -90,4 +90,3 @@ def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> L
 def energy_of(power: str) -> str:
     """The name of the energy that a power has moved."""
     return f"{power.removesuffix('_power')}_energy"
-

@@ -22,7 +22,8 @@ from drivetrain.simulation import records as r
 from drivetrain.simulation.mechanics import Mechanics
 from drivetrain.simulation.wiring import Directory, Group, Instance
 
-SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
+ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
+SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES)
 SPRING = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
 INTEGERS: Any = np.int64
 
@@ -91,7 +92,8 @@ def changing_numbers(described: type) -> list[bool]:
         if is_dataclass(hints[field.name]):
             found += changing_numbers(hints[field.name])  # type: ignore[arg-type]
         else:
-            found += [field.default is not MISSING] * (inner.itemsize // 8)
+            kept = field.default is not MISSING or field.default_factory is not MISSING
+            found += [kept] * (inner.itemsize // 8)
     return found
 
 
@@ -324,13 +326,26 @@ def _columns(
 
 
 def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
-    """Names worth recording: no sums that nobody contributes to, no constants that nobody provides."""
-    return [
+    """Names worth recording: no sums that nobody contributes to, no constants that nobody provides.
+
+    First what the mechanics show, then what effects provide, what the mechanics take, what effects take.
+    """
+    shown = (*named.BEFORE, *named.AFTER, *named.SHAFT_GIVEN, *named.TIP_GIVEN, *ENERGIES)
+    taken = (*named.TAKEN, *named.SHAFT_TAKEN, *named.TIP_TAKEN)
+    rank = {signal.name: (0, k, "") for k, signal in enumerate(shown)}
+    rank |= {signal.name: (2, k, "") for k, signal in enumerate(taken)}
+
+    def order(name: str) -> tuple[int, int, str]:
+        own = name if name.startswith("scene.") else name.rpartition(".")[2]
+        return rank.get(own) or (3 if name in known.adders else 1, 0, name)
+
+    wanted = [
         name for name in places
         if name in known.units and name != "scene.mass_matrix"
         and not (name in known.adders and not known.adders[name])
         and not (name in known.defaults and name not in known.givers)
     ]  # fmt: skip
+    return sorted(wanted, key=order)
 
 
 def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) -> None:

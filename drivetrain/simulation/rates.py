@@ -27,7 +27,7 @@ from drivetrain.simulation.records import (
 from drivetrain.solvers.compiled_function import evaluate
 
 _DOUBLES = types.CPointer(types.float64)
-# void(t, x, result, numbers, memory), as solvers call it: a run's memory stands for their words, their numbers are none.
+# void(t, x, result, numbers, memory), as solvers call it: a run's memory are their words, their numbers are none.
 RIGHT_SIDE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, types.voidptr)
 NO_NUMBERS = np.zeros(1)
 

@@ -70,8 +70,8 @@ class Coordinate:
     """A coordinate of the mechanics: of a joint (or its shaft, where motors are coupled), or of a rotor on a spring.
 
     Attributes:
-        motor, ratio, coupled: Of a joint: its motor's coordinate, motor angle over joint coordinate, whether its motor is
-            coupled to others.
+        motor, ratio, coupled: Of a joint: its motor's coordinate, motor angle over joint coordinate, whether motors are
+            coupled there.
         inertia, weight, phase, rotor: Of a scene without an arm: inertia, torque of the weight along x, angle from x,
             the rotor's share of the inertia.
         felt, factor, own: Where motors are coupled: the body's coordinate whose turning the motor feels (-1: none), by
@@ -191,10 +191,14 @@ class Section:
 
 
 SECTIONS = (
-    "joints", "coordinates", "pairs", "mass", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places", "body_speeds",
-    "body_bias", "body_felt_bias", "body_mass", "body_felt", "between", "computes", "repeats", "accounts", "samples",
-    "states", "powers", "energies", "columns",
-    "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts", "rows",
+    # connectors and mechanics
+    "joints", "coordinates", "pairs", "mass", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
+    "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
+    # laws, states, and what is recorded
+    "computes", "repeats", "accounts", "samples", "states", "powers", "energies", "columns",
+    # of the adaptive engine: its log, and what its Jacobian needs
+    "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts",
+    "rows",
 )  # fmt: skip
 SECTION = record_type(Section)
 
@@ -246,9 +250,7 @@ class Engine:
     tip_stiffness: Annotated[Array, 6]
 
 
-COORDINATE, PAIR, CALL, STATE, MODE_CHANGE = (
-    record_type(one) for one in (Coordinate, Pair, Call, State, ModeChange)
-)
+COORDINATE, PAIR, CALL, STATE, MODE_CHANGE = (record_type(one) for one in (Coordinate, Pair, Call, State, ModeChange))
 ENGINE = np.dtype([
     *((name, *record_type(Engine).fields[name][:1]) for name in record_type(Engine).names or ()),  # type: ignore[index]
     ("at", np.dtype([(name, SECTION) for name in SECTIONS])),
@@ -299,7 +301,10 @@ def run_of(numbers: Any) -> Run:
     head = numbers[:HEAD_SIZE].view(HEAD)
     at, c = head[0].engine.at, head[0].world.coordinates
     return Run(
-        numbers, head, numbers_of(numbers, at.joints).view(JOINT), numbers_of(numbers, at.coordinates).view(COORDINATE),
+        numbers,
+        head,
+        numbers_of(numbers, at.joints).view(JOINT),
+        numbers_of(numbers, at.coordinates).view(COORDINATE),
         numbers_of(numbers, at.pairs).view(PAIR).reshape((c, c)),
     )
 

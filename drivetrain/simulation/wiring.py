@@ -95,8 +95,8 @@ def instance(effect: Effect, place: Place) -> Instance:
         return tuple(full_name(signal.name, place) for signal in signals)
 
     states = tuple(full_name(state.name, place) for state in ports.states)
-    told = names(ports.outputs)
-    return Instance(effect, place, ports, states, names(ports.needs), names(ports.provides), names(ports.contributes), told)
+    written = names(ports.provides), names(ports.contributes), names(ports.outputs)
+    return Instance(effect, place, ports, states, names(ports.needs), *written)
 
 
 def unit_at(unit: str, turning: bool) -> str:
