@@ -131,7 +131,7 @@ def _conditions(ready: Plan, demand: Demand, joint: int, basis: Basis, mass: Arr
         free=float(np.abs(current).max()) < min(limits, default=math.inf),
         series=series,
         torque_constant=constant,
-        mesh_share=1.0 if mesh is None else 1.0 + mesh.numbers(_place(ready, joint))[0],
+        mesh_share=1.0 if mesh is None else 1.0 + mesh.own(_place(ready, joint)).driving,
         loop_stiffness=stiffness,
         loop_damping=damping,
         sample_period=period,

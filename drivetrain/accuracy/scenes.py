@@ -31,7 +31,7 @@ from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.inverse import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.shaping import coupling_of, ratios_of
+from drivetrain.simulation.mechanics import coupling_of, ratios_of
 from drivetrain.simulation.study_scene import Wishes, scene_of, with_feed_forward
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study

@@ -73,11 +73,7 @@ def held_step(a: Matrix, h: float) -> tuple[Matrix, Matrix, Matrix]:
 
 
 @kernel
-def put_matrix(numbers: Any, at: int, matrix: Matrix) -> None:
-    """Write a matrix down.
-
-    Args:
-        numbers: Real numbers [any unit].
-    """
+def put_matrix(row: Any, matrix: Matrix) -> None:
+    """Write a matrix into a row of four numbers [any unit]."""
     for j in range(4):
-        numbers[at + j] = matrix[j]
+        row[j] = matrix[j]

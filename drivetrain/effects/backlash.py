@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,47 +12,57 @@ from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers, touch
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shape, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Shape, Signal
 from drivetrain.effects.estimate import Conditions, Estimate
+from drivetrain.effects.laws import joint_law
 from drivetrain.effects.twisting import BESIDE, along, swing
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
 
+@dataclass
+class Own:
+    """What it keeps: as ``FlexibleJoint``, half of the play [rad]; energy [J], power lost [W], torque [N m]."""
+
+    slope_1: float
+    slope_2: float
+    slope_3: float
+    bend_1: float
+    bend_2: float
+    damping: float
+    half: float
+    energy: float = 0.0
+    power: float = 0.0
+    torque: float = 0.0
+
+
 @law
-def _met(numbers: Any, at: int, twist: float, rate: float, h: float, damping: float) -> tuple[float, float, float]:
+def _met(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, float]:
     """Torque, slope and damping at an instant, or in the mean over a step."""
-    pieces = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4]
-    flanks = -numbers[at + 6], numbers[at + 6]
+    pieces = own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2
+    flanks = -own.half, own.half
     if h > 0.0:
-        return mean_touch(pieces, flanks, damping, twist, rate, h)
-    return touch(pieces, flanks, damping, twist, rate)
+        return mean_touch(pieces, flanks, damping, gear.wind_up, gear.speed, h)
+    return touch(pieces, flanks, damping, gear.wind_up, gear.speed)
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        torque, slope, damping = _met(numbers, at, signals[words[row + 1]], signals[words[row + 2]], h, numbers[at + 5])
-        signals[words[row + 3]] += torque
-        signals[words[row + 4]] += damping
-        signals[words[row + 5]] += slope
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    gear = joint.spring
+    torque, slope, damping = _met(own, gear, h, own.damping)
+    gear.torque += torque
+    gear.damping += damping
+    gear.stiffness += slope
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        twist, rate = signals[words[row + 1]], signals[words[row + 2]]
-        torque, _, _ = _met(numbers, at, twist, rate, h, numbers[at + 5])
-        elastic, _, _ = _met(numbers, at, twist, rate, h, 0.0)
-        deep = max(abs(twist) - numbers[at + 6], 0.0)
-        _, _, energy = spring(numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], deep)
-        signals[words[row + 6]] = energy
-        signals[words[row + 7]] = (torque - elastic) * rate
-        signals[words[row + 8]] = torque
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    gear = joint.spring
+    own.torque, _, _ = _met(own, gear, h, own.damping)
+    elastic, _, _ = _met(own, gear, h, 0.0)
+    deep = max(abs(gear.wind_up) - own.half, 0.0)
+    _, _, own.energy = spring(own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2, deep)
+    own.power = (own.torque - elastic) * gear.speed
 
 
 @dataclass(frozen=True)
@@ -85,24 +94,24 @@ class Backlash(Effect):
         spring_numbers(self.gear)
 
     def ports(self, place: Place) -> Ports:
-        energy, loss = Signal("flank_energy", "J"), Signal("flank_damping_power", "W")
+        energy, loss = Signal("flank_energy", "J", path="energy"), Signal("flank_damping_power", "W", path="power")
         return Ports(
             needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
-            adds=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
-            tells=(energy, loss, Signal("flank_torque", "N m")),
+            contributes=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
+            outputs=(energy, loss, Signal("flank_torque", "N m", path="torque")),
             powers={loss.name: Role.LOSS},
             stores=(energy.name,),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return *spring_numbers(self.gear), self.damping, 0.5 * (self.gear.backlash or 0.0)
+    def own(self, place: Place) -> Own:
+        return Own(*spring_numbers(self.gear), self.damping, 0.5 * (self.gear.backlash or 0.0))
 
     def shape(self, place: Place) -> Shape:
         return Shape(
             ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
         )
 
-    def kinked(self) -> bool:
+    def piecewise(self) -> bool:
         return True
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:

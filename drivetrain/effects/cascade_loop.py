@@ -3,37 +3,47 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.laws import command_of, joint_law
 from drivetrain.effects.loop_gains import gain_faults
 from drivetrain.errors import InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        place, gain, rate, peak, ratio = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4]
-        wanted = ratio * signals[words[row + 3]] + place * (ratio * signals[words[row + 2]] - signals[words[row + 4]])
-        error = wanted - signals[words[row + 5]]
-        grown = gain * rate * error
-        middle = x[words[row + 1]] + 0.5 * h * grown
-        asked = gain * error + middle
-        if abs(asked) > peak:
-            # At the limit the integrator only goes back: what it gathered there would have to be undone.
-            asked = peak if asked > 0.0 else -peak
-            if asked * error > 0.0:
-                grown = 0.0
-        else:
-            signals[words[row + 7]] += gain
-            signals[words[row + 8]] += gain * place
-        rates[words[row + 1]] = grown
-        signals[words[row + 6]] += asked
+@dataclass
+class Own:
+    """What it keeps: gains [1/s], [A s/rad], 1/integral time [1/s], peak current [A], ratio; the integrator [A]."""
+
+    position_gain: float
+    speed_gain: float
+    rate: float
+    peak: float
+    ratio: float
+    coupled: int
+    integrated_current: float = 0.0
+    integrated_current_rate: float = 0.0
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, wanted, motor = joint.pin, command_of(joint, own.coupled), joint.motor
+    late = own.ratio * wanted.position - motor.position
+    error = own.ratio * wanted.speed + own.position_gain * late - motor.speed
+    grown = own.speed_gain * own.rate * error
+    asked = own.speed_gain * error + own.integrated_current + 0.5 * h * grown
+    if abs(asked) > own.peak:
+        # At the limit the integrator only goes back: what it gathered there would have to be undone.
+        asked = own.peak if asked > 0.0 else -own.peak
+        if asked * error > 0.0:
+            grown = 0.0
+    else:
+        pin.damping += own.speed_gain
+        pin.stiffness += own.speed_gain * own.position_gain
+    own.integrated_current_rate = grown
+    pin.command += asked
 
 
 @dataclass(frozen=True)
@@ -63,15 +73,13 @@ class CascadeLoop(Effect):
         return Ports(
             states=(State("integrated_current", "A", 1e-6),),
             needs=(*s.commanded(place)[:2], s.MOTOR_POSITION, s.MOTOR_SPEED),
-            adds=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
+            contributes=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        rate = 1.0 / self.integral_time
-        return self.position_gain, self.speed_gain, rate, self.peak_current, place.ratio
-
-    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        return (0.0,)
+    def own(self, place: Place) -> Own:
+        return Own(
+            self.position_gain, self.speed_gain, 1.0 / self.integral_time, self.peak_current, place.ratio, place.coupled
+        )
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         outer = (TimeScale("position loop", 1.0 / self.position_gain),) if self.position_gain > 0.0 else ()

@@ -3,46 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Signal
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
+from drivetrain.effects.laws import table_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        for j in range(int(numbers[at])):
-            size, order, phase = numbers[at + 1 + 3 * j], numbers[at + 2 + 3 * j], numbers[at + 3 + 3 * j]
-            # The mean of a sine over what the rotor turns in the step: teeth that fly past leave nothing.
-            half = 0.5 * h * order * signals[words[row + 2]]
-            mean = math.sin(half) / half if abs(half) > 1e-4 else 1.0 - half * half / 6.0
-            angle = order * signals[words[row + 1]] + phase
-            signals[words[row + 3]] -= size * mean * math.sin(angle)
-            pull = size * mean * order * math.cos(angle)
-            if pull > 0.0:
-                signals[words[row + 4]] += pull
+@dataclass
+class Own:
+    """What it keeps: its energy [J]; the table has a row (amplitude [N m], order, phase [rad]) a harmonic."""
+
+    energy: float = 0.0
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        energy = 0.0
-        for j in range(int(numbers[at])):
-            size, order, phase = numbers[at + 1 + 3 * j], numbers[at + 2 + 3 * j], numbers[at + 3 + 3 * j]
-            energy += size / order * (1.0 - math.cos(order * signals[words[row + 1]] + phase))
-        signals[words[row + 5]] = energy
+@table_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
+    motor = joint.motor
+    for k in range(len(table)):
+        size, order, phase = table[k, 0], table[k, 1], table[k, 2]
+        # The mean of a sine over what the rotor turns in the step: teeth that fly past leave nothing.
+        half = 0.5 * h * order * motor.speed
+        mean = math.sin(half) / half if abs(half) > 1e-4 else 1.0 - half * half / 6.0
+        angle = order * motor.position + phase
+        motor.torque -= size * mean * math.sin(angle)
+        pull = size * mean * order * math.cos(angle)
+        if pull > 0.0:
+            motor.stiffness += pull
+
+
+@table_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
+    own.energy = 0.0
+    for k in range(len(table)):
+        size, order, phase = table[k, 0], table[k, 1], table[k, 2]
+        own.energy += size / order * (1.0 - math.cos(order * joint.motor.position + phase))
 
 
 @dataclass(frozen=True)
@@ -78,18 +80,19 @@ class Cogging(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        energy = Signal("cogging_energy", "J")
+        energy = Signal("cogging_energy", "J", path="energy")
         return Ports(
             needs=(s.MOTOR_POSITION, s.MOTOR_SPEED),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_STIFFNESS),
-            tells=(energy,),
+            contributes=(s.MOTOR_TORQUE, s.MOTOR_STIFFNESS),
+            outputs=(energy,),
             stores=(energy.name,),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        phases = self.phases or (0.0,) * len(self.orders)
-        listed = zip(self.amplitudes, self.orders, phases, strict=True)
-        return [float(len(self.orders)), *(float(v) for harmonic in listed for v in harmonic)]
+    def own(self, place: Place) -> Own:
+        return Own()
+
+    def table(self, place: Place) -> Array:
+        return np.array([self.amplitudes, self.orders, self.phases or (0.0,) * len(self.orders)], dtype=np.float64).T
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
         if conditions.series is not None:

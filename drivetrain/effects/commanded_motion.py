@@ -10,47 +10,55 @@ import numpy as np
 
 from drivetrain.arrays import Array, checked_array
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Signal
+from drivetrain.effects.laws import scene_law
 from drivetrain.effects.tables import interval_of
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.jit import law
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 
 SMOOTH = 1e-6  # of the largest jerk: a jump of less is what rounding has left in the samples
 
 
-# long kernel: one polynomial and its derivatives for each joint
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    row = 2
-    at = words[row]
-    joints, size, period, last = int(numbers[at]), int(numbers[at + 1]), numbers[at + 2], numbers[at + 3]
-    over = t >= last
-    if t < last and period > 0.0:
-        t = t - period * np.floor(t / period)
-    k = interval_of(numbers, at + 4, size, t)
-    data = at + 4 + size + 3 * joints * k
-    span = numbers[at + 5 + k] - numbers[at + 4 + k] if k + 1 < size else 0.0
-    for j in range(joints):
-        to = row + 1 + 3 * j
-        q, v, a = numbers[data + 3 * j], numbers[data + 3 * j + 1], numbers[data + 3 * j + 2]
-        if over or span <= 0.0 or t < numbers[at + 4]:
-            end = at + 4 + size + 3 * joints * (size - 1) + 3 * j
-            signals[words[to]] = numbers[end] if over else q
-            signals[words[to + 1]] = 0.0
-            signals[words[to + 2]] = 0.0
-            continue
-        # The polynomial of fifth order that has position, speed and acceleration of both ends.
-        z = data + 3 * joints + 3 * j
-        u = (t - numbers[at + 4 + k]) / span
-        v0, a0, v1, a1 = v * span, a * span * span, numbers[z + 1] * span, numbers[z + 2] * span * span
-        d = numbers[z] - q
-        c3 = 10.0 * d - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1
-        c4 = -15.0 * d + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1
-        c5 = 6.0 * d - 3.0 * v0 - 3.0 * v1 - 0.5 * a0 + 0.5 * a1
-        signals[words[to]] = q + u * (v0 + u * (0.5 * a0 + u * (c3 + u * (c4 + u * c5))))
-        signals[words[to + 1]] = (v0 + u * (a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / span
-        signals[words[to + 2]] = (a0 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / (span * span)
+@dataclass
+class Own:
+    """What it keeps: period (0: none) and end [s]; whether shafts follow. Table rows: instant, q, v, a of each."""
+
+    period: float
+    last: float
+    shafts: int
+
+
+@law
+def _follow(told: Any, table: Any, low: int, at: int, t: float, over: bool) -> None:
+    """Position, speed and acceleration between two samples: the polynomial of fifth order that meets both ends."""
+    span = table[low + 1, 0] - table[low, 0] if low + 1 < len(table) else 0.0
+    q = table[low, at]
+    if over or span <= 0.0 or t < table[0, 0]:
+        told.position, told.speed, told.acceleration = table[len(table) - 1, at] if over else q, 0.0, 0.0
+        return
+    u, d = (t - table[low, 0]) / span, table[low + 1, at] - q
+    v0, a0 = table[low, at + 1] * span, table[low, at + 2] * span * span
+    v1, a1 = table[low + 1, at + 1] * span, table[low + 1, at + 2] * span * span
+    c3 = 10.0 * d - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1
+    c4 = -15.0 * d + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1
+    c5 = 6.0 * d - 3.0 * v0 - 3.0 * v1 - 0.5 * a0 + 0.5 * a1
+    told.position = q + u * (v0 + u * (0.5 * a0 + u * (c3 + u * (c4 + u * c5))))
+    told.speed = (v0 + u * (a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / span
+    told.acceleration = (a0 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / (span * span)
+
+
+@scene_law(Own)
+def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
+    over, joints = t >= own.last, scene.joints
+    if not over and own.period > 0.0:
+        t = t - own.period * np.floor(t / own.period)
+    low = interval_of(scene.table, t)
+    for j in range(len(joints)):
+        _follow(joints[j].command, scene.table, low, 1 + 3 * j, t, over)
+        if own.shafts:
+            _follow(joints[j].shaft_command, scene.table, low, 1 + 3 * (len(joints) + j), t, over)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,18 +102,18 @@ class CommandedMotion(Effect):
         kinds = (s.COMMAND_POSITION, s.COMMAND_SPEED, s.COMMAND_ACCELERATION)
         told = [(name, kind) for name in place.joints for kind in kinds]
         told += [(place.joints[i], kind) for i in place.shafts for kind in s.SHAFT_COMMANDS]
-        return Ports(gives=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name, kind in told))
+        return Ports(provides=tuple(Signal(f"{name}:{kind.name}", kind.unit) for name, kind in told))
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
+        period = float(self.motion.time[-1] - self.motion.time[0])
+        return Own(period if self.repetitions > 1 else 0.0, period * self.repetitions, bool(place.shafts))
+
+    def table(self, place: Place) -> Array:
         order = [self.motion.joint_names.index(name) for name in place.joints]
-        time = self.motion.time - self.motion.time[0]
+        turns = np.array(place.coupling).reshape(-1, len(order)) if place.shafts else np.zeros((0, len(order)))
         parts = (self.motion.position, self.motion.velocity, self.motion.acceleration)
-        turns = np.array(place.coupling).reshape(-1, len(order))[list(place.shafts)]
         data = np.stack([np.hstack([part[:, order], part[:, order] @ turns.T]) for part in parts], axis=2)
-        period = float(time[-1])
-        repeated = period if self.repetitions > 1 else 0.0
-        sizes = [len(order) + len(turns), len(time), repeated, period * self.repetitions]
-        return [*sizes, *time.tolist(), *data.ravel().tolist()]
+        return np.column_stack([self.motion.time - self.motion.time[0], data.reshape(len(data), -1)])
 
     def breakpoints(self) -> Sequence[float]:
         time = self.motion.time - self.motion.time[0]

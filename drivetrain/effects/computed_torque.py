@@ -2,36 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Signal
+from drivetrain.effects.laws import command_of, scene_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    row = 2
-    at = words[row]
-    n, c, stiff, damp = int(numbers[at]), int(numbers[at + 1]), numbers[at + 2], numbers[at + 3]
-    mass, joints, command = words[row + 1], row + 2, row + 2 + 6 * n
-    for i in range(n):
-        torque = signals[words[joints + 6 * i + 5]]
-        diagonal = signals[mass + i * c + i]
-        for k in range(n):
-            own = joints + 6 * k
-            pull = signals[words[own + 2]]
-            pull += stiff * (signals[words[own]] - signals[words[own + 3]])
-            pull += damp * (signals[words[own + 1]] - signals[words[own + 4]])
-            torque += signals[mass + i * c + k] * pull
-        scale = numbers[at + 4 + i]
-        signals[words[command + 3 * i]] += torque * scale
+@dataclass
+class Own:
+    """What it keeps: gains [1/s^2], [1/s]; table rows: 1/(ratio kt) [A/(N m)], 1/ratio, coupled, a joint each."""
+
+    stiffness: float
+    damping: float
+
+
+@scene_law(Own)
+def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
+    joints, mass, table = scene.joints, scene.mass, scene.table
+    for i in range(len(joints)):
+        torque = joints[i].bias_torque
+        for k in range(len(joints)):
+            coupled = int(table[k, 2])
+            wanted = command_of(joints[k], coupled)
+            flange = joints[k].shaft if coupled else joints[k].load
+            pull = wanted.acceleration
+            pull += own.stiffness * (wanted.position - flange.position)
+            pull += own.damping * (wanted.speed - flange.speed)
+            torque += mass[i, k] * pull
+        pin, scale, turn = joints[i].pin, table[i, 0], table[i, 1]
+        pin.command += torque * scale
         # Of the motor's own angle: the ratio is in the scale once more.
-        turn = numbers[at + 4 + n + i]
-        signals[words[command + 3 * i + 1]] += diagonal * damp * scale * turn
-        signals[words[command + 3 * i + 2]] += diagonal * stiff * scale * turn
+        pin.damping += mass[i, i] * own.damping * scale * turn
+        pin.stiffness += mass[i, i] * own.stiffness * scale * turn
 
 
 @dataclass(frozen=True)
@@ -63,14 +71,18 @@ class ComputedTorque(Effect):
             for signal in signals
         )
         out = tuple(Signal(f"{joint}:{signal.name}", signal.unit) for joint in place.joints for signal in added)
-        return Ports(needs=(Signal("scene.mass_matrix", "kg m^2"), *own), adds=out)
+        return Ports(needs=(Signal("scene.mass_matrix", "kg m^2"), *own), contributes=out)
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
+        return Own(self.frequency**2, 2.0 * self.frequency)
+
+    def table(self, place: Place) -> Array:
         known = dict(self.torque_constants)
         missing = [joint for joint in place.joints if not known.get(joint, 0.0) > 0.0]
         if missing:
             raise InputError(Fault("ComputedTorque.torque_constants", f"must be positive for {', '.join(missing)}"))
-        scales = [1.0 / (ratio * known[joint]) for joint, ratio in zip(place.joints, place.ratios, strict=True)]
-        turns = [1.0 / ratio for ratio in place.ratios]
-        gains = (self.frequency**2, 2.0 * self.frequency)
-        return [len(place.joints), place.coordinates, *gains, *scales, *turns]
+        rows = zip(place.joints, place.ratios, strict=True)
+        return np.array(
+            [(1.0 / (ratio * known[joint]), 1.0 / ratio, k in place.shafts) for k, (joint, ratio) in enumerate(rows)],
+            dtype=np.float64,
+        )

@@ -4,150 +4,173 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any
 
 import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
 from drivetrain.drive.held_step_kernel import held_step, put_matrix
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded, lagging
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
+from drivetrain.effects.laws import joint_law
 from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
 HOT = 200.0  # K over the air
-# Matrices of the free loop, kept behind the constants: resistance and step they are made for, over the whole step the
-# end's share of the beginning and of what is held, the mean's, and over half of it the end's.
-MADE_FOR, WHOLE, HELD, MEAN, HALF, HALF_HELD = 9, 11, 15, 19, 21, 25
-# Behind them speed and place that the step was guessed at, and whether command and voltage were between their limits.
-GUESSED, FREE, BETWEEN, ROOM = 29, 31, 32, 33
+
+
+@dataclass
+class Own:
+    """What it keeps.
+
+    Attributes:
+        cold, rise, weak, weaker, inductance: As in ``Winding``.
+        proportional, integral: Gains [V/A], [V/(A s)].
+        peak: Of the command [A].
+        forward: Voltage fed forward over the speed [V s/rad].
+        resistance, step: What the matrices are made for [ohm], [s].
+        whole, held: Over a step the end's share of the beginning and of what is held.
+        mean: The mean current's share of what is held.
+        half, half_held: Over half a step as over the whole.
+        speed, position: Of the motor, that the step was guessed at [rad/s], [rad].
+        free, between: 1 where the command, and where the voltage, was between its limits.
+        current, integrated_voltage: States [A], [V].
+    """
+
+    cold: float
+    rise: float
+    weak: float
+    weaker: float
+    inductance: float
+    proportional: float
+    integral: float
+    peak: float
+    forward: float
+    resistance: float = 0.0
+    step: float = 0.0
+    whole: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))
+    half: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    half_held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    speed: float = 0.0
+    position: float = 0.0
+    free: float = 0.0
+    between: float = 0.0
+    current: float = 0.0
+    current_rate: float = 0.0
+    integrated_voltage: float = 0.0
+    integrated_voltage_rate: float = 0.0
 
 
 @law
-def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
+def _make(own: Any, resistance: float, h: float) -> None:
     """The matrices of the free loop, as long as neither the winding's temperature nor the step changes."""
-    inductance, kp, ki = numbers[at + 4], numbers[at + 5], numbers[at + 6]
-    a, b, c = -(kp + resistance) / inductance, 1.0 / inductance, -ki
-    for part in range(2):
-        step = h if part == 0 else 0.5 * h
-        whole, first, second = held_step((a, b, c, 0.0), step)
-        put_matrix(numbers, at + (WHOLE if part == 0 else HALF), whole)
-        put_matrix(numbers, at + (HELD if part == 0 else HALF_HELD), first)
-        if part == 0:
-            numbers[at + MEAN], numbers[at + MEAN + 1] = second[0], second[1]
-    numbers[at + MADE_FOR], numbers[at + MADE_FOR + 1] = resistance, h
+    matrix = (-(own.proportional + resistance) / own.inductance, 1.0 / own.inductance, -own.integral, 0.0)
+    whole, held, mean = held_step(matrix, h)
+    put_matrix(own.whole, whole)
+    put_matrix(own.held, held)
+    own.mean[0], own.mean[1] = mean[0], mean[1]
+    whole, held, mean = held_step(matrix, 0.5 * h)
+    put_matrix(own.half, whole)
+    put_matrix(own.half_held, held)
+    own.resistance, own.step = resistance, h
 
 
 @law
-def _reached(n: Any, at: int, held: int, x: tuple[float, float], by: tuple[float, float]) -> tuple[float, float]:
-    """Current and integrator at the end of a step, or of half of it; ``by`` is h b."""
+def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tuple[float, float]:
+    """Current and integrator at the end of a step, or of half of it; ``push`` and ``drive`` are h b."""
+    i, z = own.current, own.integrated_voltage
     return (
-        n[at] * x[0] + n[at + 1] * x[1] + n[held] * by[0] + n[held + 1] * by[1],
-        n[at + 2] * x[0] + n[at + 3] * x[1] + n[held + 2] * by[0] + n[held + 3] * by[1],
+        share[0] * i + share[1] * z + held[0] * push + held[1] * drive,
+        share[2] * i + share[3] * z + held[2] * push + held[3] * drive,
     )
 
 
-# long kernel: at an instant and over a step, with the slopes that the mechanics need
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        current, integral = x[words[row + 1]], x[words[row + 2]]
-        speed = signals[words[row + 6]]
-        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 7]]
-        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 8]]
-        inductance, kp, ki, peak = numbers[at + 4], numbers[at + 5], numbers[at + 6], numbers[at + 7]
-        volts = signals[words[row + 9]]
-        asked, free, between = signals[words[row + 3]], 1.0, 1.0
-        if abs(asked) > peak:
-            asked, free = peak if asked > 0.0 else -peak, 0.0
-        forward, emf = numbers[at + 8] * speed, constant * speed
-        limit = held_at(current, integral, volts, kp, asked, forward)
-        if h == 0.0:
-            wanted = kp * (asked - current) + integral + forward
-            voltage = limit if limit != 0.0 else wanted
-            rates[words[row + 1]] = (voltage - resistance * current - emf) / inductance
-            rates[words[row + 2]] = ki * (asked - current) + (voltage - wanted) * ki / kp
-            signals[words[row + 11]] = voltage
-            signals[words[row + 12]] += constant * current
-            continue
-        if numbers[at + MADE_FOR] != resistance or numbers[at + MADE_FOR + 1] != h:
-            _make(numbers, at, resistance, h)
-        begin, by = (current, integral), (h * (kp * asked + forward - emf) / inductance, h * ki * asked)
-        end, drawn = _reached(numbers, at + WHOLE, at + HELD, begin, by)
-        mean = numbers[at + HELD] * current + numbers[at + HELD + 1] * integral
-        mean += numbers[at + MEAN] * by[0] + numbers[at + MEAN + 1] * by[1]
-        # The mean is a straight function of command and back-emf as long as the limit stays.
-        by_command = h * (numbers[at + MEAN] * kp / inductance + numbers[at + MEAN + 1] * ki)
-        by_speed = h * numbers[at + MEAN] * (numbers[at + 8] - constant) / inductance
-        if volts < math.inf:
-            middle = _reached(numbers, at + HALF, at + HALF_HELD, begin, (0.5 * by[0], 0.5 * by[1]))
-            limited = limit != 0.0 or held_at(end, drawn, volts, kp, asked, forward) != 0.0
-            if limited or held_at(middle[0], middle[1], volts, kp, asked, forward) != 0.0:
-                loop = (resistance, inductance, kp, ki, asked, emf, forward)
-                end, drawn, mean = loop_step(current, integral, h, volts, loop)
-                between = 0.0
-        if limit != 0.0:
-            # Held there, the current follows the back-emf alone.
-            _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, limit + constant, 0.0))
-            free = 0.0
-        numbers[at + GUESSED], numbers[at + GUESSED + 1] = speed, signals[words[row + 10]]
-        numbers[at + FREE], numbers[at + BETWEEN] = free, between
-        rates[words[row + 1]] = (end - current) / h
-        rates[words[row + 2]] = (drawn - integral) / h
-        signals[words[row + 11]] = resistance * mean + emf + inductance * (end - current) / h
-        signals[words[row + 12]] += constant * mean
-        signals[words[row + 13]] += constant * (free * by_command * signals[words[row + 4]] - by_speed)
-        signals[words[row + 14]] += constant * free * by_command * signals[words[row + 5]]
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, motor, heat = joint.pin, joint.motor, joint.heat
+    resistance, constant = own.cold + own.rise * heat.winding, own.weak + own.weaker * heat.housing
+    inductance, kp, ki, volts = own.inductance, own.proportional, own.integral, pin.limit
+    asked, free = pin.command, 1.0
+    if abs(asked) > own.peak:
+        asked, free = own.peak if asked > 0.0 else -own.peak, 0.0
+    current, integral = own.current, own.integrated_voltage
+    forward, emf = own.forward * motor.speed, constant * motor.speed
+    limit = held_at(current, integral, volts, kp, asked, forward)
+    if h == 0.0:
+        wanted = kp * (asked - current) + integral + forward
+        pin.voltage = limit if limit != 0.0 else wanted
+        own.current_rate = (pin.voltage - resistance * current - emf) / inductance
+        own.integrated_voltage_rate = ki * (asked - current) + (pin.voltage - wanted) * ki / kp
+        motor.torque += constant * current
+        return
+    if own.resistance != resistance or own.step != h:
+        _make(own, resistance, h)
+    push, drive, own.between = h * (kp * asked + forward - emf) / inductance, h * ki * asked, 1.0
+    end, drawn = _reached(own.whole, own.held, own, push, drive)
+    mean = own.held[0] * current + own.held[1] * integral + own.mean[0] * push + own.mean[1] * drive
+    # The mean is a straight function of command and back-emf as long as the limit stays.
+    by_command = h * (own.mean[0] * kp / inductance + own.mean[1] * ki)
+    by_speed = h * own.mean[0] * (own.forward - constant) / inductance
+    if volts < math.inf:
+        middle = _reached(own.half, own.half_held, own, 0.5 * push, 0.5 * drive)
+        limited = limit != 0.0 or held_at(end, drawn, volts, kp, asked, forward) != 0.0
+        if limited or held_at(middle[0], middle[1], volts, kp, asked, forward) != 0.0:
+            loop = (resistance, inductance, kp, ki, asked, emf, forward)
+            end, drawn, mean = loop_step(current, integral, h, volts, loop)
+            own.between = 0.0
+    if limit != 0.0:
+        # Held there, the current follows the back-emf alone.
+        _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, limit + constant, 0.0))
+        free = 0.0
+    own.speed, own.position, own.free = motor.speed, motor.position, free
+    own.current_rate, own.integrated_voltage_rate = (end - current) / h, (drawn - integral) / h
+    pin.voltage = resistance * mean + emf + inductance * (end - current) / h
+    motor.torque += constant * mean
+    motor.damping += constant * (free * by_command * pin.damping - by_speed)
+    motor.stiffness += constant * free * by_command * pin.stiffness
 
 
 @law
-def _correct(h: float, constant: float, rates: Any, signals: Any, n: Any, words: Any, row: int) -> None:
+def _correct(h: float, constant: float, own: Any, joint: Any) -> None:
     """Move the end of a step from the guessed motion, which the law has seen, to that which was found."""
-    at = words[row]
-    faster, further = signals[words[row + 6]] - n[at + GUESSED], signals[words[row + 10]] - n[at + GUESSED + 1]
-    more = -n[at + FREE] * (signals[words[row + 4]] * faster + signals[words[row + 5]] * further)
-    by = (h * (n[at + 5] * more + (n[at + 8] - constant) * faster) / n[at + 4], h * n[at + 6] * more)
-    end = n[at + HELD] * by[0] + n[at + HELD + 1] * by[1]
-    mean = n[at + MEAN] * by[0] + n[at + MEAN + 1] * by[1]
-    resistance = n[at + MADE_FOR]
-    signals[words[row + 11]] += resistance * mean + constant * faster + n[at + 4] * end / h
-    rates[words[row + 1]] += end / h
-    rates[words[row + 2]] += (n[at + HELD + 2] * by[0] + n[at + HELD + 3] * by[1]) / h
+    pin, faster, further = joint.pin, joint.motor.speed - own.speed, joint.motor.position - own.position
+    more = -own.free * (pin.damping * faster + pin.stiffness * further)
+    push = h * (own.proportional * more + (own.forward - constant) * faster) / own.inductance
+    drive = h * own.integral * more
+    end = own.held[0] * push + own.held[1] * drive
+    mean = own.mean[0] * push + own.mean[1] * drive
+    pin.voltage += own.resistance * mean + constant * faster + own.inductance * end / h
+    own.current_rate += end / h
+    own.integrated_voltage_rate += (own.held[2] * push + own.held[3] * drive) / h
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        current, speed = x[words[row + 1]], signals[words[row + 6]]
-        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 7]]
-        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 8]]
-        inductance = numbers[at + 4]
-        square, mean, grown = current * current, current, 0.0
-        if h > 0.0:
-            if numbers[at + BETWEEN] != 0.0:
-                _correct(h, constant, rates, signals, numbers, words, row)
-            change = h * rates[words[row + 1]]
-            end = current + change
-            # The mean that the voltage told: V = R I + e + L dI/dt, all of them means over the step.
-            mean = (signals[words[row + 11]] - constant * speed - inductance * change / h) / resistance
-            # Simpson's rule, with the middle that this mean asks for.
-            middle = 1.5 * mean - 0.25 * (current + end)
-            square = (current * current + 4.0 * middle * middle + end * end) / 6.0
-            grown = 0.5 * inductance * (end * end - current * current) / h
-        copper = resistance * square
-        signals[words[row + 15]] = copper
-        power = copper + constant * speed * mean + grown
-        signals[words[row + 16]] = power if h > 0.0 else signals[words[row + 11]] * current
-        signals[words[row + 17]] = 0.5 * inductance * current * current
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, heat, speed, current = joint.pin, joint.heat, joint.motor.speed, own.current
+    resistance, constant = own.cold + own.rise * heat.winding, own.weak + own.weaker * heat.housing
+    square, mean, grown = current * current, current, 0.0
+    if h > 0.0:
+        if own.between != 0.0:
+            _correct(h, constant, own, joint)
+        change = h * own.current_rate
+        end = current + change
+        # The mean that the voltage told: V = R I + e + L dI/dt, all of them means over the step.
+        mean = (pin.voltage - constant * speed - own.inductance * change / h) / resistance
+        # Simpson's rule, with the middle that this mean asks for.
+        middle = 1.5 * mean - 0.25 * (current + end)
+        square = (current * current + 4.0 * middle * middle + end * end) / 6.0
+        grown = 0.5 * own.inductance * (end * end - current * current) / h
+    heat.copper_loss = resistance * square
+    pin.power = heat.copper_loss + constant * speed * mean + grown if h > 0.0 else pin.voltage * current
+    pin.magnetic_energy = 0.5 * own.inductance * current * current
 
 
 @dataclass(frozen=True)
@@ -196,19 +219,19 @@ class CurrentLoop(Effect):
                 replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
                 s.VOLTAGE_LIMIT, s.MOTOR_POSITION,
             ),
-            gives=(s.VOLTAGE,),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
-            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
+            provides=(s.VOLTAGE,),
+            contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
+            outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
             powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
             stores=(s.MAGNETIC_ENERGY.name,),
         )  # fmt: skip
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
         inductance = self.motor.inductance or math.nan
         kp, ki = inductance * self.bandwidth, self.motor.resistance * self.bandwidth
         forward = self.fed_forward * self.motor.torque_constant
-        room = [0.0] * (ROOM - MADE_FOR)
-        return *motor_lines(self.motor), inductance, kp, ki, self.peak_current, forward, *room
+        lines = motor_lines(self.motor)
+        return Own(*lines, inductance, kp, ki, self.peak_current, forward)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)

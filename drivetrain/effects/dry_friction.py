@@ -6,7 +6,6 @@ is. The curve is that of ``drive/friction.py``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,28 +15,35 @@ from drivetrain.drive.friction import Friction, breakaway_torque, friction_torqu
 from drivetrain.drive.friction_kernel import friction_numbers, sliding_torque
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.field_types import side_faults
+from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        speed = signals[words[row + 1]] - signals[words[row + 2]]
-        forward = speed if speed > 0.0 else 0.0
-        backward = -speed if speed < 0.0 else 0.0
-        signals[words[row + 3]] += numbers[at + 2]
-        signals[words[row + 4]] += numbers[at + 3]
-        signals[words[row + 5]] += sliding_torque(
-            numbers[at], numbers[at + 2], numbers[at + 4], numbers[at + 5], forward
-        )
-        signals[words[row + 6]] += sliding_torque(
-            numbers[at + 1], numbers[at + 3], numbers[at + 4], numbers[at + 5], backward
-        )
+@dataclass
+class Own:
+    """What it keeps: its side, torques that slide and hold either way [N m], speed [rad/s] and exponent of the fall."""
+
+    side: int
+    forward: float
+    backward: float
+    hold_forward: float
+    hold_backward: float
+    fall: float
+    exponent: float
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    # What a coupled motor's shaft feels at ``shaft`` is bounded with the joint's own.
+    levels = joint.motor if own.side == MOTOR else joint.load
+    speed = flange_of(joint, own.side).speed - levels.surface_speed
+    levels.hold_forward += own.hold_forward
+    levels.hold_backward += own.hold_backward
+    levels.slide_forward += sliding_torque(own.forward, own.hold_forward, own.fall, own.exponent, max(speed, 0.0))
+    levels.slide_backward += sliding_torque(own.backward, own.hold_backward, own.fall, own.exponent, max(-speed, 0.0))
 
 
 @dataclass(frozen=True)
@@ -62,12 +68,12 @@ class DryFriction(Effect):
     def ports(self, place: Place) -> Ports:
         if self.side == "motor":
             levels = (s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
-            return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), adds=levels)
+            return Ports(needs=(s.MOTOR_SPEED, s.MOTOR_SURFACE_SPEED), contributes=levels)
         levels = (s.JOINT_HOLD_FORWARD, s.JOINT_HOLD_BACKWARD, s.JOINT_SLIDE_FORWARD, s.JOINT_SLIDE_BACKWARD)
-        return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), adds=levels)
+        return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), contributes=levels)
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return friction_numbers(self.friction)
+    def own(self, place: Place) -> Own:
+        return Own(side_of(self.side, place), *friction_numbers(self.friction))
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
         if conditions.series is not None:

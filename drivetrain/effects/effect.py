@@ -1,23 +1,17 @@
-"""What an effect is: a small description that says which signals it takes and gives, and a compiled law.
+"""What an effect is: a small description that says what it reads and writes, and compiled laws on records.
 
-An effect belongs to one joint or to the whole scene. It names what it reads and writes; the plan of a scene gives each
-name a place, orders the effects by who needs whom, and calls the compiled law of all joints with one call. Nothing else
-knows that an effect exists.
+An effect belongs to one joint or to the whole scene. Its file holds a frozen dataclass (what the user states), a
+dataclass ``Own`` (what the effect keeps: constants of its law, states with their rates, memory, outputs) and its laws,
+made by ``laws.joint_law``, ``table_law`` or ``scene_law``. Laws read and write ``own`` and the connectors of
+``connectors.py``; ``ports`` says which signals (``signals.py``) these are, so that the plan of a scene can check them
+and put all effects in an order that serves each. Nothing else knows that an effect exists.
 
-The compiled functions all look the same from outside:
+``compute`` has two modes. At an instant (h = 0) states and connectors are those of ``t``, rates are derivatives.
+In a fixed step (h > 0) ``t`` and the connectors are those of the middle of the step, own states those of its beginning;
+rates are what the states change by over the whole step, divided by h, what it provides are means over it. An effect
+faster than the step solves its own equation there; any other just adds half a step of its rates.
 
-    void(double t, double h, double* x, double* rates, double* signals, double* numbers, int64* words)
-
-``words[0]`` is the number of instances, ``words[1]`` the length of the row that each has from ``words[2]`` on: place of
-its constants in ``numbers``, then the places of its states in ``x`` and ``rates``, of its needs, gives and adds in
-``signals``, in the order in which ``ports`` names them.
-
-``compute`` has two modes. At an instant (h = 0) states and signals are those of ``t``, rates the states' derivatives.
-In a fixed step (h > 0) ``t`` and the signals are those of the middle of the step, own states in ``x`` those of its
-beginning; rates are what the states change by over the whole step, divided by h, signals given are means over it. An
-effect faster than the step solves its own equation there; any other just adds half a step of its rates.
-
-``account`` is called after motion and forces are known, and tells powers; with h > 0 the step is taken for good, and
+``account`` is called after motion and forces are known, and puts out powers; with h > 0 the step is taken for good, and
 memory may change. ``sample`` is called at the instants of the effect's period, and only changes memory.
 """
 
@@ -27,46 +21,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
 from typing import Any, ClassVar
 
-from numba import types
+import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import nan_faults, type_faults
+from drivetrain.effects.laws import Law
 from drivetrain.errors import InputError
-from drivetrain.jit import callback
-
-DOUBLES, WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
-SIGNATURE = types.void(types.float64, types.float64, DOUBLES, DOUBLES, DOUBLES, DOUBLES, WORDS)
-
-
-class Compiled:
-    """A law compiled at its first use, or taken from numba's disk cache; used as a decorator.
-
-    Args:
-        function: Its arguments are two floats and five pointers, which are indexed like arrays but have no length.
-    """
-
-    def __init__(self, function: Callable[..., None]):
-        self.function = function
-
-    @cached_property
-    def _library(self) -> Any:
-        return callback(SIGNATURE, self.function)
-
-    @property
-    def address(self) -> int:
-        """Where the compiled function lies [-]."""
-        return int(self._library.address)
-
-    def __call__(self) -> int:
-        """Have the law compiled, if it is not in the disk cache.
-
-        Returns:
-            Where it lies [-].
-        """
-        return self.address
 
 
 @dataclass(frozen=True)
@@ -78,12 +41,14 @@ class State:
         unit: SI.
         atol: Error that does not matter [unit].
         memory: True: it does not follow a rate, but changes at samples or after steps.
+        path: Field of the effect's own record, beside which stands its rate, ``<path>_rate``; empty: as its name.
     """
 
     name: str
     unit: str
     atol: float = 1e-6
     memory: bool = False
+    path: str = ""
 
 
 @dataclass(frozen=True)
@@ -93,12 +58,15 @@ class Signal:
     Attributes:
         name: Of the joint's own signal; ``scene.`` before it: of the scene's; ``joint:name``: of another joint's.
         unit: SI.
-        default: Of a need: what holds when nobody gives it; None: somebody must.
+        default: Of a need: what holds when nobody provides it; None: somebody must.
+        path: Where it lies in the joint's connectors, such as ``motor.torque``; of an output that is no connector, the
+            field of the effect's own record; empty: as its name.
     """
 
     name: str
     unit: str
     default: float | None = None
+    path: str = ""
 
 
 class Role(StrEnum):
@@ -114,19 +82,19 @@ class Ports:
 
     Attributes:
         states: What it remembers.
-        needs: What it reads; every giver and every adder comes before it.
-        gives: What it alone sets.
-        adds: What it adds to, with others; set to zero before the first.
-        tells: What it sets in ``account``, after motion and forces are known.
-        powers: Roles of those told signals that are powers [W], by name.
-        stores: Those told signals that are stored energies [J].
+        needs: What it reads; all that provide it or contribute to it come before.
+        provides: What it alone sets.
+        contributes: What it adds to, with others; set to zero before the first.
+        outputs: What it sets in ``account``, after motion and forces are known.
+        powers: Roles of those outputs that are powers [W], by name.
+        stores: Those outputs that are stored energies [J].
     """
 
     states: tuple[State, ...] = ()
     needs: tuple[Signal, ...] = ()
-    gives: tuple[Signal, ...] = ()
-    adds: tuple[Signal, ...] = ()
-    tells: tuple[Signal, ...] = ()
+    provides: tuple[Signal, ...] = ()
+    contributes: tuple[Signal, ...] = ()
+    outputs: tuple[Signal, ...] = ()
     powers: Mapping[str, Role] | None = None
     stores: tuple[str, ...] = ()
 
@@ -228,15 +196,15 @@ class Effect(ABC):
 
     Attributes:
         scope: ``joint`` or ``scene``.
-        compute: Gives and adds signals, fills the rates of its states; None: only a shape.
-        account: Tells powers once motion and forces are known; None: nothing to tell.
+        compute: Provides and contributes, fills the rates of its states; None: only a shape.
+        account: Puts out powers once motion and forces are known; None: there are none.
         sample: Changes memory at the instants of ``period``; None: not sampled.
     """
 
     scope: ClassVar[str] = "joint"
-    compute: ClassVar[Compiled | None] = None
-    account: ClassVar[Compiled | None] = None
-    sample: ClassVar[Compiled | None] = None
+    compute: ClassVar[Law | None] = None
+    account: ClassVar[Law | None] = None
+    sample: ClassVar[Law | None] = None
 
     def __init_subclass__(cls) -> None:
         """Every effect's fields are of the kinds that they are said to be before its own checks look at them."""
@@ -256,16 +224,27 @@ class Effect(ABC):
             Its ports, each with its unit.
         """
 
-    @abstractmethod
-    def numbers(self, place: Place) -> Sequence[float]:
-        """The constants of the compiled law.
+    def own(self, place: Place) -> Any:
+        """What it keeps, as its laws find it: an instance of the dataclass that they were made with.
 
         Args:
             place: Where it stands.
 
         Returns:
-            SI.
+            Constants in SI, fields without a default; those with one change, and are kept where a run goes on later.
         """
+        return None
+
+    def table(self, place: Place) -> Array:
+        """What its law reads beside, of any length, such as values over time.
+
+        Args:
+            place: Where it stands.
+
+        Returns:
+            SI, (rows, columns).
+        """
+        return np.zeros((0, 0))
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         """States that fit the rest of the scene, so that no layer of fast motion begins the run.
@@ -328,8 +307,8 @@ class Effect(ABC):
         """
         return self
 
-    def kinked(self) -> bool:
-        """Whether what it adds to a gear's or to the tip's forces bends with the motion, so that a step looks again.
+    def piecewise(self) -> bool:
+        """Whether what it adds to a gear's or to the tip's forces has pieces, so that a step looks again.
 
         Returns:
             No, for most.

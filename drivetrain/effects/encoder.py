@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,17 +10,23 @@ import numpy as np
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.estimate import Conditions, Estimate
+from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        step, angle = numbers[words[row]], signals[words[row + 1]]
-        signals[words[row + 2]] = step * math.floor(angle / step) if step > 0.0 else angle
+@dataclass
+class Own:
+    """What it keeps: the angle of one count [rad], 0 for none."""
+
+    step: float
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    angle = joint.motor.position
+    joint.measured_position = own.step * math.floor(angle / own.step) if own.step > 0.0 else angle
 
 
 @dataclass(frozen=True)
@@ -41,10 +46,10 @@ class Encoder(Effect):
             raise InputError(Fault("Encoder.counts", "must be a whole number from 1", self.counts))
 
     def ports(self, place: Place) -> Ports:
-        return Ports(needs=(s.MOTOR_POSITION,), gives=(s.MEASURED_POSITION,))
+        return Ports(needs=(s.MOTOR_POSITION,), provides=(s.MEASURED_POSITION,))
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return (self.step,)
+    def own(self, place: Place) -> Own:
+        return Own(self.step)
 
     @property
     def step(self) -> float:

@@ -6,7 +6,6 @@ The twist is a state of its own, never the difference of two large angles.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,44 +13,46 @@ from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Shape, Signal, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Shape, Signal, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate
+from drivetrain.effects.laws import joint_law
 from drivetrain.effects.twisting import along, swing, twist
 from drivetrain.errors import Fault, InputError
-from drivetrain.jit import law
 
 
-@law
-def _answer(numbers: Any, at: int, twist: float, rate: float, h: float) -> tuple[float, float, float]:
-    """Torque of spring and damper, slope and damping, at an instant or in the mean over a step."""
-    if h > 0.0 and numbers[at + 3] < math.inf:
-        pieces = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4]
-        return mean_touch(pieces, (0.0, 0.0), numbers[at + 5], twist, rate, h)
-    torque, slope, _ = spring(numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], twist)
-    return torque + numbers[at + 5] * rate, slope, numbers[at + 5]
+@dataclass
+class Own:
+    """What it keeps: slopes of the spring [N m/rad], wind-ups between them [rad], damping, energy [J], power [W]."""
+
+    slope_1: float
+    slope_2: float
+    slope_3: float
+    bend_1: float
+    bend_2: float
+    damping: float
+    energy: float = 0.0
+    power: float = 0.0
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        torque, slope, damping = _answer(numbers, words[row], signals[words[row + 1]], signals[words[row + 2]], h)
-        signals[words[row + 3]] += torque
-        signals[words[row + 4]] += damping
-        signals[words[row + 5]] += slope
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    gear = joint.spring
+    pieces = own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2
+    if h > 0.0 and own.bend_1 < math.inf:
+        torque, slope, damping = mean_touch(pieces, (0.0, 0.0), own.damping, gear.wind_up, gear.speed, h)
+    else:
+        torque, slope, _ = spring(own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2, gear.wind_up)
+        torque, damping = torque + own.damping * gear.speed, own.damping
+    gear.torque += torque
+    gear.damping += damping
+    gear.stiffness += slope
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        _, _, energy = spring(
-            numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4], signals[words[row + 1]]
-        )
-        rate = signals[words[row + 2]]
-        signals[words[row + 6]] = energy
-        signals[words[row + 7]] = numbers[at + 5] * rate * rate
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    gear = joint.spring
+    _, _, own.energy = spring(own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2, gear.wind_up)
+    own.power = own.damping * gear.speed * gear.speed
 
 
 @dataclass(frozen=True)
@@ -75,24 +76,24 @@ class FlexibleJoint(Effect):
         spring_numbers(self.gear)
 
     def ports(self, place: Place) -> Ports:
-        energy, loss = Signal("spring_energy", "J"), Signal("spring_damping_power", "W")
+        energy, loss = Signal("spring_energy", "J", path="energy"), Signal("spring_damping_power", "W", path="power")
         return Ports(
             needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
-            adds=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
-            tells=(energy, loss),
+            contributes=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
+            outputs=(energy, loss),
             powers={loss.name: Role.LOSS},
             stores=(energy.name,),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return *spring_numbers(self.gear), self.damping
+    def own(self, place: Place) -> Own:
+        return Own(*spring_numbers(self.gear), self.damping)
 
     def shape(self, place: Place) -> Shape:
         return Shape(
             ratio=self.gear.ratio if place.turning[place.joint] else None, flexible=True, deflection=self._twist
         )
 
-    def kinked(self) -> bool:
+    def piecewise(self) -> bool:
         return spring_numbers(self.gear)[3] < math.inf
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:

@@ -7,16 +7,15 @@ from typing import Any
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Place, Ports
-from drivetrain.effects.over_time import OverTime
+from drivetrain.effects.effect import Place, Ports
+from drivetrain.effects.laws import table_law
+from drivetrain.effects.over_time import OverTime, Own
 from drivetrain.effects.tables import table_value
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 1]] += table_value(numbers, words[row], t)
+@table_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
+    joint.pin.command += table_value(table, t)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,4 +32,4 @@ class GivenCurrent(OverTime):
     compute = _compute
 
     def ports(self, place: Place) -> Ports:
-        return Ports(adds=(s.CURRENT_COMMAND,))
+        return Ports(contributes=(s.CURRENT_COMMAND,))

@@ -10,25 +10,30 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
 from drivetrain.effects.field_types import checked_table, side_faults
-from drivetrain.effects.tables import table_numbers, table_value
+from drivetrain.effects.laws import flange_of, side_of, table_law
+from drivetrain.effects.tables import table_value
 from drivetrain.errors import InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 2]] += table_value(numbers, words[row], t)
+@dataclass
+class Own:
+    """What it keeps: its side, its power [W]; the table has rows (instant [s], torque [N m])."""
+
+    side: int
+    power: float = 0.0
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        # What it added cannot be read back from a sum, so the law is asked again.
-        signals[words[row + 3]] = table_value(numbers, words[row], t) * signals[words[row + 1]]
+@table_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
+    flange_of(joint, own.side).torque += table_value(table, t)
+
+
+@table_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
+    # What it added cannot be read back from a sum, so the law is asked again.
+    own.power = table_value(table, t) * flange_of(joint, own.side).speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,16 +63,19 @@ class GivenTorque(Effect):
 
     def ports(self, place: Place) -> Ports:
         speed, torque, _ = s.of_side(self.side, place)
-        power = Signal(f"given_{self.side}_power", "W")
+        power = Signal(f"given_{self.side}_power", "W", path="power")
         return Ports(
             needs=(speed,),
-            adds=(torque,),
-            tells=(power,),
+            contributes=(torque,),
+            outputs=(power,),
             powers={power.name: Role.SOURCE},
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return table_numbers(self.time, self.torque)
+    def own(self, place: Place) -> Own:
+        return Own(side_of(self.side, place))
+
+    def table(self, place: Place) -> Array:
+        return np.column_stack([self.time, self.torque])
 
     def breakpoints(self) -> Sequence[float]:
         return [float(t) for t in np.unique(self.time)]

@@ -7,26 +7,32 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.laws import table_law
 from drivetrain.effects.tables import interval_of
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        size = int(numbers[at + 2])
-        engaged = 0.0
-        if size > 0 and t >= numbers[at + 3]:
-            engaged = numbers[at + 3 + size + interval_of(numbers, at + 3, size, t)]
-        if engaged > 0.0:
-            signals[words[row + 1]] += numbers[at]
-            signals[words[row + 2]] += numbers[at]
-            signals[words[row + 3]] += numbers[at + 1]
-            signals[words[row + 4]] += numbers[at + 1]
+@dataclass
+class Own:
+    """What it keeps: torques that it holds and slips with [N m]; table rows are (instant [s], engaged from then)."""
+
+    holding: float
+    sliding: float
+
+
+@table_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
+    if t >= table[0, 0] and table[interval_of(table, t), 1] > 0.0:
+        motor = joint.motor
+        motor.hold_forward += own.holding
+        motor.hold_backward += own.holding
+        motor.slide_forward += own.sliding
+        motor.slide_backward += own.sliding
 
 
 @dataclass(frozen=True)
@@ -70,12 +76,15 @@ class HoldingBrake(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        return Ports(adds=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD))
+        return Ports(
+            contributes=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD)
+        )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        sliding = 0.75 * self.holding if self.sliding is None else self.sliding
-        changes = self._changes()
-        return [self.holding, sliding, float(len(changes)), *(t for t, _ in changes), *(on for _, on in changes)]
+    def own(self, place: Place) -> Own:
+        return Own(self.holding, 0.75 * self.holding if self.sliding is None else self.sliding)
+
+    def table(self, place: Place) -> Array:
+        return np.array(self._changes())
 
     def breakpoints(self) -> Sequence[float]:
         return [t for t, _ in self._changes() if t > 0.0]

@@ -17,67 +17,80 @@ import numpy as np
 from drivetrain.drive.exponentials import first, second
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import LARGEST_ANSWER, bounded
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.field_types import side_faults
+from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import Fault, InputError
+from drivetrain.jit import law
 
 
-# long kernel: the law at an instant, and over a step with its slope
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        bend, speed = x[words[row + 1]], signals[words[row + 2]] - signals[words[row + 3]]
-        stiff, damp, viscous = numbers[at], numbers[at + 1], numbers[at + 2]
-        slip = numbers[at + 3] + (numbers[at + 4] - numbers[at + 3]) * math.exp(-((speed / numbers[at + 5]) ** 2))
-        fade = stiff * abs(speed) / slip
-        rate = speed - fade * bend
-        if h == 0.0:
-            rates[words[row + 1]] = rate
-            signals[words[row + 4]] -= stiff * bend + damp * rate + viscous * speed
-            continue
-        # With the speed held z is linear in time, and its exponential the step.
-        grown = first(-fade * h)
-        mean = bend + h * rate * second(-fade * h, grown)
-        rates[words[row + 1]] = rate * grown
-        signals[words[row + 4]] -= stiff * mean + damp * rate * grown + viscous * speed
-        # How the mean torque grows with the speed, by a small difference: the law has a kink at rest.
-        small = 1e-6 * numbers[at + 5]
-        other = speed + (small if speed >= 0.0 else -small)
-        slip = numbers[at + 3] + (numbers[at + 4] - numbers[at + 3]) * math.exp(-((other / numbers[at + 5]) ** 2))
-        fade = stiff * abs(other) / slip
-        shifted = other - fade * bend
-        grown_too = first(-fade * h)
-        mean_too = bend + h * shifted * second(-fade * h, grown_too)
-        slope = stiff * (mean_too - mean) + damp * (shifted * grown_too - rate * grown)
-        slope = slope / (other - speed) + viscous
-        if slope > 0.0:
-            signals[words[row + 5]] += slope
+@dataclass
+class Own:
+    """What it keeps: side and constants of the law; the bend [rad]; torque [N m], power lost [W], energy [J]."""
+
+    side: int
+    stiffness: float
+    damping: float
+    viscous: float
+    coulomb: float
+    static: float
+    stribeck_speed: float
+    bend: float = 0.0
+    bend_rate: float = 0.0
+    torque: float = 0.0
+    power: float = 0.0
+    energy: float = 0.0
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        bend, speed = x[words[row + 1]], signals[words[row + 2]] - signals[words[row + 3]]
-        stiff, damp, viscous = numbers[at], numbers[at + 1], numbers[at + 2]
-        slip = numbers[at + 3] + (numbers[at + 4] - numbers[at + 3]) * math.exp(-((speed / numbers[at + 5]) ** 2))
-        fade = stiff * abs(speed) / slip
-        rate, mean = speed - fade * bend, bend
-        if h > 0.0:
-            grown = first(-fade * h)
-            mean += h * rate * second(-fade * h, grown)
-            rate *= grown
-            rates[words[row + 1]] = rate  # now that the speed is known: the law has seen a guess of it
-        torque = stiff * mean + damp * rate + viscous * speed
-        signals[words[row + 6]] = torque
-        # What goes in less what bends the bristles.
-        stored = stiff * rate * (bend + 0.5 * h * rate)
-        signals[words[row + 7]] = torque * speed - stored
-        signals[words[row + 8]] = 0.5 * stiff * bend * bend
+@law
+def _slip(own: Any, speed: float) -> tuple[float, float]:
+    """Rate of the bend [rad/s], and how fast it fades [1/s]."""
+    slip = own.coulomb + (own.static - own.coulomb) * math.exp(-((speed / own.stribeck_speed) ** 2))
+    fade = own.stiffness * abs(speed) / slip
+    return speed - fade * own.bend, fade
+
+
+@law
+def _mean(own: Any, speed: float, h: float) -> tuple[float, float]:
+    """Bend and its rate in the mean over a step: with the speed held z is linear in time."""
+    rate, fade = _slip(own, speed)
+    grown = first(-fade * h)
+    return own.bend + h * rate * second(-fade * h, grown), rate * grown
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    flange = flange_of(joint, own.side)
+    speed = flange.speed - (joint.motor if own.side == MOTOR else joint.load).surface_speed
+    if h == 0.0:
+        own.bend_rate, _ = _slip(own, speed)
+        flange.torque -= own.stiffness * own.bend + own.damping * own.bend_rate + own.viscous * speed
+        return
+    mean, rate = _mean(own, speed, h)
+    own.bend_rate = rate
+    flange.torque -= own.stiffness * mean + own.damping * rate + own.viscous * speed
+    # How the mean torque grows with the speed, by a small difference: the law has a kink at rest.
+    small = 1e-6 * own.stribeck_speed
+    other = speed + (small if speed >= 0.0 else -small)
+    mean_too, rate_too = _mean(own, other, h)
+    slope = own.stiffness * (mean_too - mean) + own.damping * (rate_too - rate)
+    slope = slope / (other - speed) + own.viscous
+    if slope > 0.0:
+        flange.damping += slope
+
+
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    speed = flange_of(joint, own.side).speed - (joint.motor if own.side == MOTOR else joint.load).surface_speed
+    mean, (rate, _) = own.bend, _slip(own, speed)
+    if h > 0.0:
+        mean, rate = _mean(own, speed, h)
+        own.bend_rate = rate  # now that the speed is known: the law has seen a guess of it
+    own.torque = own.stiffness * mean + own.damping * rate + own.viscous * speed
+    # What goes in less what bends the bristles.
+    own.power = own.torque * speed - own.stiffness * rate * (own.bend + 0.5 * h * rate)
+    own.energy = 0.5 * own.stiffness * own.bend * own.bend
 
 
 @dataclass(frozen=True)
@@ -126,27 +139,30 @@ class LuGreFriction(Effect):
 
     def ports(self, place: Place) -> Ports:
         speed, torque, damping = s.of_side(self.side, place)
-        loss, energy = Signal(f"{self.side}_lugre_power", "W"), Signal(f"{self.side}_bristle_energy", "J")
+        loss = Signal(f"{self.side}_lugre_power", "W", path="power")
+        energy = Signal(f"{self.side}_bristle_energy", "J", path="energy")
         return Ports(
-            states=(State(f"{self.side}_bristle_bend", "rad", 1e-3 * self.coulomb / self.stiffness),),
+            states=(State(f"{self.side}_bristle_bend", "rad", 1e-3 * self.coulomb / self.stiffness, path="bend"),),
             needs=(speed, s.MOTOR_SURFACE_SPEED if self.side == "motor" else s.SURFACE_SPEED),
-            adds=(torque, damping),
-            tells=(Signal(f"{self.side}_lugre_torque", "N m"), loss, energy),
+            contributes=(torque, damping),
+            outputs=(Signal(f"{self.side}_lugre_torque", "N m", path="torque"), loss, energy),
             powers={loss.name: Role.LOSS},
             stores=(energy.name,),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
         static = self.coulomb if self.static is None else self.static
-        return self.stiffness, self.damping, self.viscous, self.coulomb, static, self.stribeck_speed
+        law = (self.stiffness, self.damping, self.viscous, self.coulomb, static, self.stribeck_speed)
+        return Own(side_of(self.side, place), *law)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         name = s.of_side(self.side, place)[0].name
         speed = signals.get(f"{place.name}.{name}", 0.0)
         if speed == 0.0:
             return (0.0,)
-        _, _, _, low, high, stribeck = self.numbers(place)
-        slip = low + (high - low) * math.exp(-(min(abs(speed / stribeck), 1e3) ** 2))
+        own = self.own(place)
+        fall = math.exp(-(min(abs(speed / own.stribeck_speed), 1e3) ** 2))
+        slip = own.coulomb + (own.static - own.coulomb) * fall
         return (math.copysign(slip / self.stiffness, speed),)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
@@ -163,12 +179,13 @@ class LuGreFriction(Effect):
         motor, ratio = self.side == "motor", abs(place.ratio)
         speed = np.abs(series.speed) * (ratio if motor else 1.0)
         rise = float(np.abs(series.acceleration).max()) * (ratio if motor else 1.0)
-        stiff, damp, viscous, low, high, fall = self.numbers(place)
-        torque = low + (high - low) * np.exp(-(np.minimum(speed / fall, 30.0) ** 2)) + viscous * speed
+        own = self.own(place)
+        excess = (own.static - own.coulomb) * np.exp(-(np.minimum(speed / own.stribeck_speed, 30.0) ** 2))
+        torque = own.coulomb + excess + own.viscous * speed
         # Over the first bend the speed comes to sqrt(2 a Fs / s0), and that much of the damping is felt.
-        first_bend = math.sqrt(2.0 * rise * high / stiff)
-        torque += np.where(speed < 3.0 * first_bend, damp * np.minimum(speed, first_bend), 0.0)
-        torque = np.where(series.resting, high, torque)
+        first_bend = math.sqrt(2.0 * rise * own.static / own.stiffness)
+        torque += np.where(speed < 3.0 * first_bend, own.damping * np.minimum(speed, first_bend), 0.0)
+        torque = np.where(series.resting, own.static, torque)
         at_motor = torque if motor else torque / ratio * conditions.mesh_share
         away = float(at_motor.max()) * ratio / conditions.loop_stiffness
         error = LARGEST_ANSWER * at_motor / conditions.torque_constant

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,16 +10,23 @@ import numpy as np
 from drivetrain.drive.gear import Gear, mesh_factors
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Shape
+from drivetrain.effects.effect import Effect, Place, Ports, Shape
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
+from drivetrain.effects.laws import joint_law
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 1]] += numbers[words[row]]
-        signals[words[row + 2]] += numbers[words[row] + 1]
+@dataclass
+class Own:
+    """What it keeps: loss over transmitted torque when the motor drives, and when the load does [-]."""
+
+    driving: float
+    driven: float
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    joint.mesh.driving += own.driving
+    joint.mesh.driven += own.driven
 
 
 @dataclass(frozen=True)
@@ -40,14 +46,14 @@ class MeshLoss(Effect):
 
     @property
     def driven_loss(self) -> float:
-        """Loss over carried torque when the load drives [-]; from 1 on the mesh locks."""
+        """Loss over transmitted torque when the load drives [-]; from 1 on the mesh locks."""
         return 1.0 - mesh_factors(self.gear).driven
 
     def ports(self, place: Place) -> Ports:
-        return Ports(adds=(s.MESH_DRIVING, s.MESH_DRIVEN))
+        return Ports(contributes=(s.MESH_DRIVING, s.MESH_DRIVEN))
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return mesh_factors(self.gear).driving - 1.0, self.driven_loss
+    def own(self, place: Place) -> Own:
+        return Own(mesh_factors(self.gear).driving - 1.0, self.driven_loss)
 
     def shape(self, place: Place) -> Shape:
         return Shape(ratio=self.gear.ratio if place.turning[place.joint] else None)
@@ -60,9 +66,9 @@ class MeshLoss(Effect):
 
     def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
         """The share of the torque that crosses it, by the direction of power; at rest the larger one."""
-        driving, driven = self.numbers(place)
+        loss = self.own(place)
         forward = series.torque * series.speed > 0.0
-        share = np.where(series.resting, max(driving, driven), np.where(forward, driving, driven))
+        share = np.where(series.resting, max(loss.driving, loss.driven), np.where(forward, loss.driving, loss.driven))
         torque = share * np.abs(series.torque) / abs(place.ratio)
         # Where it turns round it steps by twice its size.
         away = 2.0 * OVERSHOOT * float(torque.max()) * abs(place.ratio) / conditions.loop_stiffness

@@ -3,53 +3,54 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role
+from drivetrain.effects.effect import Effect, Place, Ports, Role
+from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        speed = signals[words[row + 4]]
-        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 5]]
-        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 6]]
-        volts, peak = signals[words[row + 7]], numbers[at + 4]
-        current, damping, stiffness = signals[words[row + 1]], signals[words[row + 2]], signals[words[row + 3]]
-        if abs(current) > peak:
-            current = peak if current > 0.0 else -peak
-            damping = stiffness = 0.0
-        emf = constant * speed
-        if volts < math.inf:
-            high, low = (volts - emf) / resistance, (-volts - emf) / resistance
-            if current > high or current < low:
-                current = high if current > high else low
-                damping, stiffness = constant / resistance, 0.0
-        signals[words[row + 8]] = current
-        signals[words[row + 9]] = emf + resistance * current
-        signals[words[row + 10]] += constant * current
-        signals[words[row + 11]] += constant * damping
-        signals[words[row + 12]] += constant * stiffness
+@dataclass
+class Own:
+    """What it keeps: the lines of resistance and torque constant as in ``Winding``, and the peak current [A]."""
+
+    cold: float
+    rise: float
+    weak: float
+    weaker: float
+    peak: float
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 5]]
-        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 6]]
-        current = signals[words[row + 8]]
-        copper = resistance * current * current
-        signals[words[row + 13]] = copper
-        signals[words[row + 14]] = copper + constant * current * signals[words[row + 4]]
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, motor = joint.pin, joint.motor
+    resistance = own.cold + own.rise * joint.heat.winding
+    constant = own.weak + own.weaker * joint.heat.housing
+    current, damping, stiffness = pin.command, pin.damping, pin.stiffness
+    if abs(current) > own.peak:
+        current = own.peak if current > 0.0 else -own.peak
+        damping = stiffness = 0.0
+    emf = constant * motor.speed
+    if pin.limit < math.inf:
+        high, low = (pin.limit - emf) / resistance, (-pin.limit - emf) / resistance
+        if current > high or current < low:
+            current = high if current > high else low
+            damping, stiffness = constant / resistance, 0.0
+    pin.current, pin.voltage = current, emf + resistance * current
+    motor.torque += constant * current
+    motor.damping += constant * damping
+    motor.stiffness += constant * stiffness
+
+
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, heat = joint.pin, joint.heat
+    constant = own.weak + own.weaker * heat.housing
+    heat.copper_loss = (own.cold + own.rise * heat.winding) * pin.current * pin.current
+    pin.power = heat.copper_loss + constant * pin.current * joint.motor.speed
 
 
 @dataclass(frozen=True)
@@ -83,11 +84,11 @@ class MotorCurrent(Effect):
                 replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
                 replace(s.VOLTAGE_LIMIT, default=self.voltage),
             ),
-            gives=(s.CURRENT, s.VOLTAGE),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
-            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER),
+            provides=(s.CURRENT, s.VOLTAGE),
+            contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
+            outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER),
             powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
         )  # fmt: skip
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return *motor_lines(self.motor), self.peak_current
+    def own(self, place: Place) -> Own:
+        return Own(*motor_lines(self.motor), self.peak_current)

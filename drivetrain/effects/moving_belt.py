@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
+from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 2]] += numbers[words[row]]
+@dataclass
+class Own:
+    """What it keeps: its speed [rad/s], its power [W]."""
+
+    speed: float
+    power: float = 0.0
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 3]] = -numbers[words[row]] * signals[words[row + 1]]
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    joint.load.surface_speed += own.speed
+
+
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    own.power = -own.speed * joint.load.friction
 
 
 @dataclass(frozen=True)
@@ -44,8 +48,10 @@ class MovingBelt(Effect):
             raise InputError(Fault("MovingBelt.speed", "must be a number [rad/s]", self.speed))
 
     def ports(self, place: Place) -> Ports:
-        work = Signal("belt_power", "W")
-        return Ports(needs=(s.JOINT_FRICTION,), adds=(s.SURFACE_SPEED,), tells=(work,), powers={work.name: Role.SOURCE})
+        work = Signal("belt_power", "W", path="power")
+        return Ports(
+            needs=(s.JOINT_FRICTION,), contributes=(s.SURFACE_SPEED,), outputs=(work,), powers={work.name: Role.SOURCE}
+        )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return (self.speed,)
+    def own(self, place: Place) -> Own:
+        return Own(self.speed)

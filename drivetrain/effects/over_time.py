@@ -11,7 +11,12 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.effects.effect import Effect, Place
 from drivetrain.effects.field_types import checked_table
-from drivetrain.effects.tables import bends, table_numbers
+from drivetrain.effects.tables import bends
+
+
+@dataclass
+class Own:
+    """What it keeps: nothing; the table has rows (instant [s], value)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +42,11 @@ class OverTime(Effect):
         """What it follows [SI], (N,)."""
         return np.asarray(getattr(self, self.follows))
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return table_numbers(self.time, self.values)
+    def own(self, place: Place) -> Own:
+        return Own()
+
+    def table(self, place: Place) -> Array:
+        return np.column_stack([self.time, self.values])
 
     def breakpoints(self) -> Sequence[float]:
         jumps = self.time[1:][np.diff(self.time) == 0.0]

@@ -62,9 +62,6 @@ class PayloadChange(Effect):
     def ports(self, place: Place) -> Ports:
         return NOTHING
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return ()
-
     def breakpoints(self) -> Sequence[float]:
         return [float(t) for t in self.time]
 

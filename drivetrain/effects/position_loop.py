@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, TimeScale
+from drivetrain.effects.laws import command_of, joint_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        stiff, damp, ratio = numbers[at], numbers[at + 1], numbers[at + 2]
-        error = ratio * signals[words[row + 1]] - signals[words[row + 3]]
-        slow = ratio * signals[words[row + 2]] - signals[words[row + 4]]
-        signals[words[row + 5]] += stiff * error + damp * slow
-        signals[words[row + 6]] += damp
-        signals[words[row + 7]] += stiff
+@dataclass
+class Own:
+    """What it keeps: gains in current [A/rad], [A s/rad], and the ratio."""
+
+    stiffness: float
+    damping: float
+    ratio: float
+    coupled: int
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, wanted, motor = joint.pin, command_of(joint, own.coupled), joint.motor
+    late, slow = own.ratio * wanted.position - motor.position, own.ratio * wanted.speed - motor.speed
+    pin.command += own.stiffness * late + own.damping * slow
+    pin.damping += own.damping
+    pin.stiffness += own.stiffness
 
 
 @dataclass(frozen=True)
@@ -54,12 +60,12 @@ class PositionLoop(Effect):
     def ports(self, place: Place) -> Ports:
         return Ports(
             needs=(*s.commanded(place)[:2], s.MOTOR_POSITION, s.MOTOR_SPEED),
-            adds=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
+            contributes=(s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
         scale = 1.0 / (self.torque_constant * place.ratio**2)
-        return self.stiffness * scale, self.damping * scale, place.ratio
+        return Own(self.stiffness * scale, self.damping * scale, place.ratio, place.coupled)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("error falls", self.damping / self.stiffness),) if self.stiffness > 0.0 else ()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from drivetrain.effects.effect import NOTHING, Effect, Place, Ports, Shape
@@ -27,9 +26,6 @@ class FullRotor(Effect):
 
     def ports(self, place: Place) -> Ports:
         return NOTHING
-
-    def numbers(self, place: Place) -> Sequence[float]:
-        return ()
 
     def shape(self, place: Place) -> Shape:
         return Shape(self.ratio, self.inertia, full=True)
@@ -61,9 +57,6 @@ class ReflectedRotor(Effect):
 
     def ports(self, place: Place) -> Ports:
         return NOTHING
-
-    def numbers(self, place: Place) -> Sequence[float]:
-        return ()
 
     def shape(self, place: Place) -> Shape:
         return Shape(self.ratio, self.inertia, full=False)

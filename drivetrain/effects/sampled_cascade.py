@@ -4,49 +4,65 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
+import numpy as np
+
+from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
 from drivetrain.effects.cascade_loop import CascadeLoop
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.laws import command_of, joint_law
 from drivetrain.effects.loop_gains import gain_faults
 from drivetrain.errors import Fault, InputError
 
 MOST_DELAY = 3  # samples
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 10]] += x[words[row + 1]]
+@dataclass
+class Own:
+    """What it keeps: as ``CascadeLoop``, period [s] and delay; currents [A] given out, integrated, and waiting."""
+
+    position_gain: float
+    speed_gain: float
+    rate: float
+    peak: float
+    ratio: float
+    coupled: int
+    period: float
+    delay: int
+    sampled_current: float = 0.0
+    last_measured_position: float = 0.0
+    integrated_current: float = 0.0
+    waiting_current: Annotated[Array, MOST_DELAY] = field(default_factory=lambda: np.zeros(MOST_DELAY))
 
 
-@Compiled
-def _sample(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        place, gain, rate, peak, ratio = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3], numbers[at + 4]
-        period, delay = numbers[at + 5], int(numbers[at + 6])
-        measured = signals[words[row + 9]]
-        speed = (measured - x[words[row + 2]]) / period
-        x[words[row + 2]] = measured
-        wanted = ratio * signals[words[row + 8]] + place * (ratio * signals[words[row + 7]] - measured)
-        error = wanted - speed
-        grown = period * gain * rate * error
-        asked = gain * error + x[words[row + 3]] + grown
-        if abs(asked) > peak:
-            asked = peak if asked > 0.0 else -peak
-            if asked * error > 0.0:
-                grown = 0.0
-        x[words[row + 3]] += grown
-        # What is computed now is given out some samples later.
-        x[words[row + 4 + delay]] = asked
-        x[words[row + 1]] = x[words[row + 4]]
-        for j in range(delay):
-            x[words[row + 4 + j]] = x[words[row + 5 + j]]
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    joint.pin.command += own.sampled_current
+
+
+@joint_law(Own)
+def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
+    wanted, measured = command_of(joint, own.coupled), joint.measured_position
+    speed = (measured - own.last_measured_position) / own.period
+    own.last_measured_position = measured
+    late = own.ratio * wanted.position - measured
+    error = own.ratio * wanted.speed + own.position_gain * late - speed
+    grown = own.period * own.speed_gain * own.rate * error
+    asked = own.speed_gain * error + own.integrated_current + grown
+    if abs(asked) > own.peak:
+        asked = own.peak if asked > 0.0 else -own.peak
+        if asked * error > 0.0:
+            grown = 0.0
+    own.integrated_current += grown
+    # What is computed now is given out some samples later.
+    waiting = own.waiting_current
+    waiting[own.delay] = asked
+    own.sampled_current = waiting[0]
+    for k in range(own.delay):
+        waiting[k] = waiting[k + 1]
 
 
 @dataclass(frozen=True)
@@ -86,7 +102,9 @@ class SampledCascade(Effect):
         return self.every
 
     def ports(self, place: Place) -> Ports:
-        waiting = tuple(State(f"waiting_current_{k + 1}", "A", memory=True) for k in range(MOST_DELAY))
+        waiting = tuple(
+            State(f"waiting_current_{k + 1}", "A", memory=True, path=f"waiting_current.{k}") for k in range(MOST_DELAY)
+        )
         return Ports(
             states=(
                 State("sampled_current", "A", memory=True),
@@ -95,13 +113,12 @@ class SampledCascade(Effect):
                 *waiting,
             ),
             needs=(*s.commanded(place)[:2], s.MEASURED_POSITION),
-            adds=(s.CURRENT_COMMAND,),
+            contributes=(s.CURRENT_COMMAND,),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        rate = 1.0 / self.integral_time
-        gains = (self.position_gain, self.speed_gain, rate, self.peak_current, place.ratio)
-        return *gains, self.every, float(self.delay)
+    def own(self, place: Place) -> Own:
+        gains = (self.position_gain, self.speed_gain, 1.0 / self.integral_time, self.peak_current, place.ratio)
+        return Own(*gains, place.coupled, self.every, self.delay)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)

@@ -10,37 +10,43 @@ from typing import Any
 from drivetrain.drive.motor import Motor
 from drivetrain.effects import signals as s
 from drivetrain.effects.current_loop import CurrentLoop
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        volts, limit = x[words[row + 1]], signals[words[row + 7]]
-        # The supply may have sunk since the sample.
-        signals[words[row + 8]] = min(max(volts, -limit), limit)
+@dataclass
+class Own:
+    """What it keeps: gains [V/A], [V/A] a sample, peak [A] and rise a sample [A], back-emf fed forward [V s/rad]."""
+
+    proportional: float
+    integral: float
+    peak: float
+    slope: float
+    forward: float
+    sampled_voltage: float = 0.0
+    integrated_voltage: float = 0.0
+    followed_command: float = 0.0
 
 
-@Compiled
-def _sample(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        kp, ki, peak, slope = numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3]
-        asked = min(max(signals[words[row + 4]], -peak), peak)
-        # The amplifier lets the command rise no faster than this.
-        reference = x[words[row + 3]]
-        reference += min(max(asked - reference, -slope), slope)
-        x[words[row + 3]] = reference
-        error, limit = reference - signals[words[row + 5]], signals[words[row + 7]]
-        grown = x[words[row + 2]] + ki * error
-        wanted = kp * error + grown + numbers[at + 4] * signals[words[row + 6]]
-        volts = min(max(wanted, -limit), limit)
-        # Drawn back by what is asked in vain, so that the integrator does not wind up.
-        x[words[row + 2]] = grown + (volts - wanted) * ki / kp
-        x[words[row + 1]] = volts
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    # The supply may have sunk since the sample.
+    joint.pin.voltage = min(max(own.sampled_voltage, -joint.pin.limit), joint.pin.limit)
+
+
+@joint_law(Own)
+def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin = joint.pin
+    asked = min(max(pin.command, -own.peak), own.peak)
+    # The amplifier lets the command rise no faster than this.
+    own.followed_command += min(max(asked - own.followed_command, -own.slope), own.slope)
+    error = own.followed_command - pin.current
+    grown = own.integrated_voltage + own.integral * error
+    wanted = own.proportional * error + grown + own.forward * joint.motor.speed
+    own.sampled_voltage = min(max(wanted, -pin.limit), pin.limit)
+    # Drawn back by what is asked in vain, so that the integrator does not wind up.
+    own.integrated_voltage = grown + (own.sampled_voltage - wanted) * own.integral / own.proportional
 
 
 @dataclass(frozen=True)
@@ -96,13 +102,13 @@ class SampledCurrentLoop(Effect):
                 State("followed_command", "A", memory=True),
             ),
             needs=(s.CURRENT_COMMAND, s.CURRENT, s.MOTOR_SPEED, s.VOLTAGE_LIMIT),
-            gives=(s.VOLTAGE,),
+            provides=(s.VOLTAGE,),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
         kp = (self.motor.inductance or math.nan) * self.bandwidth
         ki = self.motor.resistance * self.bandwidth * self.every
-        return kp, ki, self.peak_current, self.slew * self.every, self.fed_forward * self.motor.torque_constant
+        return Own(kp, ki, self.peak_current, self.slew * self.every, self.fed_forward * self.motor.torque_constant)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         current = signals.get(f"{place.name}.{s.CURRENT.name}", 0.0)

@@ -8,16 +8,22 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
+from drivetrain.effects.laws import scene_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _stiff(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    row = 2
-    at = words[row]
-    for j in range(int(numbers[at + 1])):
-        signals[words[row + 1 + j]] = numbers[at]
+@dataclass
+class Stiff:
+    """What a stiff supply keeps: the voltage that reaches the terminals [V]."""
+
+    limit: float
+
+
+@scene_law(Stiff)
+def _stiff(t: Any, h: Any, own: Any, scene: Any) -> None:
+    for j in range(len(scene.joints)):
+        scene.joints[j].pin.limit = own.limit
 
 
 @dataclass(frozen=True)
@@ -41,54 +47,60 @@ class StiffSupply(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        return Ports(gives=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints))
+        return Ports(provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints))
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return self.voltage * self.modulation, float(len(place.joints))
-
-
-@Compiled
-def _bus(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    row = 2
-    at, joints = words[row], int(numbers[words[row] + 6])
-    for j in range(joints):
-        signals[words[row + 2 + joints + j]] = numbers[at + 5] * x[words[row + 1]]
+    def own(self, place: Place) -> Stiff:
+        return Stiff(self.voltage * self.modulation)
 
 
-@Compiled
-def _settle(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    row = 2
-    at, joints = words[row], int(numbers[words[row] + 6])
-    nominal, capacity, power = numbers[at], numbers[at + 1], numbers[at + 2]
-    threshold, resistance = numbers[at + 3], numbers[at + 4]
-    drawn = 0.0
-    for j in range(joints):
-        drawn += signals[words[row + 2 + j]]
-    volts, out = x[words[row + 1]], row + 2 + 2 * joints
+@dataclass
+class Own:
+    """What it keeps: the fields of ``SupplyBus``, its voltage [V], powers [W] and energy [J]."""
+
+    nominal: float
+    capacity: float
+    power: float
+    threshold: float
+    resistance: float
+    modulation: float
+    bus_voltage: float = 0.0
+    source_power: float = 0.0
+    brake_resistor_power: float = 0.0
+    delivered_power: float = 0.0
+    bus_energy: float = 0.0
+
+
+@scene_law(Own)
+def _bus(t: Any, h: Any, own: Any, scene: Any) -> None:
+    for j in range(len(scene.joints)):
+        scene.joints[j].pin.limit = own.modulation * own.bus_voltage
+
+
+@scene_law(Own)
+def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
+    drawn, volts = 0.0, own.bus_voltage
+    for j in range(len(scene.joints)):
+        drawn += scene.joints[j].pin.power
+    own.delivered_power = drawn
     if h <= 0.0:
-        feed = min(max(drawn, 0.0), power) if volts <= nominal * (1.0 + 1e-9) else 0.0
-        burnt = volts * volts / resistance
-        if volts <= threshold * (1.0 + 1e-9):  # at the threshold it is switched on and off, and burns what comes back
-            burnt = min(max(-drawn, 0.0), burnt) if volts >= threshold * (1.0 - 1e-9) else 0.0
-        signals[words[out]] = feed
-        signals[words[out + 1]] = burnt
-        signals[words[out + 2]] = drawn
-        signals[words[out + 3]] = 0.5 * capacity * volts * volts
+        own.source_power = min(max(drawn, 0.0), own.power) if volts <= own.nominal * (1.0 + 1e-9) else 0.0
+        burnt = volts * volts / own.resistance
+        if volts <= own.threshold * (1.0 + 1e-9):  # at the threshold it goes on and off, and burns what comes back
+            burnt = min(max(-drawn, 0.0), burnt) if volts >= own.threshold * (1.0 - 1e-9) else 0.0
+        own.brake_resistor_power = burnt
+        own.bus_energy = 0.5 * own.capacity * volts * volts
         return
     # Energy of the capacitor after the step; the source lifts it to its nominal voltage, the resistor cuts it off.
-    energy = 0.5 * capacity * volts * volts - drawn * h
-    full, most = 0.5 * capacity * nominal * nominal, 0.5 * capacity * threshold * threshold
-    feed = min(max(full - energy, 0.0), power * h)
+    energy = 0.5 * own.capacity * volts * volts - drawn * h
+    full, most = 0.5 * own.capacity * own.nominal * own.nominal, 0.5 * own.capacity * own.threshold * own.threshold
+    feed = min(max(full - energy, 0.0), own.power * h)
     energy += feed
     burnt = 0.0
     if energy > most:
-        burnt = min(energy - most, h * volts * volts / resistance)
+        burnt = min(energy - most, h * volts * volts / own.resistance)
         energy -= burnt
-    x[words[row + 1]] = math.sqrt(2.0 * max(energy, 0.0) / capacity)
-    signals[words[out]] = feed / h
-    signals[words[out + 1]] = burnt / h
-    signals[words[out + 2]] = drawn
-    signals[words[out + 3]] = max(energy, 0.0)
+    own.bus_voltage = math.sqrt(2.0 * max(energy, 0.0) / own.capacity)
+    own.source_power, own.brake_resistor_power, own.bus_energy = feed / h, burnt / h, max(energy, 0.0)
 
 
 @dataclass(frozen=True)
@@ -136,8 +148,8 @@ class SupplyBus(Effect):
         return Ports(
             states=(State("bus_voltage", "V", 1e-3, memory=True),),
             needs=tuple(Signal(f"{joint}:{s.ELECTRICAL_POWER.name}", "W", default=0.0) for joint in place.joints),
-            gives=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints),
-            tells=(
+            provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints),
+            outputs=(
                 Signal("source_power", "W"), Signal("brake_resistor_power", "W"), Signal("delivered_power", "W"),
                 Signal("bus_energy", "J"),
             ),
@@ -146,9 +158,8 @@ class SupplyBus(Effect):
             stores=("bus_energy",),
         )  # fmt: skip
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        sheet = (self.voltage, self.capacity, self.power, self.threshold, self.resistance, self.modulation)
-        return *sheet, float(len(place.joints))
+    def own(self, place: Place) -> Own:
+        return Own(self.voltage, self.capacity, self.power, self.threshold, self.resistance, self.modulation)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         return (self.voltage,)

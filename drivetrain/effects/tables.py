@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,16 +10,6 @@ from drivetrain.arrays import Array
 from drivetrain.jit import law
 
 TINY = 1e-300  # [s]
-
-
-def table_numbers(time: Array, values: Array) -> Sequence[float]:
-    """A table as constants of a law.
-
-    Args:
-        time: Never falling [s], (N,).
-        values: In their own unit, (N,).
-    """
-    return [float(len(time)), *(float(t) for t in time), *(float(value) for value in values)]
 
 
 def bends(time: Array, values: Array, tolerance: float) -> list[float]:
@@ -42,16 +31,16 @@ def bends(time: Array, values: Array, tolerance: float) -> list[float]:
 
 
 @law
-def interval_of(numbers: Any, at: int, size: int, t: float) -> int:
-    """The last instant of a table that is not later; of two at one instant the second.
+def interval_of(table: Any, t: float) -> int:
+    """The last row of a table that is not later than an instant [s]; of two at one instant the second.
 
     Args:
-        t: [s].
+        table: Instants that never fall in its first column [s], (rows, columns).
     """
-    low, high = 0, size
+    low, high = 0, len(table)
     while high - low > 1:
         middle = (low + high) // 2
-        if numbers[at + middle] <= t:
+        if table[middle, 0] <= t:
             low = middle
         else:
             high = middle
@@ -59,17 +48,16 @@ def interval_of(numbers: Any, at: int, size: int, t: float) -> int:
 
 
 @law
-def table_value(numbers: Any, at: int, t: float) -> float:
-    """The value of a table at an instant; before the first and after the last it stays.
+def table_value(table: Any, t: float) -> float:
+    """The value of a table at an instant [s]; before the first and after the last it stays.
 
     Args:
-        t: [s].
+        table: Instants that never fall [s] and values, (rows, 2).
     """
-    size = int(numbers[at])
-    low = interval_of(numbers, at + 1, size, t)
-    value = numbers[at + 1 + size + low]
-    if low + 1 < size:
-        begin, end = numbers[at + 1 + low], numbers[at + 2 + low]
+    low = interval_of(table, t)
+    value = table[low, 1]
+    if low + 1 < len(table):
+        begin, end = table[low, 0], table[low + 1, 0]
         if end > begin and t > begin:
-            value += (numbers[at + 2 + size + low] - value) * (t - begin) / (end - begin)
+            value += (table[low + 1, 1] - value) * (t - begin) / (end - begin)
     return value

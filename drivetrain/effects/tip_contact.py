@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from drivetrain.arrays import checked_array
+from drivetrain.arrays import Array, checked_array
 from drivetrain.drive.spring_kernel import mean_touch, touch
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
+from drivetrain.effects.laws import scene_law
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
@@ -20,51 +20,61 @@ _GIVEN = s.TIP_GIVEN[:6]  # place and speed
 _TAKEN = (*s.TIP_TAKEN[:3], *s.TIP_TAKEN[6:])  # force, and how it falls with speed and place
 
 
+@dataclass
+class Own:
+    """What it keeps: [N/m], [N s/m], place along the normal [m]; force [N], power lost [W], energy [J]."""
+
+    normal: Annotated[Array, 3]
+    stiffness: float
+    damping: float
+    at: float
+    force: float = 0.0
+    power: float = 0.0
+    energy: float = 0.0
+
+
 @law
-def _met(numbers: Any, at: int, deep: float, into: float, h: float, damp: float) -> tuple[float, float, float]:
+def _depth(own: Any, tip: Any) -> tuple[float, float]:
+    """How deep the tip is in the wall [m], and how fast it goes in [m/s]."""
+    deep, into = own.at, 0.0
+    for i in range(3):
+        deep -= own.normal[i] * tip.place[i]
+        into -= own.normal[i] * tip.speed[i]
+    return deep, into
+
+
+@law
+def _met(own: Any, deep: float, into: float, h: float, damp: float) -> tuple[float, float, float]:
     """Force, slope and damping of the wall, at an instant or in the mean over a step."""
-    pieces, flanks = (numbers[at + 3], numbers[at + 3], numbers[at + 3], math.inf, math.inf), (-math.inf, 0.0)
+    pieces, flanks = (own.stiffness, own.stiffness, own.stiffness, math.inf, math.inf), (-math.inf, 0.0)
     if h > 0.0:
         return mean_touch(pieces, flanks, damp, deep, into, h)
     return touch(pieces, flanks, damp, deep, into)
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        deep, into = numbers[at + 5], 0.0
-        for i in range(3):
-            deep -= numbers[at + i] * signals[words[row + 1 + i]]
-            into -= numbers[at + i] * signals[words[row + 4 + i]]
-        force, stiff, damp = _met(numbers, at, deep, into, h, numbers[at + 4])
-        if stiff == 0.0:
-            continue
-        entry = 0
-        for i in range(3):
-            signals[words[row + 7 + i]] += force * numbers[at + i]
-            for j in range(i, 3):
-                across = numbers[at + i] * numbers[at + j]
-                signals[words[row + 10 + entry]] += damp * across
-                signals[words[row + 16 + entry]] += stiff * across
-                entry += 1
+@scene_law(Own)
+def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
+    tip, entry = scene.world.tip, 0
+    deep, into = _depth(own, tip)
+    force, stiff, damp = _met(own, deep, into, h, own.damping)
+    if stiff == 0.0:
+        return
+    for i in range(3):
+        tip.force[i] += force * own.normal[i]
+        for j in range(i, 3):
+            across = own.normal[i] * own.normal[j]
+            tip.damping[entry] += damp * across
+            tip.stiffness[entry] += stiff * across
+            entry += 1
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        deep, into = numbers[at + 5], 0.0
-        for i in range(3):
-            deep -= numbers[at + i] * signals[words[row + 1 + i]]
-            into -= numbers[at + i] * signals[words[row + 4 + i]]
-        force, _, _ = _met(numbers, at, deep, into, h, numbers[at + 4])
-        spring, _, _ = _met(numbers, at, deep, into, h, 0.0)
-        signals[words[row + 22]] = force
-        signals[words[row + 23]] = (force - spring) * into
-        signals[words[row + 24]] = 0.5 * numbers[at + 3] * max(deep, 0.0) ** 2
+@scene_law(Own)
+def _account(t: Any, h: Any, own: Any, scene: Any) -> None:
+    deep, into = _depth(own, scene.world.tip)
+    own.force, _, _ = _met(own, deep, into, h, own.damping)
+    elastic, _, _ = _met(own, deep, into, h, 0.0)
+    own.power = (own.force - elastic) * into
+    own.energy = 0.5 * own.stiffness * max(deep, 0.0) ** 2
 
 
 @dataclass(frozen=True)
@@ -103,19 +113,19 @@ class TipContact(Effect):
         if faults:
             raise InputError(faults)
 
-    def kinked(self) -> bool:
+    def piecewise(self) -> bool:
         return True
 
     def ports(self, place: Place) -> Ports:
-        loss, energy = Signal("contact_power", "W"), Signal("contact_spring_energy", "J")
+        loss, energy = Signal("contact_power", "W", path="power"), Signal("contact_spring_energy", "J", path="energy")
         return Ports(
             needs=_GIVEN,
-            adds=_TAKEN,
-            tells=(Signal("contact_force", "N"), loss, energy),
+            contributes=_TAKEN,
+            outputs=(Signal("contact_force", "N", path="force"), loss, energy),
             powers={loss.name: Role.LOSS},
             stores=(energy.name,),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
         normal = np.asarray(self.normal, dtype=np.float64) / np.linalg.norm(self.normal)
-        return *normal, self.stiffness, self.damping, float(normal @ np.asarray(self.point))
+        return Own(normal, self.stiffness, self.damping, float(normal @ np.asarray(self.point)))

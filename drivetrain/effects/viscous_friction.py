@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,29 +10,37 @@ import numpy as np
 from drivetrain.drive.friction import Friction
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.field_types import side_faults
+from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        speed = signals[words[row + 1]]
-        damping = numbers[words[row]] if speed >= 0.0 else numbers[words[row] + 1]
-        signals[words[row + 2]] -= damping * speed
-        signals[words[row + 3]] += damping
+@dataclass
+class Own:
+    """What it keeps: its side, damping either way [N m s/rad], power [W]."""
+
+    side: int
+    forward: float
+    backward: float
+    power: float = 0.0
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        speed = signals[words[row + 1]]
-        damping = numbers[words[row]] if speed >= 0.0 else numbers[words[row] + 1]
-        signals[words[row + 4]] = damping * speed * speed
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    flange = flange_of(joint, own.side)
+    damping = own.forward if flange.speed >= 0.0 else own.backward
+    flange.torque -= damping * flange.speed
+    flange.damping += damping
+
+
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    speed = flange_of(joint, own.side).speed
+    own.power = (own.forward if speed >= 0.0 else own.backward) * speed * speed
+    if own.side == MOTOR:
+        joint.heat.viscous_power = own.power
 
 
 @dataclass(frozen=True)
@@ -58,17 +65,18 @@ class ViscousFriction(Effect):
 
     def ports(self, place: Place) -> Ports:
         speed, torque, damping = s.of_side(self.side, place)
-        loss = Signal(f"{self.side}_viscous_power", "W")
+        loss = Signal(f"{self.side}_viscous_power", "W", path="power")
         return Ports(
             needs=(speed,),
-            adds=(torque, damping),
-            tells=(loss,),
+            contributes=(torque, damping),
+            outputs=(loss,),
             powers={loss.name: Role.LOSS},
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
         law = self.friction
-        return law.viscous, law.viscous if law.viscous_negative is None else law.viscous_negative
+        backward = law.viscous if law.viscous_negative is None else law.viscous_negative
+        return Own(side_of(self.side, place), law.viscous, backward)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
         if conditions.series is not None:
@@ -84,7 +92,8 @@ class ViscousFriction(Effect):
         """Its torque at the commanded speed, at every instant."""
         motor, ratio = self.side == "motor", abs(place.ratio)
         speed = series.speed * (place.ratio if motor else 1.0)
-        torque = np.where(speed >= 0.0, *self.numbers(place)) * np.abs(speed)
+        own = self.own(place)
+        torque = np.where(speed >= 0.0, own.forward, own.backward) * np.abs(speed)
         at_motor = torque if motor else torque / ratio * conditions.mesh_share
         away = float(np.abs(at_motor).max()) * ratio / conditions.loop_stiffness
         why = "damping times the commanded speed, at every instant"

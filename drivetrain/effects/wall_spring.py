@@ -3,39 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
+from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        stretch = signals[words[row + 1]] - numbers[at + 2] - numbers[at + 3] * t
-        speed = signals[words[row + 2]] - numbers[at + 3]
-        signals[words[row + 3]] -= numbers[at] * stretch + numbers[at + 1] * speed
-        signals[words[row + 4]] += numbers[at + 1]
-        signals[words[row + 5]] += numbers[at]
+@dataclass
+class Own:
+    """What it keeps: the fields of ``WallSpring``; energy [J], power lost in the damper and put in by the wall [W]."""
+
+    stiffness: float
+    damping: float
+    rest: float
+    speed: float
+    energy: float = 0.0
+    loss: float = 0.0
+    work: float = 0.0
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        stretch = signals[words[row + 1]] - numbers[at + 2] - numbers[at + 3] * t
-        speed = signals[words[row + 2]] - numbers[at + 3]
-        torque = numbers[at] * stretch + numbers[at + 1] * speed
-        signals[words[row + 6]] = 0.5 * numbers[at] * stretch * stretch
-        signals[words[row + 7]] = numbers[at + 1] * speed * speed
-        # The wall is pulled along against the spring: work from outside.
-        signals[words[row + 8]] = -torque * numbers[at + 3]
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    load = joint.load
+    stretch, speed = load.position - own.rest - own.speed * t, load.speed - own.speed
+    load.torque -= own.stiffness * stretch + own.damping * speed
+    load.damping += own.damping
+    load.stiffness += own.stiffness
+
+
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    load = joint.load
+    stretch, speed = load.position - own.rest - own.speed * t, load.speed - own.speed
+    own.energy = 0.5 * own.stiffness * stretch * stretch
+    own.loss = own.damping * speed * speed
+    # The wall is pulled along against the spring: work from outside.
+    own.work = -(own.stiffness * stretch + own.damping * speed) * own.speed
 
 
 @dataclass(frozen=True)
@@ -72,15 +78,15 @@ class WallSpring(Effect):
             raise InputError(faults)
 
     def ports(self, place: Place) -> Ports:
-        energy, loss = Signal("wall_spring_energy", "J"), Signal("wall_damping_power", "W")
-        work = Signal("wall_power", "W")
+        energy, loss = Signal("wall_spring_energy", "J", path="energy"), Signal("wall_damping_power", "W", path="loss")
+        work = Signal("wall_power", "W", path="work")
         return Ports(
             needs=(s.POSITION, s.SPEED),
-            adds=(s.JOINT_TORQUE, s.JOINT_DAMPING, s.JOINT_STIFFNESS),
-            tells=(energy, loss, work),
+            contributes=(s.JOINT_TORQUE, s.JOINT_DAMPING, s.JOINT_STIFFNESS),
+            outputs=(energy, loss, work),
             powers={loss.name: Role.LOSS, work.name: Role.SOURCE},
             stores=(energy.name,),
         )
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return self.stiffness, self.damping, self.rest, self.speed
+    def own(self, place: Place) -> Own:
+        return Own(self.stiffness, self.damping, self.rest, self.speed)

@@ -10,86 +10,106 @@ from typing import Any
 from drivetrain.drive.electrical import current_reach
 from drivetrain.drive.motor import Motor, motor_lines
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Role, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate
+from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
-# Kept behind the constants: resistance and step that the rest is made for, growth at the end of a step and in its mean
-# for a volt, means of the fading exponential and of its square; the speed in the middle of the last step.
-MADE_FOR, END, MEAN, FADE, FADED, MIDDLE, ROOM = 5, 7, 8, 9, 10, 11, 12
+
+@dataclass
+class Own:
+    """What it keeps.
+
+    Attributes:
+        cold, rise: Resistance [ohm], and its rise with the winding's temperature [ohm/K].
+        weak, weaker: Torque constant [N m/A], and its change with the housing's temperature [N m/(A K)].
+        inductance: [H].
+        current, current_rate: The state [A], [A/s].
+        resistance, step: What the rest is made for [ohm], [s].
+        end, mean: Growth at the end of a step and in its mean [A/V].
+        fade, faded: Means of the fading exponential and of its square [-].
+        middle: Speed in the middle of the last step [rad/s].
+    """
+
+    cold: float
+    rise: float
+    weak: float
+    weaker: float
+    inductance: float
+    current: float = 0.0
+    current_rate: float = 0.0
+    resistance: float = 0.0
+    step: float = 0.0
+    end: float = 0.0
+    mean: float = 0.0
+    fade: float = 0.0
+    faded: float = 0.0
+    middle: float = 0.0
 
 
 @law
-def _make(numbers: Any, at: int, resistance: float, h: float) -> None:
+def _make(own: Any, resistance: float, h: float) -> None:
     """The exponentials of a step, as long as neither the winding's temperature nor the step changes."""
-    numbers[at + END], numbers[at + MEAN] = current_reach(resistance, numbers[at + 4], h)
-    _, twice = current_reach(2.0 * resistance, numbers[at + 4], h)
+    own.end, own.mean = current_reach(resistance, own.inductance, h)
+    _, twice = current_reach(2.0 * resistance, own.inductance, h)
     # 1 - R share is the mean of the fading exponential, 1 - 2 R twice that of its square.
-    numbers[at + FADE] = 1.0 - resistance * numbers[at + MEAN]
-    numbers[at + FADED] = 1.0 - 2.0 * resistance * twice
-    numbers[at + MADE_FOR], numbers[at + MADE_FOR + 1] = resistance, h
+    own.fade = 1.0 - resistance * own.mean
+    own.faded = 1.0 - 2.0 * resistance * twice
+    own.resistance, own.step = resistance, h
 
 
 @law
-def _told(current: float, constant: float, speed: float, numbers: Any, at: int) -> float:
+def _now(own: Any, constant: float, speed: float) -> float:
     """The current at an instant.
 
     The state follows a back-emf that is held over each step, half a step late; who looks at an instant is told what it
     comes to where the back-emf goes on as the speed does.
     """
-    if numbers[at + MADE_FOR + 1] == 0.0:  # no step yet
-        return current
-    return current + (numbers[at + END] - 2.0 * numbers[at + MEAN]) * constant * (speed - numbers[at + MIDDLE])
+    if own.step == 0.0:  # no step yet
+        return own.current
+    return own.current + (own.end - 2.0 * own.mean) * constant * (speed - own.middle)
 
 
-@Compiled
-def _compute(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        current = x[words[row + 1]]
-        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 4]]
-        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 5]]
-        if h == 0.0:
-            current = _told(current, constant, signals[words[row + 3]], numbers, at)
-        missing = signals[words[row + 2]] - constant * signals[words[row + 3]] - resistance * current
-        if h == 0.0:
-            rates[words[row + 1]] = missing / numbers[at + 4]
-            signals[words[row + 7]] += constant * current
-            continue
-        if numbers[at + MADE_FOR] != resistance or numbers[at + MADE_FOR + 1] != h:
-            _make(numbers, at, resistance, h)
-        mean = numbers[at + MEAN]
-        rates[words[row + 1]] = numbers[at + END] * missing / h
-        signals[words[row + 7]] += constant * (current + mean * missing)
-        signals[words[row + 8]] += constant * constant * mean
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, heat, motor = joint.pin, joint.heat, joint.motor
+    resistance = own.cold + own.rise * heat.winding
+    constant = own.weak + own.weaker * heat.housing
+    if h == 0.0:
+        current = _now(own, constant, motor.speed)
+        own.current_rate = (pin.voltage - constant * motor.speed - resistance * current) / own.inductance
+        motor.torque += constant * current
+        return
+    if own.resistance != resistance or own.step != h:
+        _make(own, resistance, h)
+    missing = pin.voltage - constant * motor.speed - resistance * own.current
+    own.current_rate = own.end * missing / h
+    motor.torque += constant * (own.current + own.mean * missing)
+    motor.damping += constant * constant * own.mean
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        at = words[row]
-        current = x[words[row + 1]]
-        resistance = numbers[at] + numbers[at + 1] * signals[words[row + 4]]
-        constant = numbers[at + 2] + numbers[at + 3] * signals[words[row + 5]]
-        told = _told(current, constant, signals[words[row + 3]], numbers, at)
-        square, mean = told * told, told
-        if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential
-            missing = signals[words[row + 2]] - constant * signals[words[row + 3]] - resistance * current
-            # Now that the speed is known: the law has seen a guess of it.
-            rates[words[row + 1]] = numbers[at + END] * missing / h
-            numbers[at + MIDDLE] = signals[words[row + 3]]
-            reach = missing / resistance
-            mean = current + numbers[at + MEAN] * missing
-            final = current + reach
-            square = final * final - 2.0 * final * reach * numbers[at + FADE] + reach * reach * numbers[at + FADED]
-        else:
-            signals[words[row + 6]] = told
-        signals[words[row + 9]] = resistance * square
-        signals[words[row + 10]] = signals[words[row + 2]] * mean
-        signals[words[row + 11]] = 0.5 * numbers[at + 4] * current * current
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, heat, speed = joint.pin, joint.heat, joint.motor.speed
+    resistance = own.cold + own.rise * heat.winding
+    constant = own.weak + own.weaker * heat.housing
+    mean = _now(own, constant, speed)
+    square = mean * mean
+    if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential
+        missing = pin.voltage - constant * speed - resistance * own.current
+        # Now that the speed is known: the law has seen a guess of it.
+        own.current_rate = own.end * missing / h
+        own.middle = speed
+        reach = missing / resistance
+        mean = own.current + own.mean * missing
+        final = own.current + reach
+        square = final * final - 2.0 * final * reach * own.fade + reach * reach * own.faded
+    else:
+        pin.current = mean
+    heat.copper_loss = resistance * square
+    pin.power = pin.voltage * mean
+    pin.magnetic_energy = 0.5 * own.inductance * own.current * own.current
 
 
 @dataclass(frozen=True)
@@ -129,14 +149,14 @@ class Winding(Effect):
                 s.VOLTAGE, s.MOTOR_SPEED, replace(s.WINDING_TEMPERATURE, default=rest),
                 replace(s.HOUSING_TEMPERATURE, default=rest), s.CURRENT,
             ),
-            adds=(s.MOTOR_TORQUE, s.MOTOR_DAMPING),
-            tells=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
+            contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING),
+            outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
             powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
             stores=(s.MAGNETIC_ENERGY.name,),
         )  # fmt: skip
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return *motor_lines(self.motor), self.motor.inductance or math.nan, *[0.0] * (ROOM - MADE_FOR)
+    def own(self, place: Place) -> Own:
+        return Own(*motor_lines(self.motor), self.motor.inductance or math.nan)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         return (self.current,)

@@ -8,54 +8,77 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from drivetrain.arrays import Array
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, State, TimeScale
+from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate
+from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
 SHARE = 0.005  # of the winding's time constant, between two steps
 
 
+@dataclass
+class Own:
+    """What it keeps.
+
+    Attributes:
+        period: Between two steps of the temperatures [s].
+        ambient, inner, outer: [C], thermal resistances [K/W].
+        modes, inverse, decay: Of both nodes: rises are modes times what decays [1/s].
+        winding_temperature, housing_temperature: [C].
+        copper, iron, clock: Losses gathered since the last step [J], for so long [s].
+    """
+
+    period: float
+    ambient: float
+    inner: float
+    outer: float
+    modes: Annotated[Array, 4]
+    inverse: Annotated[Array, 4]
+    decay: Annotated[Array, 2]
+    winding_temperature: float = 0.0
+    housing_temperature: float = 0.0
+    copper: float = 0.0
+    iron: float = 0.0
+    clock: float = 0.0
+
+
 @law
-def _warmed(x: Any, numbers: Any, words: Any, row: int) -> tuple[float, float]:
+def _warmed(own: Any) -> tuple[float, float]:
     """Both temperatures after the time gathered, under the mean losses gathered in it."""
-    at, winding, housing, clock = words[row], x[words[row + 1]], x[words[row + 2]], x[words[row + 5]]
-    if clock == 0.0:
-        return winding, housing
+    if own.clock == 0.0:
+        return own.winding_temperature, own.housing_temperature
     # Rises over the state that these mean losses would reach decay along two exponentials.
-    p, q, ambient = x[words[row + 3]] / clock, x[words[row + 4]] / clock, numbers[at + 1]
-    end_w = ambient + numbers[at + 2] * p + numbers[at + 3] * (p + q)
-    end_h = ambient + numbers[at + 3] * (p + q)
-    a, b = winding - end_w, housing - end_h
-    u = numbers[at + 8] * a + numbers[at + 9] * b
-    v = numbers[at + 10] * a + numbers[at + 11] * b
-    u *= math.exp(numbers[at + 12] * clock)
-    v *= math.exp(numbers[at + 13] * clock)
-    return end_w + numbers[at + 4] * u + numbers[at + 5] * v, end_h + numbers[at + 6] * u + numbers[at + 7] * v
+    p, q, modes, inverse = own.copper / own.clock, own.iron / own.clock, own.modes, own.inverse
+    end_h = own.ambient + own.outer * (p + q)
+    end_w = own.ambient + own.inner * p + own.outer * (p + q)
+    a, b = own.winding_temperature - end_w, own.housing_temperature - end_h
+    u = (inverse[0] * a + inverse[1] * b) * math.exp(own.decay[0] * own.clock)
+    v = (inverse[2] * a + inverse[3] * b) * math.exp(own.decay[1] * own.clock)
+    return end_w + modes[0] * u + modes[1] * v, end_h + modes[2] * u + modes[3] * v
 
 
-@Compiled
-def _account(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        copper, iron, clock = words[row + 3], words[row + 4], words[row + 5]
-        if h <= 0.0:
-            # What is recorded does not wait for the next step of the temperatures.
-            signals[words[row + 9]], signals[words[row + 10]] = _warmed(x, numbers, words, row)
-            continue
-        x[copper] += h * signals[words[row + 6]]
-        x[iron] += h * (signals[words[row + 7]] + signals[words[row + 8]])
-        x[clock] += h
-        if x[clock] < numbers[words[row]] * (1.0 - 1e-9):
-            continue
-        x[words[row + 1]], x[words[row + 2]] = _warmed(x, numbers, words, row)
-        x[copper] = x[iron] = x[clock] = 0.0
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    heat = joint.heat
+    if h <= 0.0:
+        # What is recorded does not wait for the next step of the temperatures.
+        heat.winding, heat.housing = _warmed(own)
+        return
+    own.copper += h * heat.copper_loss
+    own.iron += h * (joint.motor.friction_power + heat.viscous_power)
+    own.clock += h
+    if own.clock < own.period * (1.0 - 1e-9):
+        return
+    own.winding_temperature, own.housing_temperature = _warmed(own)
+    own.copper = own.iron = own.clock = 0.0
 
 
 AT_ONCE = 1e-9  # [s]
@@ -93,9 +116,9 @@ class WindingHeat(Effect):
             states=(
                 State("winding_temperature", "C", 1e-3, memory=True),
                 State("housing_temperature", "C", 1e-3, memory=True),
-                State("gathered_copper_loss", "J", 1.0, memory=True),
-                State("gathered_housing_loss", "J", 1.0, memory=True),
-                State("gathered_time", "s", 1.0, memory=True),
+                State("gathered_copper_loss", "J", 1.0, memory=True, path="copper"),
+                State("gathered_housing_loss", "J", 1.0, memory=True, path="iron"),
+                State("gathered_time", "s", 1.0, memory=True, path="clock"),
             ),
             needs=(
                 replace(s.COPPER_LOSS, default=0.0), s.MOTOR_FRICTION_POWER,
@@ -103,7 +126,7 @@ class WindingHeat(Effect):
             ),
         )  # fmt: skip
 
-    def numbers(self, place: Place) -> Sequence[float]:
+    def own(self, place: Place) -> Own:
         net = self.network
         modes: Any
         inverse: Any
@@ -118,7 +141,7 @@ class WindingHeat(Effect):
             decay, modes = np.linalg.eig(flow)
             inverse = np.linalg.inv(modes)
         period = self.every or SHARE * (net.winding_time_constant or 1.0)
-        return [period, net.ambient, inner, outer, *modes.ravel(), *inverse.ravel(), *decay]
+        return Own(period, net.ambient, inner, outer, modes.ravel(), inverse.ravel(), decay)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         ambient = self.network.ambient

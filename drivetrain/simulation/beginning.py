@@ -8,55 +8,51 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects.effect import Effect
-from drivetrain.simulation import fields as f
-from drivetrain.simulation import rates_kernel
-from drivetrain.simulation.memory import Words
+from drivetrain.simulation import rates
 from drivetrain.simulation.plan import Plan
-from drivetrain.solvers.compiled_function import evaluate
 
 PASSES = 4  # states that depend on states that depend on states
 
 
-def started(plan: Plan, numbers: Array, words: Words) -> Array:
-    """The numbers of a run with its states at the start."""
-    scene, states = plan.scene, np.zeros(len(plan.memory.states))
-    n, c = plan.body.n, plan.body.c
+def started(plan: Plan) -> Array:
+    """The numbers of a run at its start."""
+    memory, n = plan.memory, plan.body.n
+    numbers = memory.numbers.copy()
+    at, states = memory.view(numbers, "coordinates"), memory.view(numbers, "states")
     position, speed = _motion(plan)
-    states[:n], states[c : c + n] = plan.body.coordinates_of(position), plan.body.coordinates_of(speed)
+    at["position"][:n], at["speed"][:n] = plan.body.coordinates_of(position), plan.body.coordinates_of(speed)
     for i in plan.body.springs:
-        states[c + plan.body.motors[i]] = speed[i]
-    rates, signals = np.zeros(len(states)), np.zeros(words[f.SIGNALS])
-    begun = [(one, [plan.memory.states[name] for name in one.states]) for one in plan.instances if one.states]
+        at["speed"][plan.body.motors[i]] = speed[i]
+    begun = [(one, [memory.states[name] for name in one.states]) for one in plan.instances if one.states]
     bent = {i: shape.deflection for i, shape in plan.body.springs.items() if shape.deflection is not None}
+    known = _Known(memory.places, numbers)
     for _ in range(PASSES if begun or bent else 0):
-        before = states.copy()
-        evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
-        told = _Told(plan.memory.places, signals.tolist())
+        before = numbers[states["value"]]
+        rates.evaluate_signals(numbers)
         for i, deflection in bent.items():
-            load = told[f"{scene.joints[i]}.bias_torque"] - told[f"{scene.joints[i]}.joint_torque"]
-            states[plan.body.motors[i]] = deflection(load)
-        for one, at in begun:
-            states[at] = one.effect.start(one.place, told)
-        if np.array_equal(states, before):
+            joint = plan.scene.joints[i]
+            load = known[f"{joint}.bias_torque"] - known[f"{joint}.joint_torque"]
+            at["position"][plan.body.motors[i]] = deflection(load)
+        for one, places in begun:
+            numbers[states["value"][places]] = one.effect.start(one.place, known)
+        if np.array_equal(numbers[states["value"]], before):
             break
     # Who slid while states did not fit yet would else go on sliding at no speed.
-    words[words[f.AT_MODES] : words[f.AT_MODES] + c] = 0
-    evaluate(rates_kernel.rates().address, 0.0, states, rates, numbers, words)
-    numbers[words[f.AT_STATE] : words[f.AT_STATE] + len(states)] = states
-    numbers[words[f.AT_RATES] : words[f.AT_RATES] + len(states)] = 0.0
-    last = words[f.AT_VECTORS] + f.LAST * c
-    numbers[last : last + c] = np.where(np.isfinite(rates[c : 2 * c]), rates[c : 2 * c], 0.0)
+    at["dry"]["mode"] = 0
+    found = rates.evaluate_rates(numbers, numbers[states["value"][: memory.moving]])
+    rate = found[plan.body.c : 2 * plan.body.c]
+    at["last"] = np.where(np.isfinite(rate), rate, 0.0)
     return numbers
 
 
-class _Told(Mapping[str, float]):
+class _Known(Mapping[str, float]):
     """Signals by name, looked up one by one: of hundreds an effect asks for three."""
 
-    def __init__(self, places: Mapping[str, int], values: list[float]) -> None:
+    def __init__(self, places: Mapping[str, int], values: Array) -> None:
         self._places, self._values = places, values
 
     def __getitem__(self, name: str) -> float:
-        return self._values[self._places[name]]
+        return float(self._values[self._places[name]])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)

@@ -2,7 +2,7 @@
 
 Accelerations all hang together through the inertia, the torques behind them do not: a current moves its own motor, a
 twist its own link and motor. So the rows of accelerations stand here for those of the torques, from which
-``jacobian_kernel.py`` finds the accelerations. Whether inertia and bias move with a motor's own state (they do with
+``jacobian.py`` finds the accelerations. Whether inertia and bias move with a motor's own state (they do with
 that of a rotor that is a body of its own) is asked of the mechanics itself, at postures and speeds without symmetry.
 """
 
@@ -14,10 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.effects import signals as named
-from drivetrain.simulation import fields as f
-from drivetrain.simulation import rates_kernel
+from drivetrain.simulation import rates
 from drivetrain.simulation.plan import Plan
-from drivetrain.solvers.compiled_function import evaluate
 
 TIP = tuple(signal.name for signal in named.TIP_TAKEN)
 PROBES = 2  # postures
@@ -40,7 +38,7 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
                 read |= known.get(name, 0)
             for name in one.states:
                 read |= 1 << states[name]
-            for name in (*one.gives, *one.adds):
+            for name in (*one.provides, *one.contributes):
                 known[name] = known.get(name, 0) | read
             for name, state in zip(one.states, one.ports.states, strict=True):
                 rows[states[name]] = 0 if state.memory or one.effect.compute is None else read
@@ -68,9 +66,8 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
 
 def _coordinates(plan: Plan) -> list[list[int]]:
     """Coordinates on which torques of a joint act: its own and its motor's, and those of shafts coupled to it."""
-    n, words = plan.body.n, plan.memory.words
-    bound = words[words[f.AT_BOUND] : words[f.AT_BOUND] + n] != 0 if words[f.COUPLED] else np.zeros(n, dtype=bool)
-    together = [int(i) for i in np.flatnonzero(bound)]
+    n = plan.body.n
+    together = [] if plan.body.coupled is None else list(plan.body.coupled.shafts)
     found = []
     for i in range(n):
         joints = together if i in together else [i]
@@ -100,19 +97,19 @@ def _motion(plan: Plan) -> dict[str, int]:
 
 def _inertial(plan: Plan, moving: int) -> int:
     """States on which inertia or bias of an arm hang, one bit a state; 0 where the inertia is constant."""
-    words, numbers, c = plan.memory.words.copy(), plan.memory.numbers.copy(), plan.body.c
-    if int(words[f.KIND]) != f.ARM:
+    memory, c = plan.memory, plan.body.c
+    if plan.body.arm is None:
         return 0
-    mass, bias = int(words[f.AT_SIGNALS] + words[f.AT_MASS]), int(words[f.AT_VECTORS] + f.BIAS * c)
-    rates, address = np.zeros(len(plan.memory.states)), rates_kernel.rates().address
+    numbers = memory.numbers.copy()
+    pairs, at = memory.view(numbers, "pairs"), memory.view(numbers, "coordinates")
 
     def mechanics(state: Any) -> NDArray[np.float64]:
-        evaluate(address, 0.0, state, rates, numbers, words)
-        return np.append(numbers[mass : mass + c * c], numbers[bias : bias + c])
+        rates.evaluate_rates(numbers, state)
+        return np.append(pairs["mass"], at["bias"])
 
     found, rng = 0, np.random.default_rng(1)
     for _ in range(PROBES):
-        state = np.zeros(len(rates))
+        state = np.zeros(memory.moving)
         state[: 2 * c] = rng.uniform(-1.0, 1.0, 2 * c)
         first = mechanics(state)
         for k in range(2 * c):

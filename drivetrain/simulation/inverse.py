@@ -18,15 +18,13 @@ from drivetrain.drive.motor import Motor, terminal_voltage, torque_constant
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation import fields as f
-from drivetrain.simulation import rates_kernel
+from drivetrain.simulation import rates
 from drivetrain.simulation.engine import Engine, Outcome, Wish
 from drivetrain.simulation.passive import recorded_times
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Series
 from drivetrain.simulation.wiring import Instance, unit_at
-from drivetrain.solvers.compiled_function import evaluate
 
 MECHANICAL = {signal.name for signal in (*named.TAKEN, *named.SHAFT_TAKEN)}
 ASKED = (named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name)
@@ -174,7 +172,7 @@ def _passive(plan: Plan) -> dict[str, tuple[Effect, ...]]:
 
 def _mechanical(one: Instance) -> bool:
     """Whether an effect only makes torques, bounds and commands, out of motion and commands."""
-    out = {name.rpartition(".")[2] for name in (*one.gives, *one.adds)}
+    out = {name.rpartition(".")[2] for name in (*one.provides, *one.contributes)}
     electrical = any(name.rpartition(".")[2].startswith(("current", "voltage")) for name in one.needs)
     return out <= MECHANICAL | COMMANDS and not electrical and (bool(out) or not one.needs)
 
@@ -182,29 +180,25 @@ def _mechanical(one: Instance) -> bool:
 def _asked(passive: Plan, times: Array) -> dict[str, Array]:
     """All that the passive effects and the mechanics tell along the command; commands are those of the coordinates."""
     joints, n = passive.scene.joints, passive.body.n
-    numbers, words = passive.memory.numbers.copy(), passive.memory.words.copy()
-    wanted, places = (*ASKED, "bias_torque", *sorted(MECHANICAL)), passive.memory.places
+    memory = passive.memory
+    numbers, wanted, places = memory.numbers.copy(), (*ASKED, "bias_torque", *sorted(MECHANICAL)), memory.places
     bound = () if passive.body.coupled is None else passive.body.coupled.shafts
     found = {name: np.array([places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)])
              for name in wanted}  # fmt: skip
-    # Where every joint tells a thing it is taken at once; what no joint tells stays zero.
-    at = {name: (np.flatnonzero(own >= 0), own[own >= 0]) for name, own in found.items() if (own >= 0).any()}
+    # Where every joint has a thing it is taken at once; what no joint has stays zero.
+    held = {name: (np.flatnonzero(own >= 0), own[own >= 0]) for name, own in found.items() if (own >= 0).any()}
     rows = {name: np.zeros((len(times), n)) for name in wanted}
     rows |= {"turned_bias": np.zeros((len(times), n))}
     rows |= {name: np.zeros((len(times), n, n)) for name in ("mass", "turned")}
-    signals, address = np.zeros(words[f.SIGNALS]), rates_kernel.signals().address
-    state = np.zeros(words[f.STATES])
-    turned, bias, mass = words[f.AT_TURNED], words[f.AT_VECTORS] + f.TURNED_BIAS * n, words[f.AT_MASS]
+    at, pairs = memory.view(numbers, "coordinates"), memory.view(numbers, "pairs").reshape(n, n)
     for k, t in enumerate(times):
         for _ in range(2):  # the command is known once asked; then all else can be asked there
-            evaluate(address, float(t), state, signals, numbers, words)
-            state[:n], state[n : 2 * n] = signals[found["command_position"]], signals[found["command_speed"]]
-        evaluate(address, float(t), state, signals, numbers, words)
-        for name, (telling, own) in at.items():
-            rows[name][k, telling] = signals[own]
-        rows["turned"][k] = numbers[turned : turned + n * n].reshape(n, n)
-        rows["mass"][k] = signals[mass : mass + n * n].reshape(n, n)
-        rows["turned_bias"][k] = numbers[bias : bias + n]
+            rates.evaluate_signals(numbers, float(t))
+            at["position"], at["speed"] = numbers[found["command_position"]], numbers[found["command_speed"]]
+        rates.evaluate_signals(numbers, float(t))
+        for name, (having, own) in held.items():
+            rows[name][k, having] = numbers[own]
+        rows["turned"][k], rows["mass"][k], rows["turned_bias"][k] = pairs["felt"], pairs["mass"], at["felt_bias"]
     return rows
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from drivetrain.arrays import Array
 from drivetrain.effects.effect import Role
 from drivetrain.effects.signals import KINETIC_ENERGY, POTENTIAL_ENERGY
-from drivetrain.simulation.memory import Memory
+from drivetrain.simulation.memory import Memory, recorded_signals
 from drivetrain.simulation.series import Series
 from drivetrain.simulation.wiring import Directory
 
@@ -18,18 +18,16 @@ class Layout:
     """The columns of a run's rows: time, states, signals, energies.
 
     Attributes:
-        columns: Names and units of all columns after the time; an empty name where a column has none.
+        columns: Names and units of all columns after the time.
         recorded: Column, the time's being 0, and unit of what is worth recording, by name.
         stores: Names of all stored energies.
         flows: Names of the energies that powers have moved, and 1 for what they put in, -1 for what they take.
-        silent: Columns of what nobody gives, which may be infinite.
     """
 
     columns: tuple[tuple[str, str], ...]
     recorded: dict[str, tuple[int, str]]
     stores: tuple[str, ...]
     flows: tuple[tuple[str, float], ...]
-    silent: tuple[int, ...]
 
     def balance(self, row: Sequence[float]) -> float:
         """Stored energy less what was put in.
@@ -79,27 +77,16 @@ class Audit:
 
 def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> Layout:
     """What a run's rows hold."""
-    named = [("", "")] * int(max(memory.places.values(), default=-1) + 1)
-    for name, place in memory.places.items():
-        named[place] = (name, signals.units[name]) if name in signals.units else ("", "")
     states = [(name, units[name]) for name in memory.states]
-    columns = (*states, *named, *((energy_of(name), "J") for name in memory.powers))
+    shown = [(name, signals.units[name]) for name in recorded_signals(memory.places, signals)]
+    columns = (*states, *shown, *((energy_of(name), "J") for name in memory.powers))
     recorded: dict[str, tuple[int, str]] = {}
     for index, (name, unit) in enumerate(columns, 1):
-        if _wanted(signals, name):
-            recorded.setdefault(name, (index, unit))
+        recorded.setdefault(name, (index, unit))
     flows = tuple((energy_of(name), 1.0 if role is Role.SOURCE else -1.0) for name, role in signals.powers.items())
-    silent = tuple(1 + len(states) + memory.places[name] for name in signals.defaults if name not in recorded)
-    return Layout(columns, recorded, (KINETIC_ENERGY.name, POTENTIAL_ENERGY.name, *signals.stores), flows, silent)
+    return Layout(columns, recorded, (KINETIC_ENERGY.name, POTENTIAL_ENERGY.name, *signals.stores), flows)
 
 
 def energy_of(power: str) -> str:
     """The name of the energy that a power has moved."""
     return f"{power.removesuffix('_power')}_energy"
-
-
-def _wanted(signals: Directory, name: str) -> bool:
-    """Names worth recording: no sums that nobody adds to, no constants that nobody gives."""
-    silent = name in signals.adders and not signals.adders[name]
-    silent = silent or (name in signals.defaults and name not in signals.givers)
-    return bool(name) and not silent and name != "scene.mass_matrix"

@@ -1,26 +1,31 @@
-"""The memory of a run: one block of real numbers, one of whole ones, laid out for the compiled engines."""
+"""The memory of a run, laid out: one block of numbers, in it the records of ``records.py`` and of every effect.
+
+Which numbers are states, rates, powers or recorded follows from the names of the records' fields.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import chain
-from typing import Any
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from typing import Any, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
-from drivetrain.effects.effect import Compiled
+from drivetrain.effects.connectors import JOINT, WORLD, fill_record, place_in, record_type
+from drivetrain.effects.laws import HEAD, Law, own_type
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation import fields as f
-from drivetrain.simulation.law_kernels import forces, motion
-from drivetrain.simulation.shaping import Mechanics
+from drivetrain.simulation import equations
+from drivetrain.simulation import records as r
+from drivetrain.simulation.mechanics import Mechanics
 from drivetrain.simulation.wiring import Directory, Group, Instance
 
-Words = NDArray[np.int64]
-GEAR = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
+ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
+SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES)
+SPRING = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
+INTEGERS: Any = np.int64
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,100 +33,77 @@ class Memory:
     """What the engines work on.
 
     Attributes:
-        numbers: Real numbers; the first ``kept`` of them are what changes from step to step.
-        words: Whole numbers, the header first.
-        kept: How many numbers a run must keep to go on later.
-        places: Of each signal, by full name, in the signals.
-        states: Of each state, by full name, in the state.
+        numbers: The block, as it is before the start.
+        places: Of each signal in it, by full name.
+        states: Number of each state, by full name, in the order of the states.
         powers: Names of the powers that are summed up, in their order.
         atol: Error that does not matter, one a state [its unit].
         memory: Whether a state is memory, which no rate changes, one a state; those that are come last.
+        changing: Whether a number changes as a run goes on, and must be kept to go on later, one a number.
+        sections: First number and record of each section, by name.
     """
 
     numbers: Array
-    words: Words
-    kept: int
     places: dict[str, int]
     states: dict[str, int]
     powers: tuple[str, ...]
     atol: Array
     memory: NDArray[np.bool_]
+    changing: NDArray[np.bool_]
+    sections: dict[str, tuple[int, Any, int]]
 
     @property
     def moving(self) -> int:
         """How many states follow rates."""
         return int(len(self.memory) - self.memory.sum())
 
+    def view(self, numbers: Array, section: str) -> Any:
+        """A section of a block like this one, as records or numbers."""
+        first, dtype, size = self.sections[section]
+        return numbers[first : first + size].view(dtype)
+
 
 class _Block:
-    """Numbers handed out one after another."""
+    """Sections handed out one after another."""
 
     def __init__(self) -> None:
-        self.parts: list[Any] = []
+        self.parts: list[Array] = []
+        self.changing: list[NDArray[np.bool_]] = []
+        self.sections: dict[str, tuple[int, Any, int]] = {}
         self.size = 0
 
-    def put(self, values: Any) -> int:
-        """Place of some values, now at the end."""
-        at, flat = self.size, np.ravel(np.asarray(values))
-        self.parts.append(flat)
-        self.size += flat.size
+    def put(self, values: Any, changing: Any, name: str = "") -> int:
+        """First number of some values or records, now at the end."""
+        flat, at = np.ascontiguousarray(values).reshape(-1), self.size
+        dtype, block = flat.dtype, flat.view(np.float64)
+        self.parts.append(block)
+        self.changing.append(np.resize(np.asarray(changing, dtype=np.bool_), len(block)))
+        if name:
+            self.sections[name] = (at, dtype, len(block))
+        self.size += len(block)
         return at
 
 
-def signal_places(known: Directory, joints: Sequence[str], body: Mechanics) -> tuple[dict[str, int], dict[str, int]]:
-    """Where each signal lies."""
-    n, c, places = len(joints), body.c, {}
-    shafts = () if body.coupled is None else body.coupled.shafts
-    for field, signal in enumerate((*named.BEFORE, *named.AFTER)):
-        for i, joint in enumerate(joints):
-            places[f"{joint}.{signal.name}"] = field * n + i
-    for i in shafts:
-        places[f"{joints[i]}.{named.SHAFT_POSITION.name}"] = f.SHAFT_POSITION * n + i
-        places[f"{joints[i]}.{named.SHAFT_SPEED.name}"] = f.SHAFT_SPEED * n + i
-    borders = {"mass": f.FIELDS_GIVEN * n, "tip": f.FIELDS_GIVEN * n + c * c}
-    places["scene.mass_matrix"] = borders["mass"]
-    for k, signal in enumerate(named.TIP_GIVEN):
-        places[signal.name] = borders["tip"] + k
-    at = borders["energy"] = borders["tip"] + len(named.TIP_GIVEN)
-    places[named.KINETIC_ENERGY.name], places[named.POTENTIAL_ENERGY.name] = at, at + 1
-    at += 2
-    for name in sorted({*known.givers, *known.defaults} - set(places)):
-        places[name] = at
-        at += 1
-    borders["added"] = at
-    for field, signal in enumerate(named.TAKEN):
-        for i, joint in enumerate(joints):
-            places[f"{joint}.{signal.name}"] = at + field * n + i
-    for i in shafts:
-        for field, signal in enumerate(named.SHAFT_TAKEN, f.SHAFT_TORQUE):
-            places[f"{joints[i]}.{signal.name}"] = at + field * n + i
-    at += f.FIELDS_TAKEN * n
-    borders["tip_taken"] = at
-    for k, signal in enumerate(named.TIP_TAKEN):
-        places[signal.name] = at + k
-    at += len(named.TIP_TAKEN)
-    for name in sorted(set(known.adders) - set(places)):
-        places[name] = at
-        at += 1
-    borders["end"] = at
-    return places, borders
+def changing_numbers(described: type) -> list[bool]:
+    """Which numbers of a dataclass's record change: those with a default; a dataclass in it tells of its own."""
+    hints, found = get_type_hints(described), []
+    for field in fields(described):
+        inner = record_type(described)[field.name]
+        if is_dataclass(hints[field.name]):
+            found += changing_numbers(hints[field.name])  # type: ignore[arg-type]
+        else:
+            kept = field.default is not MISSING or field.default_factory is not MISSING
+            found += [kept] * (inner.itemsize // 8)
+    return found
 
 
-def state_places(instances: Sequence[Instance], body: Mechanics, joints: Sequence[str]) -> dict[str, int]:
-    """Where each state lies: positions, deflections, speeds, then those of the effects, those that are memory last."""
-    shafts = () if body.coupled is None else body.coupled.shafts
-    kinds = ["shaft_" if i in shafts else "" for i in range(body.n)]
-    states = {f"{joint}.{kinds[i]}position": i for i, joint in enumerate(joints)}
-    states |= {f"{joints[i]}.deflection": int(body.motors[i]) for i in body.springs}
-    states |= {f"{joint}.{kinds[i]}speed": body.c + i for i, joint in enumerate(joints)}
-    states |= {f"{joints[i]}.shaft_speed": body.c + int(body.motors[i]) for i in body.springs}
-    ranked = sorted(instances, key=lambda one: one.rank)
-    for memory in (False, True):
-        for one in ranked:
-            for name, state in zip(one.states, one.ports.states, strict=True):
-                if state.memory == memory:
-                    states[name] = len(states)
-    return states
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """Where all that has a name is."""
+
+    signals: dict[str, int]
+    states: dict[str, tuple[int, int]]  # value and rate; -1: none
+    owns: dict[int, int]  # first number of each effect's record
 
 
 def lay_out(
@@ -129,148 +111,262 @@ def lay_out(
 ) -> Memory:
     """Everything in its place."""
     instances = [one for group in groups for one in group.instances]
-    places, borders = signal_places(known, joints, body)
-    states = state_places(instances, body, joints)
+    block, n = _Block(), body.n
+    block.put(np.zeros(1, WORLD), True, "world")
+    block.put(np.zeros(1, r.ENGINE), False, "engine")
+    block.put(np.zeros(n, JOINT), True, "joints")
+    _put_mechanics(block, body)
+    placed = _put_effects(block, groups, joints)
+    _put_coordinates(placed, block, body, joints)
+    atol, memory, states = _states(instances, placed, body)
     powers = tuple(sorted(known.powers))
-    numbers, words, head = _Block(), _Block(), np.zeros(f.HEADER, dtype=np.int64)
-    words.put(head)
-    signals, c = np.zeros(borders["end"]), body.c
-    for name, value in known.defaults.items():
-        signals[places[name]] = value
-    head[[f.JOINTS, f.COORDINATES, f.STATES, f.SIGNALS]] = body.n, c, len(states), len(signals)
-    head[f.MOVING], head[f.KIND], head[f.SPINS] = len(states), body.kind, len(body.spins)
-    head[f.AT_STATE], head[f.AT_RATES] = numbers.put(np.zeros(len(states))), numbers.put(np.zeros(len(states)))
-    head[f.AT_SIGNALS], head[f.AT_ENERGIES] = numbers.put(signals), numbers.put(np.zeros(len(powers)))
-    head[f.AT_VECTORS] = numbers.put(np.zeros(f.VECTORS * c))
-    kept = numbers.size
-    for place, values in (
-        (f.AT_TURNED, np.zeros(c * c)), (f.AT_MATRIX, np.zeros(c * c)), (f.AT_REDUCED, np.zeros(c * c + c)),
-        (f.AT_CARRIED, np.zeros(c * c)), (f.AT_LEVELS, np.zeros(f.LEVELS * c)), (f.AT_WORK, body.work),
-        (f.AT_ROWS, body.rows), (f.AT_RATIOS, body.ratios), (f.AT_CONSTANT, body.constant),
-        (f.AT_TIP, np.append(body.tip, np.zeros(f.TIP_NUMBERS - 16))), (f.AT_TRIED, np.zeros(6 * c)),
-    ):  # fmt: skip
-        head[place] = numbers.put(values)
-    head[f.MOTION], head[f.FORCES], head[f.AT_THETA] = motion().address, forces().address, numbers.put([0.5])
-    head[f.AT_SPARE] = numbers.put(np.zeros(len(states)))
-    _couple(head, body, numbers, words)
-    head[f.AT_WORK_ROWS], head[f.AT_ROW_COUNT] = len(body.work), len(body.rows)
-    head[f.AT_SPINS], head[f.AT_MOTORS] = words.put(body.spins), words.put(body.motors)
-    head[f.AT_MODES] = words.put(np.concatenate([np.zeros(c), np.ones(c), np.zeros(c)]).astype(np.int64))
-    head[f.AT_MASS], head[f.ADDED_FROM], head[f.ADDED_TO] = borders["mass"], borders["added"], borders["end"]
-    head[f.AT_TIP_SIGNALS], head[f.AT_TIP_TAKEN] = borders["tip"], borders["tip_taken"]
-    head[f.TIP], head[f.AT_ENERGY_SIGNALS] = _uses_tip(instances), borders["energy"]
-    shown = [(states[name], places[name]) for one in instances for name in one.states]
-    head[f.AT_SHOWN], head[f.SHOWN] = words.put(np.array(shown, dtype=np.int64)), len(shown)
-    head[f.POWERS] = len(powers)
-    head[f.AT_POWERS] = words.put(np.array([places[name] for name in powers], dtype=np.int64))
-    wiring = _Wiring(places, states, {id(one): _constants(one, numbers) for one in instances}, words)
+    block.put(np.array([placed.signals[name] for name in powers], INTEGERS), False, "powers")
+    block.put(np.zeros(len(powers)), True, "energies")
+    block.put(states, [False, False, False, True], "states")
     again = _repeated(groups, instances)
-    laws = [_call(group, group.kind.compute, wiring) for group in groups if group.kind.compute and group not in again]
-    bent = [_call(group, group.kind.compute, wiring) for group in again if group.kind.compute]
-    telling = [_call(group, group.kind.account, wiring) for group in accounts if group.kind.account]
-    _table(head, (f.COMPUTES, f.AT_COMPUTES), laws, words)
-    _table(head, (f.REPEATS, f.AT_REPEATS), bent, words)
-    _table(head, (f.ACCOUNTS, f.AT_ACCOUNTS), telling, words)
-    _table(head, (f.SAMPLES, f.AT_SAMPLES), _sampled(groups, wiring, numbers), words)
-    head[f.NUMBERS], head[f.WORDS] = numbers.size, words.size
-    block = np.concatenate([part.astype(np.int64) for part in words.parts])
-    block[: f.HEADER] = head
-    return Memory(
-        np.concatenate(numbers.parts), block, kept, places, states, powers, *_tolerances(instances, states, c)
-    )
+    later = [group for group in again if group.kind.compute]
+    once = [group for group in groups if group.kind.compute and group not in again]
+    for name, what, law in (("computes", once, "compute"), ("repeats", later, "compute"),
+                            ("accounts", [group for group in accounts if group.kind.account], "account")):  # fmt: skip
+        block.put(_calls([(group, 0.0) for group in what], law, placed), False, name)
+    block.put(_calls(list(_sampled(groups)), "sample", placed), [False] * 4 + [True], "samples")
+    of_effects = {name for one in instances for name in one.states}
+    block.put(np.array(_columns(placed, of_effects, known, powers, block), INTEGERS), False, "columns")
+    numbers = np.concatenate(block.parts)
+    made = Memory(
+        numbers, placed.signals, {name: k for k, name in enumerate(placed.states)}, powers, atol, memory,
+        np.concatenate(block.changing), block.sections,
+    )  # fmt: skip
+    _fill_heads(made, body, instances)
+    for name, value in known.defaults.items():
+        numbers[placed.signals[name]] = value
+    return made
 
 
-@dataclass(frozen=True, eq=False)
-class _Wiring:
-    """Places of signals, states, and each effect's constants; where whole numbers go."""
-
-    places: dict[str, int]
-    states: dict[str, int]
-    constants: dict[int, int]
-    words: _Block
-
-
-def _constants(one: Instance, numbers: _Block) -> int:
-    constants = np.array(one.effect.numbers(one.place), dtype=np.float64)
-    if np.isnan(constants).any():
-        raise InputError(
-            Fault(one.title, f"has a constant that is no number, number {int(np.isnan(constants).argmax())}")
-        )
-    return numbers.put(constants)
-
-
-def _call(group: Group, law: Compiled, wiring: _Wiring) -> list[int]:
-    """Address of a law, and place of its rows."""
-    rows = [
-        [wiring.constants[id(one)], *(wiring.states[name] for name in one.states),
-         *(wiring.places[name] for name in (*one.needs, *one.gives, *one.adds, *one.tells))]
-        for one in group.instances
-    ]  # fmt: skip
-    longest = max(len(row) for row in rows)
-    padded = [row + [0] * (longest - len(row)) for row in rows]
-    return [law.address, wiring.words.put(np.array([len(rows), longest, *chain.from_iterable(padded)], dtype=np.int64))]
+def _put_mechanics(block: _Block, body: Mechanics) -> None:
+    """Constants and room of the equations of motion."""
+    n, c, bound = body.n, body.c, body.coupled
+    coordinates = np.zeros(c, r.COORDINATE)
+    coordinates["motor"][:n], coordinates["ratio"][:n] = body.motors, body.ratios
+    for name, row in zip(("inertia", "weight", "phase", "rotor"), body.constant, strict=True):
+        coordinates[name] = row
+    coordinates["dry"]["load_sign"] = 1
+    size = c if bound is None else len(bound.spread)
+    if bound is not None:
+        coordinates["coupled"][list(bound.shafts)] = 1
+        coordinates["felt"], coordinates["factor"], coordinates["own"] = bound.felt, bound.factors, bound.own
+    block.put(coordinates, changing_numbers(r.Coordinate), "coordinates")
+    block.put(np.zeros((c, c), r.PAIR), False, "pairs")
+    block.put(np.zeros((c, c)), True, "mass")
+    block.put(body.links, False, "links")
+    block.put(body.spinning, False, "rotors")
+    block.put(body.bodies, False, "bodies")
+    block.put(body.payloads, False, "payloads")
+    block.put(np.zeros((0, n)) if bound is None else bound.turns, False, "turns")
+    block.put(np.zeros((0, c)) if bound is None else bound.spread, False, "spread")
+    for name in ("body_places", "body_speeds", "body_bias", "body_felt_bias"):
+        block.put(np.zeros(size), False, name)
+    for name in ("body_mass", "body_felt"):
+        block.put(np.zeros((size, size)), False, name)
+    block.put(np.zeros((size, c)), False, "between")
 
 
-def _sampled(groups: Sequence[Group], wiring: _Wiring, numbers: _Block) -> list[list[int]]:
-    """Calls of sampled effects, one for each period: address, rows, place of the period, samples taken."""
-    calls = []
+def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
+    """Where the signals of the connectors lie."""
+    places, first, size = {}, block.sections["joints"][0], JOINT.itemsize // 8
+    for signal in named.JOINT_SIGNALS:
+        for i, joint in enumerate(joints):
+            places[f"{joint}.{signal.name}"] = first + i * size + int(place_in(JOINT, signal.path) or 0)
+    for signal in SCENE_SIGNALS:
+        places[signal.name] = int(place_in(WORLD, signal.path) or 0)
+    places["scene.mass_matrix"] = block.sections["mass"][0]
+    return places
+
+
+def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
+    """Records of all effects, their tables, and where their signals and states lie in them."""
+    places, states, owns = _connectors(block, joints), {}, {}
     for group in groups:
-        if group.kind.sample is None:
+        described = _described(group)
+        if described is None:
             continue
-        for period in sorted({one.effect.period or 0.0 for one in group.instances} - {0.0}):
-            members = tuple(one for one in group.instances if one.effect.period == period)
-            calls.append([*_call(Group(group.kind, members), group.kind.sample, wiring), numbers.put([period]), 0])
-    return calls
+        dtype = own_type(described)
+        owned = np.zeros(len(group.instances), dtype)
+        for record, one in zip(owned, group.instances, strict=True):
+            fill_record(record, _checked(one))
+            table = np.asarray(one.effect.table(one.place), dtype=np.float64)
+            record["joint"] = one.place.joint
+            record["rows"], record["columns"] = table.shape
+            record["table"] = block.put(table, False)
+        at = block.put(owned, [False] * len(HEAD) + changing_numbers(described))
+        for k, one in enumerate(group.instances):
+            own = owns[id(one)] = at + k * dtype.itemsize // 8
+            written = (*one.ports.provides, *one.ports.outputs)
+            for name, signal in zip((*one.provides, *one.outputs), written, strict=True):
+                if name not in places:
+                    places[name] = own + _field(one, dtype, signal.path or signal.name)
+            for name, state in zip(one.states, one.ports.states, strict=True):
+                path = state.path or state.name
+                value = own + _field(one, dtype, path)
+                states[name] = value, -1 if state.memory else own + _field(one, dtype, f"{path}_rate")
+                places.setdefault(name, value)
+    return _Placed(places, states, owns)
 
 
-def _couple(head: Words, body: Mechanics, numbers: _Block, words: _Block) -> None:
-    """What the tip carries, and how coupled motors turn with the joints."""
-    head[f.PAYLOADS], head[f.AT_PAYLOADS] = len(body.payloads), numbers.put(body.payloads)
-    bound = body.coupled
-    if bound is None:
-        return
-    size = len(bound.spread)
-    head[f.COUPLED], head[f.BODIES] = len(bound.shafts), size
-    head[f.AT_TURNS], head[f.AT_SPREAD] = numbers.put(bound.turns), numbers.put(bound.spread)
-    # Places, speeds, bias and the part of it that motors feel; matrix, the same part of it, and what goes between.
-    head[f.AT_BODIES] = numbers.put(np.zeros(size * (4 + 2 * size + body.c)))
-    head[f.AT_FACTORS], head[f.AT_OWN] = numbers.put(bound.factors), numbers.put(bound.own)
-    flags = np.zeros(body.n, dtype=np.int64)
-    flags[list(bound.shafts)] = 1
-    head[f.AT_BOUND], head[f.AT_FELT] = words.put(flags), words.put(bound.felt)
+def _field(one: Instance, dtype: Any, path: str) -> int:
+    """Where a field is in an effect's record."""
+    found = place_in(dtype, path)
+    if found is None:
+        raise InputError(Fault(one.title, f"keeps nothing of the name {path}", hint="name the field by its path"))
+    return found
+
+
+def _described(group: Group) -> type | None:
+    """The dataclass that the laws of a kind of effect are made for."""
+    laws = (group.kind.compute, group.kind.account, group.kind.sample)
+    return next((law.described for law in laws if isinstance(law, Law)), None)
+
+
+def _checked(one: Instance) -> Any:
+    """What an effect keeps; its constants are numbers."""
+    own = one.effect.own(one.place)
+    for field in fields(own):
+        value = getattr(own, field.name)
+        if isinstance(value, float) and np.isnan(value):
+            raise InputError(Fault(one.title, f"has a constant that is no number, {field.name}"))
+    return own
+
+
+def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Sequence[str]) -> None:
+    """Positions, wind-ups and speeds, before the states of effects."""
+    first, size = block.sections["coordinates"][0], r.COORDINATE.itemsize // 8
+    shafts = () if body.coupled is None else body.coupled.shafts
+    kinds = ["shaft_" if i in shafts else "" for i in range(body.n)]
+    found: dict[str, tuple[int, int]] = {}
+    for what, of_motor in (("position", "deflection"), ("speed", "shaft_speed")):
+        value, rate = (int(place_in(r.COORDINATE, name) or 0) for name in (what, f"{what}_rate"))
+        own = [(f"{joint}.{kinds[i]}{what}", i) for i, joint in enumerate(joints)]
+        own += [(f"{joints[i]}.{of_motor}", int(body.motors[i])) for i in body.springs]
+        found |= {name: (first + k * size + value, first + k * size + rate) for name, k in own}
+    moving = {name: at for name, at in placed.states.items() if at[1] >= 0}
+    memory = {name: at for name, at in placed.states.items() if at[1] < 0}
+    placed.states.clear()
+    placed.states.update(found | moving | memory)
+
+
+def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> tuple[Array, NDArray[np.bool_], Any]:
+    """Errors that do not matter, which states are memory, and the records of all states, memory last."""
+    told = {name: state for one in instances for name, state in zip(one.states, one.ports.states, strict=True)}
+    ranked = sorted(instances, key=lambda one: one.rank)
+    order = [name for one in ranked for name in one.states]
+    order = [*(name for name in order if not told[name].memory), *(name for name in order if told[name].memory)]
+    own = {name: placed.states[name] for name in order}
+    kept = {name: at for name, at in placed.states.items() if name not in told}
+    placed.states.clear()
+    placed.states.update(kept | own)
+    atol, memory = np.full(len(placed.states), 1e-7), np.zeros(len(placed.states), dtype=np.bool_)
+    atol[body.c : 2 * body.c] = 1e-6
+    records = np.zeros(len(placed.states), r.STATE)
+    for k, (name, (value, rate)) in enumerate(placed.states.items()):
+        records[k]["value"], records[k]["rate"], records[k]["shown"] = value, rate, -1
+        if name in told:
+            atol[k], memory[k] = told[name].atol, told[name].memory
+            if placed.signals[name] != value:
+                records[k]["shown"] = placed.signals[name]
+    return atol, memory, records
+
+
+def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> Any:
+    """Addresses of laws, their records, and periods of samples."""
+    rows: list[list[Any]] = []
+    last: Any = None
+    for group, period in listed:
+        size = own_type(_described(group)).itemsize // 8  # type: ignore[arg-type]
+        for own in (placed.owns[id(one)] for one in group.instances):
+            if rows and last == (group, own - size):
+                rows[-1][2] += 1
+            else:
+                rows.append([getattr(group.kind, law).address, own, 1, period, 0])
+            last = group, own
+    return np.array([tuple(row) for row in rows], r.CALL)
+
+
+def _sampled(groups: Sequence[Group]) -> Iterable[tuple[Group, float]]:
+    """Sampled effects, apart by kind and period."""
+    for group in groups:
+        if group.kind.sample is not None:
+            for period in sorted({one.effect.period or 0.0 for one in group.instances} - {0.0}):
+                yield Group(group.kind, tuple(one for one in group.instances if one.effect.period == period)), period
 
 
 def _repeated(groups: Sequence[Group], instances: Sequence[Instance]) -> list[Group]:
-    """Effects between gear and link or at the tip, where any of them bends within a step; else none.
+    """Effects between gear and link or at the tip, where any of them has pieces within a step; else none.
 
     They are asked again with what the step has come to, so they alone may set what they set, and nobody else may need
     it.
     """
-    if not any(one.effect.kinked() for one in instances):
+    if not any(one.effect.piecewise() for one in instances):
         return []
     own = {signal.name for signal in named.TIP_TAKEN}
-    own |= {name for one in instances for name in one.adds if name.rpartition(".")[2] in GEAR}
-    again = [group for group in groups if any(name in own for one in group.instances for name in one.adds)]
+    own |= {name for one in instances for name in one.contributes if name.rpartition(".")[2] in SPRING}
+    again = [group for group in groups if any(name in own for one in group.instances for name in one.contributes)]
     members = [one for group in again for one in group.instances]
-    fit = all(set(one.adds) <= own and not one.gives and not one.states for one in members)
+    fit = all(set(one.contributes) <= own and not one.provides and not one.states for one in members)
     return again if fit and not any(name in own for one in instances for name in one.needs) else []
 
 
-def _table(head: Words, where: tuple[int, int], calls: Sequence[Sequence[int]], words: _Block) -> None:
-    head[where[0]], head[where[1]] = len(calls), words.put(np.array(calls, dtype=np.int64))
+def _columns(
+    placed: _Placed, effects: Container[str], known: Directory, powers: Sequence[str], block: _Block
+) -> list[int]:
+    """The numbers that a row of a run holds behind the time; states as the connectors show them."""
+    energies = block.sections["energies"][0]
+    states = [placed.signals[name] if name in effects else at for name, (at, _) in placed.states.items()]
+    return [*states, *(placed.signals[name] for name in recorded_signals(placed.signals, known)),
+            *range(energies, energies + len(powers))]  # fmt: skip
 
 
-def _tolerances(instances: Sequence[Instance], states: Mapping[str, int], c: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Errors that do not matter, and which states are memory."""
-    atol, memory = np.full(len(states), 1e-7), np.zeros(len(states), dtype=np.bool_)
-    atol[c : 2 * c] = 1e-6
-    for one in instances:
-        for state, name in zip(one.ports.states, one.states, strict=True):
-            atol[states[name]], memory[states[name]] = state.atol, state.memory
-    return atol, memory
+def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
+    """Names worth recording: no sums that nobody contributes to, no constants that nobody provides.
+
+    First what the mechanics show, then what effects provide, what the mechanics take, what effects take.
+    """
+    shown = (*named.BEFORE, *named.AFTER, *named.SHAFT_GIVEN, *named.TIP_GIVEN, *ENERGIES)
+    taken = (*named.TAKEN, *named.SHAFT_TAKEN, *named.TIP_TAKEN)
+    rank = {signal.name: (0, k, "") for k, signal in enumerate(shown)}
+    rank |= {signal.name: (2, k, "") for k, signal in enumerate(taken)}
+
+    def order(name: str) -> tuple[int, int, str]:
+        own = name if name.startswith("scene.") else name.rpartition(".")[2]
+        return rank.get(own) or (3 if name in known.adders else 1, 0, name)
+
+    wanted = [
+        name for name in places
+        if name in known.units and name != "scene.mass_matrix"
+        and not (name in known.adders and not known.adders[name])
+        and not (name in known.defaults and name not in known.givers)
+    ]  # fmt: skip
+    return sorted(wanted, key=order)
 
 
-def _uses_tip(instances: Sequence[Instance]) -> int:
+def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) -> None:
+    """Sizes, first numbers and addresses."""
+    numbers, sections = made.numbers, made.sections
+    world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
+    world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
+    world["mass"], world["engine"] = sections["mass"][0], sections["engine"][0]
+    engine["arm"], engine["uses_tip"] = body.kind, _uses_tip(instances)
+    engine["coupled"] = body.coupled is not None
+    engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
+    engine["theta"], engine["moving"] = 0.5, made.moving
+    engine["motion"], engine["forces"] = equations.motion().address, equations.forces().address
+    engine["bodies_law"], engine["friction_law"] = equations.bodies().address, equations.friction().address
+    engine["tip_offset"] = body.tip[:3, 3]
+    for name in r.SECTIONS:
+        if name in sections:
+            engine["at"][name]["first"], engine["at"][name]["size"] = sections[name][0], sections[name][2]
+
+
+def _uses_tip(instances: Sequence[Instance]) -> bool:
     """Whether any effect looks at the tip or acts on it."""
     names = {signal.name for signal in (*named.TIP_GIVEN, *named.TIP_TAKEN)}
-    return int(any(name in names for one in instances for name in (*one.needs, *one.adds)))
+    return any(name in names for one in instances for name in (*one.needs, *one.contributes))

@@ -14,14 +14,12 @@ from drivetrain.arrays import Array
 from drivetrain.effects.effect import Place, TimeScale
 from drivetrain.effects.signals import JOINT_HOLD_FORWARD, SURFACE_SPEED
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation import fields as f
-from drivetrain.simulation import rates_kernel
+from drivetrain.simulation import rates
 from drivetrain.simulation.layout import Layout, layout_of
+from drivetrain.simulation.mechanics import Mechanics, coupling_of, mechanics, ratios_of
 from drivetrain.simulation.memory import Memory, lay_out
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.shaping import Mechanics, coupling_of, mechanics, ratios_of
 from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, unit_at
-from drivetrain.solvers.compiled_function import evaluate
 
 MASSLESS = 1e-14  # of a joint's own inertia: what is left of it when others give way is rounding
 SMALLEST = 1e-60  # kg m^2 or kg
@@ -58,6 +56,14 @@ class Plan:
     def instances(self) -> tuple[Instance, ...]:
         """All effects, in their order."""
         return tuple(chain.from_iterable(group.instances for group in self.groups))
+
+    @cached_property
+    def coordinates(self) -> list[str]:
+        """Names of the coordinates: joints, then motors on springs."""
+        names = [*self.scene.joints, *[""] * len(self.body.springs)]
+        for i in self.body.springs:
+            names[self.body.motors[i]] = f"motor of {self.scene.joints[i]}"
+        return names
 
     @cached_property
     def layout(self) -> Layout:
@@ -142,14 +148,13 @@ def check_meshes(instances: Sequence[Instance], body: Mechanics, memory: Memory,
 
 def _inertia(memory: Memory, body: Mechanics, scene: Scene) -> tuple[Array, Array]:
     """Mass matrix at the start, (c, c), and what of its diagonal is each rotor's, (c,) [kg m^2 or kg]."""
-    numbers, words, c = memory.numbers.copy(), memory.words.copy(), int(memory.words[f.COORDINATES])
-    states, signals = np.zeros(words[f.STATES]), np.zeros(words[f.SIGNALS])
+    numbers = memory.numbers.copy()
+    at = memory.view(numbers, "coordinates")
     if scene.position is not None:
-        states[: body.n] = body.coordinates_of(scene.position)
-    evaluate(rates_kernel.signals().address, 0.0, states, signals, numbers, words)
-    whole = signals[words[f.AT_MASS] : words[f.AT_MASS] + c * c].reshape(c, c)
-    rotors = numbers[words[f.AT_TURNED] : words[f.AT_TURNED] + c * c : c + 1]
-    return whole, np.asarray(rotors)
+        at["position"][: body.n] = body.coordinates_of(scene.position)
+    rates.evaluate_signals(numbers)
+    pairs = memory.view(numbers, "pairs").reshape(body.c, body.c)
+    return pairs["mass"], np.diagonal(pairs["felt"])
 
 
 def check_inertias(body: Mechanics, memory: Memory, scene: Scene) -> None:
@@ -191,7 +196,7 @@ def _check_shafts(instances: Sequence[Instance]) -> None:
     """That what rubs where motors are coupled rubs at the shafts: a joint there has no coordinate of its own."""
     faults = []
     for one in instances:
-        own = {signal.name for signal in one.ports.adds} & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}
+        own = {signal.name for signal in one.ports.contributes} & {JOINT_HOLD_FORWARD.name, SURFACE_SPEED.name}
         if one.place.coupled and own and getattr(one.effect, "side", "joint") != "shaft":
             hint = "state its friction at the shaft behind the gear (side='shaft') or at the motor"
             faults.append(Fault(one.title, "rubs at a joint whose motor is coupled to others", None, hint))

@@ -98,7 +98,6 @@ def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:
 def _sound(plan: Plan, outcome: Outcome) -> tuple[Array, Event | None]:
     """The rows before the first that holds no number, or one too large to calculate with; and what ended the run."""
     rows, stopped = outcome.rows, outcome.stopped_by
-    rows[:, list(plan.layout.silent)] = 0.0
     if -BEYOND < rows.min() and rows.max() < BEYOND:  # false where there is a NaN
         return rows, stopped
     named = plan.layout.recorded

@@ -7,225 +7,224 @@ that to stop and to go on changes nothing.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from dataclasses import dataclass
 from typing import Any
 
-import numba as nb
+import numpy as np
 
-from drivetrain.dynamics.compiled_vectors import part
+from drivetrain.effects.connectors import record_type
 from drivetrain.jit import kernel
-from drivetrain.simulation import fields as f
-from drivetrain.simulation.calls import call_all, call_one, pointer_to, shifted
-from drivetrain.simulation.equations_kernel import compute, guess_still, show_states, tell_motion
-from drivetrain.simulation.vector_rows import row_of
+from drivetrain.simulation.rates import account_at, put_row, solve_at, take_samples
+from drivetrain.simulation.records import (
+    Run,
+    call_equations,
+    call_laws,
+    calls_of,
+    inlined,
+    numbers_of,
+    part,
+    run_of,
+    states_of,
+)
 
-# The clock, float64, and the counts, int64: all that a run must keep besides numbers and modes.
-TIME, ANCHOR, NEXT_ROW, END, STEP, INTERVAL = range(6)
-CLOCK = 6
-IN_SEGMENT, NEXT_BREAK, STEPS, SOLVES, SOFT, ROWS, EVENTS, CULPRIT, INSTANTS, BUDGET = range(10)
-COUNTS = 10
-# Why the kernel came back.
-DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS = range(6)
+DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS = range(6)  # why the kernel came back
 SLACK = 1e-9  # of a step: what rounding may leave
 BEYOND = 1e60
 
 
-@part
-def _equations(n: Any, w: Any, which: int, t: float, h: float, rates: Any) -> None:
-    """Motion or forces."""
-    call_one(w[which], t, h, rates, n, w, 0)
+@dataclass
+class Clock:
+    """All that a run must keep besides its numbers.
+
+    Attributes:
+        time, end: Now, and of the run [s].
+        anchor: Where the grid counts from [s].
+        next_row: Instant of the next row [s].
+        step, interval: Of the grid, and between rows [s].
+        in_segment: Steps since the anchor.
+        next_break: Index of the next breakpoint.
+        steps, solves, instants: Counted so far.
+        soft: Whether the next step is to calm a stiff spring.
+        rows, events: Filled so far.
+        culprit: What ended the run: a coordinate or state.
+        budget: Steps left before the kernel comes back.
+    """
+
+    time: float
+    end: float
+    anchor: float
+    next_row: float
+    step: float
+    interval: float
+    in_segment: int
+    next_break: int
+    steps: int
+    solves: int
+    instants: int
+    soft: int
+    rows: int
+    events: int
+    culprit: int
+    budget: int
 
 
-@part
-def _sample(n: Any, w: Any, t: float, slack: float) -> None:
-    """Samples that are due at a node; all laws are computed there before the first."""
-    told, spare = False, shifted(n, w[f.AT_SPARE])
-    for k in range(w[f.SAMPLES]):
-        at = w[f.AT_SAMPLES] + 4 * k
-        if t < n[w[at + 2]] * w[at + 3] - slack:
-            continue
-        if not told:
-            guess_still(n, w)
-            tell_motion(n, w, 0.0)
-            show_states(n, w, 0.0)
-            compute(n, w, t, 0.0, spare)
-            told = True
-        call_all(1, at, t, 0.0, spare, n, w)
-        w[at + 3] += 1
+CLOCK = record_type(Clock)
 
 
-@part
-def _next_sample(n: Any, w: Any) -> float:
+@inlined
+def _next_sample(run: Run) -> float:
     """The next instant at which something is sampled."""
+    samples = calls_of(run, run.head[0].engine.at.samples)
     first = math.inf
-    for k in range(w[f.SAMPLES]):
-        at = w[f.AT_SAMPLES] + 4 * k
-        first = min(first, n[w[at + 2]] * w[at + 3])
+    for k in range(len(samples)):
+        first = min(first, samples[k].period * samples[k].taken)
     return first
 
 
 @part
-def _row(n: Any, w: Any, t: float, row: Any, kept: Any) -> None:
-    """States, signals and energies at a node; the modes of friction stay as they are."""
-    c, states, signals, spare = w[f.COORDINATES], w[f.STATES], w[f.SIGNALS], shifted(n, w[f.AT_SPARE])
-    for i in range(3 * c):
-        kept[i] = w[w[f.AT_MODES] + i]
-    _equations(n, w, f.MOTION, t, 0.0, spare)
-    _equations(n, w, f.FORCES, t, 0.0, spare)
-    call_all(w[f.ACCOUNTS], w[f.AT_ACCOUNTS], t, 0.0, spare, n, w)
-    for i in range(3 * c):
-        w[w[f.AT_MODES] + i] = kept[i]
-    row[0] = t
-    for k in range(states):
-        row[1 + k] = n[w[f.AT_STATE] + k]
-    for k in range(w[f.AT_SHOWN], w[f.AT_SHOWN] + 2 * w[f.SHOWN], 2):
-        # An effect that moves a state on from time to time only tells what it is now.
-        row[1 + w[k]] = n[w[f.AT_SIGNALS] + w[k + 1]]
-    for k in range(signals):
-        row[1 + states + k] = n[w[f.AT_SIGNALS] + k]
-    for k in range(w[f.POWERS]):
-        row[1 + states + signals + k] = n[w[f.AT_ENERGIES] + k]
+def _record(run: Run, t: float, row: Any, modes: Any) -> None:
+    """A row at a node; the modes of friction stay as they are."""
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        dry = coordinates[i].dry
+        modes[i, 0], modes[i, 1], modes[i, 2] = dry.mode, dry.load_sign, dry.given
+    solve_at(run, t)
+    account_at(run, t)
+    for i in range(len(coordinates)):
+        dry = coordinates[i].dry
+        dry.mode, dry.load_sign, dry.given = modes[i, 0], modes[i, 1], modes[i, 2]
+    put_row(run, t, row)
 
 
-# long kernel: every state once
 @part
-def _accept(n: Any, w: Any, t: float, h: float, theta: float) -> int:
+def _accept(run: Run, t: float, h: float, theta: float) -> int:
     """Move on by a solved step; a coordinate or state that is no number any more, or -1."""
-    joints, c, x, rates, bad = w[f.JOINTS], w[f.COORDINATES], w[f.AT_STATE], w[f.AT_RATES], -1
-    change, guess, last, surface = row_of(w, f.CHANGE), row_of(w, f.GUESS), row_of(w, f.LAST), row_of(w, f.SURFACE)
-    own, slower = shifted(n, rates), 1.0 / h
-    _equations(n, w, f.FORCES, t, h, own)
-    call_all(w[f.ACCOUNTS], w[f.AT_ACCOUNTS], t + theta * h, h, own, n, w)
-    for k in range(w[f.POWERS]):
-        n[w[f.AT_ENERGIES] + k] += h * n[w[f.AT_SIGNALS] + w[w[f.AT_POWERS] + k]]
-    for i in range(joints):
-        n[x + i] += h * n[guess + i]
-        m = w[w[f.AT_MOTORS] + i]
+    coordinates, states, numbers = run.coordinates, states_of(run), run.numbers
+    c, bad, powers = len(coordinates), -1, numbers_of(numbers, run.head[0].engine.at.powers).view(np.int64)
+    energies = numbers_of(numbers, run.head[0].engine.at.energies)
+    call_equations(run, run.head[0].engine.forces, t, h)
+    call_laws(run, run.head[0].engine.at.accounts, t + theta * h, h)
+    for k in range(len(powers)):
+        energies[k] += h * numbers[powers[k]]
+    for i in range(len(run.joints)):
+        coordinates[i].position += h * coordinates[i].guess
+        m = coordinates[i].motor
         if m != i:
-            n[x + m] += h * (n[guess + m] - n[guess + i])
+            coordinates[m].position += h * (coordinates[m].guess - coordinates[i].guess)
     for i in range(c):
-        speed = x + c + i
-        if w[w[f.AT_MODES] + i] == 0:
-            # Exactly the speed of what it rubs on, not what rounding makes of it.
-            n[speed] = n[surface + i]
-            n[last + i] = 0.0
+        one = coordinates[i]
+        if one.dry.mode == 0:
+            # Exactly the speed of what it slides on, not what rounding makes of it.
+            one.speed, one.last = one.surface, 0.0
         else:
-            n[speed] += n[change + i]
-            n[last + i] = n[change + i] * slower
-        if not abs(n[speed]) < BEYOND:
+            one.speed += one.change
+            one.last = one.change * (1.0 / h)
+        if not abs(one.speed) < BEYOND:
             bad = c + i
-    for k in range(2 * c, w[f.STATES]):
-        n[x + k] += h * n[rates + k]
-        if not abs(n[x + k]) < BEYOND:
+    for k in range(2 * c, len(states)):
+        state = states[k]
+        if state.rate >= 0:
+            state.last = numbers[state.rate]
+            numbers[state.value] += h * state.last
+        if not abs(numbers[state.value]) < BEYOND:
             bad = k
     return bad
 
 
-@part
-def _log(w: Any, c: int, t: float, before: Any, log: Any, counts: Any, room: int) -> None:
+@inlined
+def _log(run: Run, t: float, before: Any, log: Any, clock: Any) -> None:
     """Write down the modes that have changed."""
-    for i in range(c):
-        mode = w[w[f.AT_MODES] + i]
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        mode = coordinates[i].dry.mode
         if mode != before[i]:
-            if counts[EVENTS] < room:
-                at = 4 * counts[EVENTS]
-                log[at] = t
-                log[at + 1] = i
-                log[at + 2] = before[i]
-                log[at + 3] = mode
-            counts[EVENTS] += 1
+            if clock.events < len(log):
+                change = log[clock.events]
+                change.time, change.coordinate, change.before, change.after = t, i, before[i], mode
+            clock.events += 1
 
 
-@part
-def _next_node(n: Any, w: Any, clock: Any, counts: Any, breaks: Any) -> float:
+@inlined
+def _next_node(run: Run, clock: Any, breaks: Any) -> float:
     """Where the step ends: on the grid, or on what comes first."""
-    inner = min(breaks[counts[NEXT_BREAK]], _next_sample(n, w))
-    mark, slack = min(clock[END], inner), SLACK * clock[STEP]
-    to = clock[ANCHOR] + clock[STEP] * (counts[IN_SEGMENT] + 1)
+    inner = min(breaks[clock.next_break], _next_sample(run))
+    mark, slack = min(clock.end, inner), SLACK * clock.step
+    to = clock.anchor + clock.step * (clock.in_segment + 1)
     if to <= mark - slack:
-        counts[IN_SEGMENT] += 1
+        clock.in_segment += 1
         return to
     if inner <= mark + slack:
-        clock[ANCHOR] = inner
-        counts[IN_SEGMENT] = 0
+        clock.anchor, clock.in_segment = inner, 0
         return inner
     if to <= mark + slack:
-        counts[IN_SEGMENT] += 1
+        clock.in_segment += 1
         return to  # the end, as it would be if the run went on
     return mark
 
 
-# long kernel: the loop over nodes
+@inlined
+def _guess(run: Run, h: float, theta: float, before: Any) -> None:
+    """The speeds of the middle, if the last accelerations go on."""
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        before[i] = one.dry.mode
+        coordinates[i].guess = one.speed + theta * h * one.last
+
+
+@inlined
+def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> None:
+    """Breakpoints that the step has come to."""
+    if to >= breaks[clock.next_break] - slack:
+        while breaks[clock.next_break] <= to + slack:
+            clock.next_break += 1
+        # Half a step ahead a stiff spring would ring for ever after a jump; a whole one calms it.
+        clock.soft = run.head[0].engine.stiff
+
+
 @kernel
-def _advance(
-    numbers: Any, words: Any, clock: Any, counts: Any, breaks: Any, rows: Any, events: Any, scratch: Any
-) -> int:
-    """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back."""
-    # Pointers all: handing over an array costs two counts of its references, each dearer than a small law.
-    n, w, time, count = pointer_to(numbers), pointer_to(words), pointer_to(clock), pointer_to(counts)
-    jumps, table, log, before = pointer_to(breaks), pointer_to(rows), pointer_to(events), pointer_to(scratch)
-    most, width, room = rows.shape[0], rows.shape[1], events.shape[0]
-    c, step, slack = w[f.COORDINATES], time[STEP], SLACK * time[STEP]
-    budget, modes = count[BUDGET], w[f.AT_MODES]
-    guess, last, speeds = row_of(w, f.GUESS), row_of(w, f.LAST), w[f.AT_STATE] + c
-    while True:
-        t = time[TIME]
-        _sample(n, w, t, slack)
-        if t >= time[NEXT_ROW] - slack:
-            if count[ROWS] == most:
-                return FULL
-            row = shifted(table, count[ROWS] * width)
-            _row(n, w, t, row, before)
-            if abs(t - time[END]) <= slack:
-                row[0] = time[END]
-            count[ROWS] += 1
-            count[INSTANTS] += 1
-            time[NEXT_ROW] = min(time[INTERVAL] * (math.floor(t / time[INTERVAL] + 1e-6) + 1.0), time[END])
-        if t >= time[END] - slack:
-            return DONE
-        if budget == 0:
-            return PAUSED
-        budget -= 1
-        to = _next_node(n, w, time, count, jumps)
-        # A whole step is exactly that, however the clock is rounded: laws may keep what they have made for it.
-        h = step if abs(to - t - step) <= slack else to - t
-        theta = 1.0 if count[SOFT] else 0.5
-        count[SOFT] = 0
-        for i in range(c):
-            before[i] = w[modes + i]
-            n[guess + i] = n[speeds + i] + theta * h * n[last + i]
-        n[w[f.AT_THETA]] = theta
-        _equations(n, w, f.MOTION, t, h, shifted(n, w[f.AT_RATES]))
-        if w[f.SOLVED] < 0:
-            count[CULPRIT] = -1 - w[f.SOLVED]
-            return JAMMED if w[f.SOLVED] > -1000 else ENDLESS
-        count[SOLVES] += w[f.SOLVED]
-        count[STEPS] += 1
-        bad = _accept(n, w, t, h, theta)
-        time[TIME] = to
-        _log(w, c, to, before, log, count, room)
-        if bad >= 0:
-            count[CULPRIT] = bad
-            return DIVERGED
-        if to >= jumps[count[NEXT_BREAK]] - slack:
-            while jumps[count[NEXT_BREAK]] <= to + slack:
-                count[NEXT_BREAK] += 1
-            # Half a step ahead a stiff spring would ring for ever after a jump; a whole one calms it.
-            count[SOFT] = w[f.STIFF]
+def advance(numbers: Any, clocks: Any, breaks: Any, rows: Any, log: Any, before: Any, modes: Any) -> int:
+    """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back.
 
-
-@lru_cache(maxsize=1)
-def compiled() -> Any:
-    """The loop, compiled at the first call (some seconds) or taken from numba's disk cache.
-
-    Returns:
-        A function of ``numbers, words`` (as ``plan.py`` lays them out), ``clock, counts`` (as named above), ``breaks``
-        (instants, rising, an infinity last), what it fills: ``rows`` (time, states, signals, energies) and ``events``
-        (time, coordinate, mode before and after), and three whole numbers a coordinate as scratch. It returns why it
-        came back.
+    Args:
+        breaks: Instants, rising, an infinity last [s].
+        before, modes: Room for a number, and three, a coordinate.
     """
-    flat, whole = nb.types.Array(nb.float64, 1, "C"), nb.types.Array(nb.int64, 1, "C")
-    table = nb.types.Array(nb.float64, 2, "C")
-    _advance.compile(nb.int64(flat, whole, flat, whole, flat, table, table, whole))
-    _advance.disable_compile()
-    return _advance
+    run, clock = run_of(numbers), clocks[0]
+    engine, slack = run.head[0].engine, SLACK * clock.step
+    while True:
+        t = clock.time
+        take_samples(run, t, slack, 0.0)
+        if t >= clock.next_row - slack:
+            if clock.rows == len(rows):
+                return FULL
+            _record(run, t, rows[clock.rows], modes)
+            if abs(t - clock.end) <= slack:
+                rows[clock.rows, 0] = clock.end
+            clock.rows += 1
+            clock.instants += 1
+            clock.next_row = min(clock.interval * (math.floor(t / clock.interval + 1e-6) + 1.0), clock.end)
+        if t >= clock.end - slack:
+            return DONE
+        if clock.budget == 0:
+            return PAUSED
+        clock.budget -= 1
+        to = _next_node(run, clock, breaks)
+        # A whole step is exactly that, however the clock is rounded: laws may keep what they have made for it.
+        h = clock.step if abs(to - t - clock.step) <= slack else to - t
+        engine.theta = 1.0 if clock.soft else 0.5
+        clock.soft = 0
+        _guess(run, h, engine.theta, before)
+        call_equations(run, engine.motion, t, h)
+        if engine.solved < 0:
+            clock.culprit = -1 - engine.solved
+            return JAMMED if engine.solved > -1000 else ENDLESS
+        clock.solves += engine.solved
+        clock.steps += 1
+        bad = _accept(run, t, h, engine.theta)
+        clock.time = to
+        _log(run, to, before, log, clock)
+        if bad >= 0:
+            clock.culprit = bad
+            return DIVERGED
+        _pass_breaks(run, clock, breaks, to, slack)

@@ -19,7 +19,7 @@ class Instance:
         effect: The effect.
         place: Where it stands.
         ports: Its ports, as it names them.
-        states, needs, gives, adds, tells: Full names of those, in the order of the ports.
+        states, needs, provides, contributes, outputs: Full names of those, in the order of the ports.
     """
 
     effect: Effect
@@ -27,9 +27,9 @@ class Instance:
     ports: Ports
     states: tuple[str, ...]
     needs: tuple[str, ...]
-    gives: tuple[str, ...]
-    adds: tuple[str, ...]
-    tells: tuple[str, ...]
+    provides: tuple[str, ...]
+    contributes: tuple[str, ...]
+    outputs: tuple[str, ...]
 
     @property
     def title(self) -> str:
@@ -95,8 +95,8 @@ def instance(effect: Effect, place: Place) -> Instance:
         return tuple(full_name(signal.name, place) for signal in signals)
 
     states = tuple(full_name(state.name, place) for state in ports.states)
-    told = names(ports.tells)
-    return Instance(effect, place, ports, states, names(ports.needs), names(ports.gives), names(ports.adds), told)
+    written = names(ports.provides), names(ports.contributes), names(ports.outputs)
+    return Instance(effect, place, ports, states, names(ports.needs), *written)
 
 
 def unit_at(unit: str, turning: bool) -> str:
@@ -190,8 +190,8 @@ def _enter(one: Instance, known: Directory, faults: Faults) -> None:
     slides = one.place.joint >= 0 and not one.place.turning[one.place.joint]
     set_there = [
         *zip(((s.name, s.unit) for s in one.ports.states), one.states, strict=True),
-        *zip(((s.name, s.unit) for s in one.ports.gives), one.gives, strict=True),
-        *zip(((s.name, s.unit) for s in one.ports.tells), one.tells, strict=True),
+        *zip(((s.name, s.unit) for s in one.ports.provides), one.provides, strict=True),
+        *zip(((s.name, s.unit) for s in one.ports.outputs), one.outputs, strict=True),
     ]
     for (_, unit), name in set_there:
         if name in known.givers or name in known.adders:
@@ -199,7 +199,7 @@ def _enter(one: Instance, known: Directory, faults: Faults) -> None:
             faults.add(Fault(one.title, f"sets {name}, which {who} sets already"))
             continue
         known.units[name], known.givers[name] = unit, one.title
-    for signal, name in zip(one.ports.adds, one.adds, strict=True):
+    for signal, name in zip(one.ports.contributes, one.contributes, strict=True):
         if name in known.givers:
             faults.add(Fault(one.title, f"adds to {name}, which {known.givers[name]} alone sets"))
             continue
@@ -219,8 +219,8 @@ def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]
         InputError: A loop; it names the signals.
     """
     ranked = sorted(instances, key=lambda one: one.rank)
-    sets = {name: [one for one in ranked if name in (one.tells if told else (*one.gives, *one.adds))]
-            for one in ranked for name in (one.tells if told else (*one.gives, *one.adds))}  # fmt: skip
+    sets = {name: [one for one in ranked if name in (one.outputs if told else (*one.provides, *one.contributes))]
+            for one in ranked for name in (one.outputs if told else (*one.provides, *one.contributes))}  # fmt: skip
     before = {
         id(one): {id(giver) for name in one.needs for giver in sets.get(name, ()) if giver is not one} for one in ranked
     }

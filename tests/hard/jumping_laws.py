@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.laws import joint_law
 from drivetrain.solvers.compiled_function import compiled
 
 
-@Compiled
-def _sign(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        speed = signals[words[row + 1]]
-        signals[words[row + 2]] -= 1.0 if speed > 0.0 else -1.0 if speed < 0.0 else 0.0
+@dataclass
+class Own:
+    """Nothing is kept."""
 
 
-@Compiled
-def _step(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 2]] += 5.0 if t >= 0.3 else -1.0
+@joint_law(Own)
+def _sign(t: Any, h: Any, own: Any, joint: Any) -> None:
+    speed = joint.load.speed
+    joint.load.torque -= 1.0 if speed > 0.0 else -1.0 if speed < 0.0 else 0.0
+
+
+@joint_law(Own)
+def _step(t: Any, h: Any, own: Any, joint: Any) -> None:
+    joint.load.torque += 5.0 if t >= 0.3 else -1.0
 
 
 @dataclass(frozen=True)
@@ -34,11 +35,11 @@ class Sign(Effect):
 
     def ports(self, place: Place) -> Ports:
         """Reads the speed, adds a torque."""
-        return Ports(needs=(s.SPEED,), adds=(s.JOINT_TORQUE,))
+        return Ports(needs=(s.SPEED,), contributes=(s.JOINT_TORQUE,))
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        """None."""
-        return ()
+    def own(self, place: Place) -> Own:
+        """Nothing."""
+        return Own()
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -20,10 +19,11 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.commanded_motion import CommandedMotion
 from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports
+from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.encoder import Encoder
 from drivetrain.effects.flexible_joint import FlexibleJoint
 from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.laws import joint_law
 from drivetrain.effects.mesh_loss import MeshLoss
 from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.effects.moving_belt import MovingBelt
@@ -242,19 +242,19 @@ def test_stopped_run_goes_on_to_the_last_bit() -> None:
         simulate(scene, solver=Rodas4(), resume=simulate(scene, solver=FixedStep(1e-3), duration=0.2))
 
 
-@Compiled
-def _sign(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        speed = signals[words[row + 1]]
-        signals[words[row + 2]] -= numbers[words[row]] * ((speed > 0.0) - (speed < 0.0))
+@dataclass
+class Own:
+    level: float
 
 
-@Compiled
-def _escape(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 2]] += numbers[words[row]] * signals[words[row + 1]] ** 2
+@joint_law(Own)
+def _sign(t: Any, h: Any, own: Any, joint: Any) -> None:
+    joint.load.torque -= own.level * ((joint.load.speed > 0.0) - (joint.load.speed < 0.0))
+
+
+@joint_law(Own)
+def _escape(t: Any, h: Any, own: Any, joint: Any) -> None:
+    joint.load.torque += own.level * joint.load.speed**2
 
 
 @dataclass(frozen=True)
@@ -265,10 +265,10 @@ class Naive(Effect):
     compute = _sign
 
     def ports(self, place: Place) -> Ports:
-        return Ports(needs=(s.SPEED,), adds=(s.JOINT_TORQUE,))
+        return Ports(needs=(s.SPEED,), contributes=(s.JOINT_TORQUE,))
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return [self.level]
+    def own(self, place: Place) -> Own:
+        return Own(self.level)
 
 
 @dataclass(frozen=True)

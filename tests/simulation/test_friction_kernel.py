@@ -5,11 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from drivetrain.simulation import fields as f
-from drivetrain.simulation import friction_kernel
-from drivetrain.simulation.friction_kernel import Rubbing
+from drivetrain.simulation.friction import solve_friction
+from drivetrain.simulation.records import COORDINATE, PAIR
 
-solve_friction = friction_kernel.solve_friction
+NAMES = {"hold": ("hold_forward", "hold_backward"), "slide": ("slide_forward", "slide_backward")}
 
 
 class Problem:
@@ -25,37 +24,36 @@ class Problem:
         self.right = self.h * rng.normal(size=n) * 20.0
         self.load = rng.normal(size=n) * 10.0
         self.speed = np.where(rng.random(n) < 0.5, 0.0, rng.normal(size=n) * 3e-3)
-        self.levels = np.zeros((n, f.LEVELS))
+        self.coordinates = np.zeros(n, COORDINATE)
+        self.dry = self.coordinates["dry"]
         slide = rng.uniform(0.0, 10.0, (n, 2))
-        self.levels[:, f.SLIDE : f.SLIDE + 2] = slide
-        self.levels[:, f.HOLD : f.HOLD + 2] = slide * (1.3 if static else 1.0)
-        drag = rng.uniform(0.0, 5.0, (n, 1))
-        self.levels[:, f.MOTOR : f.MOTOR + 4] = drag
+        drag = rng.uniform(0.0, 5.0, n)
+        for level, factor in (("slide", 1.0), ("hold", 1.3 if static else 1.0)):
+            for back, name in enumerate(NAMES[level]):
+                self.dry["joint"][name] = slide[:, back] * factor
+                self.dry["motor"][name] = drag
         if mesh:
-            self.levels[:, f.DRIVING] = rng.uniform(0.0, 0.3, n)
-            self.levels[:, f.DRIVEN] = rng.uniform(0.0, 0.3, n)
-        self.levels[:, f.ACTIVE] = 1.0
+            self.dry["driving"] = rng.uniform(0.0, 0.3, n)
+            self.dry["driven"] = rng.uniform(0.0, 0.3, n)
+        self.dry["active"] = 1
         self.mesh = mesh
 
     def solved(self) -> tuple[np.ndarray, np.ndarray, int]:
-        n, vectors = self.n, np.zeros((f.VECTORS, self.n))
-        vectors[f.RIGHT], vectors[f.CARRIED], vectors[f.RELATIVE] = self.right, self.load, self.speed
-        parts = [self.matrix, self.carried, np.zeros((n + 1, n)), vectors, self.levels]
-        at = np.cumsum([0, *(part.size for part in parts)])
-        numbers = np.concatenate([part.ravel() for part in parts])
-        words = np.concatenate([np.sign(self.speed), np.ones(n), np.zeros(n)]).astype(np.int64)
-        solves = solve_friction(Rubbing(n, *(int(place) for place in at[:5]), 0), self.h, numbers, words)
-        change = numbers[at[3] : at[4]].reshape(f.VECTORS, n)[f.CHANGE]
-        return change, words[:n], solves
+        found, pairs = self.coordinates.copy(), np.zeros((self.n, self.n), PAIR)
+        found["right"], found["transmitted"], found["relative"] = self.right, self.load, self.speed
+        found["dry"]["mode"], found["dry"]["load_sign"] = np.sign(self.speed), 1
+        pairs["matrix"], pairs["transmitted"] = self.matrix, self.carried
+        solves = solve_friction(found, pairs, self.h)
+        return found["change"], found["dry"]["mode"], solves
 
-    def limits(self, i: int, load: float, level: int) -> tuple[float, float]:
+    def limits(self, i: int, load: float, level: str) -> tuple[float, float]:
         """Friction in either direction, at a carried torque without the joint's own friction."""
         answer = []
         for back, sign in ((0, 1.0), (1, -1.0)):
-            row = self.levels[i]
-            joint, motor = row[level + back], row[f.MOTOR + level + back]
+            row, name = self.dry[i], NAMES[level][back]
+            joint, motor = row["joint"][name], row["motor"][name]
             total = load + sign * joint
-            lost = row[f.DRIVING] * abs(total) if sign * total > 0.0 else row[f.DRIVEN] * abs(total)
+            lost = row["driving"] * abs(total) if sign * total > 0.0 else row["driven"] * abs(total)
             answer.append(joint + motor + lost)
         return answer[0], answer[1]
 
@@ -67,10 +65,10 @@ class Problem:
         for i in range(self.n):
             after = self.speed[i] + change[i]
             if after == 0.0:
-                forward, backward = self.limits(i, load[i], f.HOLD)
+                forward, backward = self.limits(i, load[i], "hold")
                 worst = max(worst, friction[i] - forward, -backward - friction[i])
             else:
-                forward, backward = self.limits(i, load[i], f.SLIDE)
+                forward, backward = self.limits(i, load[i], "slide")
                 worst = max(worst, abs(friction[i] - (forward if after > 0.0 else -backward)))
         return worst
 
@@ -98,7 +96,7 @@ def test_without_a_step_from_static_to_sliding_the_answer_is_the_only_one(seed: 
     fitting = []
     for modes in itertools.product((-1, 0, 1), repeat=3):
         sliding = np.array([mode != 0 for mode in modes])
-        friction = np.array([m * problem.limits(i, 0.0, f.SLIDE)[0 if m > 0 else 1] for i, m in enumerate(modes)])
+        friction = np.array([m * problem.limits(i, 0.0, "slide")[0 if m > 0 else 1] for i, m in enumerate(modes)])
         answer = -problem.speed.copy()
         if sliding.any():
             known = problem.matrix[np.ix_(sliding, ~sliding)] @ answer[~sliding]

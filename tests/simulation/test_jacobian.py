@@ -43,8 +43,7 @@ from drivetrain.effects.wall_spring import WallSpring
 from drivetrain.effects.winding import Winding
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation import adaptive_engine, jacobian_kernel, rates_kernel
-from drivetrain.simulation import fields as f
+from drivetrain.simulation import adaptive_engine, jacobian, rates
 from drivetrain.simulation.adaptive_engine import AdaptiveStep
 from drivetrain.simulation.beginning import started
 from drivetrain.simulation.dependence import dependence
@@ -119,50 +118,48 @@ def coupled_scene() -> Scene:
     return Scene(body, {**effects, WHOLE: whole}, 1.0, np.zeros(6), np.zeros(6))
 
 
-def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, Any, float]:
-    """A plan, the data of its adaptive run, a state at random with friction's modes as they are there, an instant."""
+def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, float]:
+    """A plan, the memory of its adaptive run, a state at random with friction's modes as they are there, an instant."""
     done = adaptive_engine._refined(plan(scene))
-    numbers, words = done.memory.numbers.copy(), done.memory.words.copy()
-    numbers = started(done, numbers, words)
-    words[f.MOVING] = done.memory.moving
-    place = int(words[f.AT_STATE])
     hangs = dependence(done)[: done.memory.moving, : done.memory.moving]
-    numbers, words = adaptive_engine._extended(done, numbers, words, hangs)
+    numbers = adaptive_engine._extended(done, started(done), hangs)
     sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_engine.USUAL, 1e-3)
-    state = numbers[place : place + done.memory.moving] + 0.3 * sizes * rng.normal(size=done.memory.moving)
-    rates = np.empty(len(state))
-    evaluate(rates_kernel.rates().address, 0.1, state, rates, numbers, words)
-    words[f.HELD_MODES] = 1
-    return done, numbers, words, state, 0.1
+    values = done.memory.view(numbers, "states")["value"][: done.memory.moving]
+    state = numbers[values] + 0.3 * sizes * rng.normal(size=done.memory.moving)
+    engine = done.memory.view(numbers, "engine")[0]
+    engine["held"] = 0
+    rates.evaluate_rates(numbers, state, 0.1)
+    engine["held"] = 1
+    return done, numbers, state, 0.1
 
 
-def central(state: Any, t: float, numbers: Any, words: Any, sizes: Any) -> Any:
+def central(state: Any, t: float, numbers: Any, sizes: Any) -> Any:
     """Every state moved alone, to both sides."""
-    found, rates = np.empty((len(state), len(state))), np.empty((2, len(state)))
+    found, both = np.empty((len(state), len(state))), np.empty((2, len(state)))
     for j, size in enumerate(sizes):
         step = 1e-6 * max(abs(state[j]), size)
         for k, way in enumerate((1.0, -1.0)):
             moved = state.copy()
             moved[j] += way * step
-            evaluate(rates_kernel.rates().address, t, moved, rates[k], numbers, words)
-        found[:, j] = (rates[0] - rates[1]) / (2.0 * step)
+            both[k] = rates.evaluate_rates(numbers, moved, t)
+        found[:, j] = (both[0] - both[1]) / (2.0 * step)
     return found
 
 
 @pytest.mark.parametrize("seed", range(41))
 def test_few_differences_give_what_all_give(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    done, numbers, words, state, t = ready(random_scene(rng) if seed else coupled_scene(), rng)
+    done, numbers, state, t = ready(random_scene(rng) if seed else coupled_scene(), rng)
     m = len(state)
-    columns, rates = np.zeros((m + 1, m)), np.empty(m)
-    evaluate(jacobian_kernel.jacobian().address, t, state, columns, numbers, words)
+    columns = np.zeros((m + 1, m))
+    evaluate(jacobian.jacobian().address, t, state, columns, np.zeros(1), numbers.view(np.int64))
     found = columns[:m].T
     sizes = done.memory.atol[:m] / adaptive_engine.USUAL
-    wanted = central(state, t, numbers, words, sizes)
-    evaluate(rates_kernel.rates().address, t, state, rates, numbers, words)
+    wanted = central(state, t, numbers, sizes)
+    found_rates = rates.evaluate_rates(numbers, state, t)
     scale = np.maximum(np.abs(state), sizes)
     # Rounding of the rates over a move of 1.5e-8, beside what moves the rate most.
-    most = np.abs(wanted * scale).max(axis=1, keepdims=True) + np.abs(rates)[:, None] + 1e-9
+    most = np.abs(wanted * scale).max(axis=1, keepdims=True) + np.abs(found_rates)[:, None] + 1e-9
     off = np.abs(found - wanted) * scale / most
     i, j = np.unravel_index(int(off.argmax()), off.shape)
     names = list(done.memory.states)

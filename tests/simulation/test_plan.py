@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +16,11 @@ from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
 from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.effect import Compiled, Effect, Place, Ports, Signal, State
+from drivetrain.effects.effect import Effect, Place, Ports, Signal, State
 from drivetrain.effects.flexible_joint import FlexibleJoint
 from drivetrain.effects.given_current import GivenCurrent
 from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.laws import joint_law
 from drivetrain.effects.mesh_loss import MeshLoss
 from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.effects.rotor import FullRotor
@@ -38,11 +38,14 @@ MOTOR = Motor("m", 0.299, 0.0302)
 GEAR = Gear("g", 100.0, kind="strain_wave", efficiency=0.8)
 
 
-@Compiled
-def _copy(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        signals[words[row + 2]] = signals[words[row + 1]]
+@dataclass
+class Given:
+    given: float = 0.0
+
+
+@joint_law(Given)
+def _copy(t: Any, h: Any, own: Any, joint: Any) -> None:
+    own.given = joint.load.speed
 
 
 @dataclass(frozen=True)
@@ -53,18 +56,21 @@ class Copy(Effect):
     compute = _copy
 
     def ports(self, place: Place) -> Ports:
-        return Ports(needs=(Signal(self.needed, "-"),), gives=(Signal(self.given, "-"),))
+        return Ports(needs=(Signal(self.needed, "-"),), provides=(Signal(self.given, "-", path="given"),))
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return ()
+    def own(self, place: Place) -> Given:
+        return Given()
 
 
-@Compiled
-def _travel(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-    for k in range(words[0]):
-        row = 2 + k * words[1]
-        speed = signals[words[row + 2]]
-        rates[words[row + 1]] = speed if speed >= 0.0 else -speed
+@dataclass
+class Travelled:
+    travelled: float = 0.0
+    travelled_rate: float = 0.0
+
+
+@joint_law(Travelled)
+def _travel(t: Any, h: Any, own: Any, joint: Any) -> None:
+    own.travelled_rate = abs(joint.load.speed)
 
 
 @dataclass(frozen=True)
@@ -76,8 +82,8 @@ class Odometer(Effect):
     def ports(self, place: Place) -> Ports:
         return Ports(states=(State("travelled", "rad"),), needs=(s.SPEED,))
 
-    def numbers(self, place: Place) -> Sequence[float]:
-        return ()
+    def own(self, place: Place) -> Travelled:
+        return Travelled()
 
 
 def drive() -> list[Effect]:
@@ -267,20 +273,19 @@ def test_a_longer_run_goes_on_from_a_saved_one(tmp_path: Any) -> None:
 
 def test_divergence_is_told_with_instant_and_signal() -> None:
     # A damper of the wrong sign, which no step can calm.
-    @Compiled
-    def push(t: Any, h: Any, x: Any, rates: Any, signals: Any, numbers: Any, words: Any) -> None:
-        row = 2
-        signals[words[row + 2]] += 1e3 * signals[words[row + 1]]
+    @joint_law(Given)
+    def push(t: Any, h: Any, own: Any, joint: Any) -> None:
+        joint.load.torque += 1e3 * joint.load.speed
 
     @dataclass(frozen=True)
     class Push(Effect):
         compute = push
 
         def ports(self, place: Place) -> Ports:
-            return Ports(needs=(s.SPEED,), adds=(s.JOINT_TORQUE,))
+            return Ports(needs=(s.SPEED,), contributes=(s.JOINT_TORQUE,))
 
-        def numbers(self, place: Place) -> Sequence[float]:
-            return ()
+        def own(self, place: Place) -> Given:
+            return Given()
 
     run = simulate(joint_scene(1.0, [Push()], 10.0, speed=1.0))
     assert run.stopped_by is not None

@@ -13,13 +13,17 @@ from drivetrain.arm.coupling import coupled_groups
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
-from drivetrain.dynamics import passes
-from drivetrain.dynamics.mass_and_bias import COLUMNS, working_rows
-from drivetrain.dynamics.packed import followers, link_frames, packed
+from drivetrain.dynamics.core.equation_of_motion import BODY, moving_bodies
+from drivetrain.dynamics.core.packed import followers, link_frames, packed
+from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.effects.effect import Effect, Place, Shape
 from drivetrain.effects.payload_change import PayloadChange
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
+
+# What the tip carries from an instant on: mass, first and second moments of the last link with it.
+BODY_NAMES = ("mass", "hx", "hy", "hz", "sxx", "syy", "szz", "sxy", "sxz", "syz")
+PAYLOAD = np.dtype([(name, np.float64) for name in ("time", *BODY_NAMES)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,14 +59,14 @@ class Mechanics:
         kind: 0 without an arm, 1 with one.
         ratios: Motor angle over joint coordinate [- or rad/m], (n,).
         motors: Coordinate that each joint's motor turns with, (n,).
-        rows, spins, work: Of ``mass_and_bias``; empty without an arm.
+        links, spinning, bodies: Records LINK, ROTOR and BODY of ``mass_and_bias``; empty without an arm.
         constant: Inertia, weight, phase, rotor's share of the inertia, (4, c).
         tip: Frame of the tip in the last link's, (4, 4).
         arm: With all rotors mounted; None without one.
         springs: Shapes of the flexible joints, by joint.
         rotors: Inertia about each motor's axis, at the joint [kg m^2 or kg], (n,).
         uncoupled: Flexible joints whose rotor does not feel its carrier turn.
-        payloads: Instant [s], and ten numbers of the last link from there on, as in ``rows``, (K, 11).
+        payloads: Instant [s], and ten numbers of the last link's body from there on, records PAYLOAD, (K,).
         coupled: How coupled motors turn with the joints; None where each has its own.
     """
 
@@ -71,16 +75,16 @@ class Mechanics:
     kind: int
     ratios: Array
     motors: Array
-    rows: Array
-    spins: Array
-    work: Array
+    links: Array
+    spinning: Array
+    bodies: Array
     constant: Array
     tip: Array
     arm: Arm | None
     springs: dict[int, Shape]
     rotors: Array
     uncoupled: tuple[int, ...] = ()
-    payloads: Array = field(default_factory=lambda: np.zeros((0, 11)))
+    payloads: Array = field(default_factory=lambda: np.zeros(0, PAYLOAD))
     coupled: Coupled | None = None
 
     def coordinates_of(self, motion: Array) -> Array:
@@ -220,7 +224,7 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         arm = with_rotors(arm, rotors, level=RotorLevel.FULL if arm.level is RotorLevel.NONE else arm.level)
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
     model = packed(arm, free)
-    rows, reflected = model.rows.copy(), np.zeros(arm.n)
+    links, reflected = model.links.copy(), np.zeros(arm.n)
     bound = _coupled(arm, free, motors, ratios)
     if bound is not None:
         return _behind_shafts(arm, shapes, ratios, motors, bound)
@@ -229,21 +233,19 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         if inertia is not None and not shape.full:
             if shape.flexible:
                 # A stand-in of its own, uncoupled from its carrier.
-                rows[at, passes.OWN] = inertia * ratios[i] ** 2
+                links["rotor_inertia"][at] = inertia * ratios[i] ** 2
             else:
-                rows[at, passes.OWN] += inertia * ratios[i] ** 2
-        reflected[i] = rows[at, passes.OWN]
+                links["rotor_inertia"][at] += inertia * ratios[i] ** 2
+        reflected[i] = links["rotor_inertia"][at]
     frames = link_frames(arm)
     tip = np.linalg.solve(frames[-1], arm.tip)
     c = arm.n + len(free)
     uncoupled = tuple(i for i in free if own[i] is not None and not shapes[i].full)
-    coupled = ~np.isin(model.spins[:, 0], motors[list(uncoupled)])
-    rows = np.vstack([rows[:c], rows[c:][coupled]])
-    spins = model.spins[coupled]
-    work = working_rows(arm.n, len(spins), frames[0, :3, :3], arm.gravity)
-    work[-1, 9:12] = frames[0, :3, 3]
+    coupled = ~np.isin(model.rotors["joint"], motors[list(uncoupled)])
+    links, rotors = np.concatenate([links[:c], links[c:][coupled]]), model.rotors[coupled]
+    bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
     return Mechanics(
-        arm.n, c, 1, ratios, motors, rows, np.ascontiguousarray(spins), work, np.zeros((4, c)), tip, arm,
+        arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)), tip, arm,
         {i: shapes[i] for i in free}, reflected, uncoupled,
     )  # fmt: skip
 
@@ -277,8 +279,8 @@ def _behind_shafts(arm: Arm, shapes: Sequence[Shape], ratios: Array, motors: Arr
     # Stand-ins come in the order of joints there; here those of rotors on their own come first.
     apart = sorted({*followers(arm), *free})
     order = [*range(arm.n), *(arm.n + apart.index(i) for i in (*free, *(i for i in apart if i not in free)))]
-    rows, spins = np.vstack([model.rows[order], model.rows[e:]]), model.spins.copy()
-    spins[:, 0] = np.argsort(order)[spins[:, 0]]
+    links, rotors = np.concatenate([model.links[order], model.links[e:]]), model.rotors.copy()
+    rotors["joint"] = np.argsort(order)[rotors["joint"]]
     reflected = np.zeros(arm.n)
     uncoupled = []
     for i, shape in enumerate(shapes):
@@ -288,19 +290,18 @@ def _behind_shafts(arm: Arm, shapes: Sequence[Shape], ratios: Array, motors: Arr
             if i in bound.shafts:
                 bound.own[i] = inertia
             elif shape.flexible:
-                rows[at, passes.OWN] = inertia
+                links["rotor_inertia"][at] = inertia
                 uncoupled.append(i)
             else:
-                rows[at, passes.OWN] += inertia
+                links["rotor_inertia"][at] += inertia
         feels = bound.felt[at]
-        reflected[i] = bound.own[at] + (rows[feels, passes.OWN] * bound.factors[at] ** 2 if feels >= 0 else 0.0)
-    kept = ~np.isin(spins[:, 0], motors[uncoupled])
-    rows, spins = np.vstack([rows[:e], rows[e:][kept]]), spins[kept]
+        reflected[i] = bound.own[at] + (links["rotor_inertia"][feels] * bound.factors[at] ** 2 if feels >= 0 else 0.0)
+    kept = ~np.isin(rotors["joint"], motors[uncoupled])
+    links, rotors = np.concatenate([links[:e], links[e:][kept]]), rotors[kept]
     frames = link_frames(arm)
-    work = working_rows(arm.n, len(spins), frames[0, :3, :3], arm.gravity)
-    work[-1, 9:12] = frames[0, :3, 3]
+    bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
     return Mechanics(
-        arm.n, c, 1, ratios, motors, rows, np.ascontiguousarray(spins), work, np.zeros((4, c)),
+        arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)),
         np.linalg.solve(frames[-1], arm.tip), arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled),
         coupled=bound,
     )  # fmt: skip
@@ -314,8 +315,11 @@ def _payloads(built: Mechanics, time: Array, moments: Array) -> Array:
     added[1:, 1:4] = in_link[:, :3, 3]
     added[1:, 4:7] = np.diagonal(in_link, axis1=1, axis2=2)[:, :3]
     added[1:, 7], added[1:, 8], added[1:, 9] = in_link[:, 0, 1], in_link[:, 0, 2], in_link[:, 1, 2]
-    own = built.rows[built.n - 1, passes.MASS : passes.SYZ + 1]
-    return np.column_stack([np.append(-1e30, time), own + added])
+    payloads = np.zeros(1 + len(time), PAYLOAD)
+    payloads["time"] = np.append(-1e30, time)
+    for name, values in zip(BODY_NAMES, added.T, strict=True):
+        payloads[name] = built.links[name][built.n - 1] + values
+    return payloads
 
 
 def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:
@@ -326,6 +330,6 @@ def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:
     constant[0, motors[0]] += reflected
     constant[3, motors[0]] = reflected
     return Mechanics(
-        1, 1 + shape.flexible, 0, ratios, motors, np.zeros((0, passes.WIDTH)), np.zeros((0, 3), dtype=np.int64),
-        np.zeros((0, COLUMNS)), constant, np.eye(4), None, {0: shape} if shape.flexible else {}, np.array([reflected]),
+        1, 1 + shape.flexible, 0, ratios, motors, np.zeros(0, LINK), np.zeros(0, ROTOR),
+        np.zeros(0, BODY), constant, np.eye(4), None, {0: shape} if shape.flexible else {}, np.array([reflected]),
     )  # fmt: skip

@@ -1,0 +1,214 @@
+"""The typed connectors through which effects and mechanics meet: one record a joint, one for the whole scene.
+
+A record is a numpy structured type made of a dataclass; compiled laws write ``joint.motor.torque``. Torques at a
+sliding joint are forces [N], angles lengths [m]. Quantities of ``load`` count at the joint, of ``motor`` at its shaft.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from drivetrain.arrays import Array
+
+
+@dataclass
+class Flange:
+    """A turning part: what it does, the smooth torques on it, how they fall, and the bounds of its dry friction.
+
+    Attributes:
+        position, speed, acceleration: [rad], [rad/s], [rad/s^2].
+        torque, damping, stiffness: Sum of smooth torques, and how it falls with speed and position.
+        hold_forward, hold_backward, slide_forward, slide_backward: What friction holds at rest, and takes sliding.
+        surface_speed: Of what it slides on [rad/s].
+        friction, friction_power: What dry friction takes [N m], [W].
+    """
+
+    position: float = 0.0
+    speed: float = 0.0
+    acceleration: float = 0.0
+    torque: float = 0.0
+    damping: float = 0.0
+    stiffness: float = 0.0
+    hold_forward: float = 0.0
+    hold_backward: float = 0.0
+    slide_forward: float = 0.0
+    slide_backward: float = 0.0
+    surface_speed: float = 0.0
+    friction: float = 0.0
+    friction_power: float = 0.0
+
+
+@dataclass
+class Spring:
+    """Between the rotor behind the gear and the link: wind-up, and what answers it, pushing the link forward."""
+
+    wind_up: float = 0.0
+    speed: float = 0.0
+    torque: float = 0.0
+    damping: float = 0.0
+    stiffness: float = 0.0
+
+
+@dataclass
+class Mesh:
+    """A gear's mesh: loss over transmitted torque by direction of power, the torque at the output, its loss, power."""
+
+    driving: float = 0.0
+    driven: float = 0.0
+    torque: float = 0.0
+    loss: float = 0.0
+    power: float = 0.0
+
+
+@dataclass
+class Pin:
+    """A motor's terminals: the current asked for, how that falls with the motor's speed and position, what flows.
+
+    Attributes:
+        command, damping, stiffness: [A], [A s/rad], [A/rad].
+        current, voltage, limit: [A], [V], largest voltage there is [V].
+        power, magnetic_energy: Electrical [W], [J].
+    """
+
+    command: float = 0.0
+    damping: float = 0.0
+    stiffness: float = 0.0
+    current: float = 0.0
+    voltage: float = 0.0
+    limit: float = 0.0
+    power: float = 0.0
+    magnetic_energy: float = 0.0
+
+
+@dataclass
+class HeatPort:
+    """A motor's two thermal nodes: temperatures [C], and losses that warm them [W]."""
+
+    winding: float = 0.0
+    housing: float = 0.0
+    copper_loss: float = 0.0
+    viscous_power: float = 0.0
+
+
+@dataclass
+class Motion:
+    """A commanded motion [rad], [rad/s], [rad/s^2]."""
+
+    position: float = 0.0
+    speed: float = 0.0
+    acceleration: float = 0.0
+
+
+@dataclass
+class Joint:
+    """All that effects of one joint share.
+
+    Attributes:
+        load, motor: Of the link, and of the motor's shaft.
+        shaft: Behind the gear, where motors are coupled; its dry friction is that of ``load``.
+        spring: Of a flexible joint.
+        command, shaft_command: What the joint, or its shaft where motors are coupled, is told to do.
+        bias_torque: What gravity and speeds ask of the joint [N m].
+        measured_position: The motor's, as an encoder sees it [rad].
+    """
+
+    load: Flange
+    motor: Flange
+    shaft: Flange
+    spring: Spring
+    mesh: Mesh
+    pin: Pin
+    heat: HeatPort
+    command: Motion
+    shaft_command: Motion
+    bias_torque: float = 0.0
+    measured_position: float = 0.0
+
+
+@dataclass
+class Tip:
+    """The arm's tip along the axes of the base: what it does, and what the surroundings do to it.
+
+    Attributes:
+        place, speed, turning: [m], [m/s], [rad/s].
+        force, moment: [N], [N m].
+        damping, stiffness: How the force falls with speed and place; xx, xy, xz, yy, yz, zz.
+    """
+
+    place: Annotated[Array, 3]
+    speed: Annotated[Array, 3]
+    turning: Annotated[Array, 3]
+    force: Annotated[Array, 3]
+    moment: Annotated[Array, 3]
+    damping: Annotated[Array, 6]
+    stiffness: Annotated[Array, 6]
+
+
+@dataclass
+class World:
+    """The head of a run's memory.
+
+    Attributes:
+        size: Of the memory, in numbers [-].
+        joints, coordinates: How many there are [-].
+        mass: First number of the mass matrix [-].
+        engine: First number of what the engine keeps for itself [-].
+        kinetic_energy, potential_energy: [J], at instants only.
+    """
+
+    size: int
+    joints: int
+    coordinates: int
+    mass: int
+    engine: int
+    kinetic_energy: float
+    potential_energy: float
+    tip: Tip
+
+
+@cache
+def record_type(described: type) -> np.dtype[Any]:
+    """The record of a dataclass: eight bytes for every number, a record for a dataclass in it, a row for an array."""
+    hints, columns = get_type_hints(described, include_extras=True), []
+    for field in fields(described):
+        hint = hints[field.name]
+        if is_dataclass(hint):
+            columns.append((field.name, record_type(hint)))  # type: ignore[arg-type]
+        elif get_origin(hint) is Annotated:
+            columns.append((field.name, np.float64, (get_args(hint)[1],)))  # type: ignore[arg-type]
+        elif hint in (int, bool):
+            columns.append((field.name, np.int64))  # type: ignore[arg-type]
+        elif hint in (float, float | None):
+            columns.append((field.name, np.float64))  # type: ignore[arg-type]
+    return np.dtype(columns)
+
+
+def fill_record(record: Any, values: Any) -> None:
+    """Put a dataclass's numbers into a record; None as NaN."""
+    for name in (field.name for field in fields(values)):
+        value = getattr(values, name)
+        if record.dtype[name].names:
+            fill_record(record[name], value)
+        else:
+            record[name] = np.nan if value is None else value
+
+
+def place_in(dtype: np.dtype[Any], path: str) -> int | None:
+    """Which number of a record a path such as ``motor.torque`` or ``tip.place.2`` names; None: none."""
+    at = 0
+    for name in path.split("."):
+        if dtype.subdtype is not None and name.isdigit():
+            dtype, at = dtype.subdtype[0], at + int(name)
+        elif dtype.names is not None and name in dtype.names:
+            dtype, offset = dtype.fields[name][:2]  # type: ignore[index]
+            at += offset // 8
+        else:
+            return None
+    return at if dtype.names is None else None
+
+
+JOINT, WORLD = record_type(Joint), record_type(World)

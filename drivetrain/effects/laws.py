@@ -1,0 +1,140 @@
+"""What makes a function of records a law that engines call by its address, whatever the effects of a scene.
+
+    @joint_law(Own)                     # Own: the dataclass of what one effect keeps, see Effect.own
+    def compute(t, h, own, joint): ...
+
+    @table_law(Own)                     # with the effect's table, (rows, columns), see Effect.table
+    def compute(t, h, own, joint, table): ...
+
+    @scene_law(Own)                     # of the whole scene; of all joints, ``scene.joints[i]``
+    def compute(t, h, own, scene): ...
+
+``own`` and ``joint`` (``connectors.Joint``) are records, read and written by the names of their fields.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, cached_property
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import carray, types
+
+from drivetrain.effects.connectors import JOINT, WORLD, record_type
+from drivetrain.jit import callback, law
+
+# void(t, h, own records, how many, joints, memory)
+SIGNATURE = types.void(types.float64, types.float64, types.voidptr, types.int64, types.voidptr, types.voidptr)
+HEAD = [("joint", np.int64), ("table", np.int64), ("rows", np.int64), ("columns", np.int64)]
+
+
+class Whole(NamedTuple):
+    """What a law of the whole scene sees.
+
+    Attributes:
+        joints: Records of all joints, (n,).
+        world: The record of the scene, with ``tip``.
+        mass: Mass matrix of the mechanics [kg m^2 or kg], (c, c).
+        table: Of the effect, (rows, columns).
+    """
+
+    joints: Any
+    world: Any
+    mass: Any
+    table: Any
+
+
+def _joint_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) -> None:
+    world = carray(memory, 1, WORLD)[0]
+    every = carray(joints, world.joints, JOINT)
+    for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821
+        LAW(t, h, own, every[own.joint])  # type: ignore[name-defined] # noqa: F821
+
+
+def _table_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) -> None:
+    world = carray(memory, 1, WORLD)[0]
+    every, numbers = carray(joints, world.joints, JOINT), carray(memory, world.size, np.float64)
+    for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821
+        LAW(t, h, own, every[own.joint], table_of(numbers, own.table, own.rows, own.columns))  # type: ignore[name-defined] # noqa: F821
+
+
+def _scene_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) -> None:
+    world = carray(memory, 1, WORLD)[0]
+    every, numbers, c = carray(joints, world.joints, JOINT), carray(memory, world.size, np.float64), world.coordinates
+    mass = numbers[world.mass : world.mass + c * c].reshape((c, c))
+    for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821
+        LAW(t, h, own, Whole(every, world, mass, table_of(numbers, own.table, own.rows, own.columns)))  # type: ignore[name-defined] # noqa: F821
+
+
+@law
+def table_of(numbers: Any, at: int, rows: int, columns: int) -> Any:
+    """The table of an effect."""
+    return numbers[at : at + rows * columns].reshape((rows, columns))
+
+
+@cache
+def own_type(described: type) -> np.dtype[Any]:
+    """The record of what an effect keeps, behind its joint and the place of its table."""
+    inner = record_type(described)
+    return np.dtype([*HEAD, *((name, inner[name]) for name in inner.names or ())])
+
+
+class Law:
+    """A law with an address, compiled at its first use or taken from the disk cache."""
+
+    def __init__(self, template: Any, described: type, function: Callable[..., None]):
+        self._template, self._function, self.described = template, function, described
+
+    @cached_property
+    def _library(self) -> Any:
+        # The template with this law and record as its globals: what closes over them numba would not find on disk.
+        named = {**self._template.__globals__, "LAW": law(self._function), "OWN": own_type(self.described)}
+        own = FunctionType(self._template.__code__, named, self._function.__name__)
+        own.__module__, own.__qualname__ = self._function.__module__, self._function.__qualname__
+        return callback(SIGNATURE, own)
+
+    @property
+    def address(self) -> int:
+        """Where the compiled function lies [-]."""
+        return int(self._library.address)
+
+
+def joint_law(described: type) -> Callable[[Callable[..., None]], Law]:
+    """A law of one joint, ``(t, h, own, joint)``."""
+    return lambda function: Law(_joint_law, described, function)
+
+
+def table_law(described: type) -> Callable[[Callable[..., None]], Law]:
+    """A law of one joint with a table, ``(t, h, own, joint, table)``."""
+    return lambda function: Law(_table_law, described, function)
+
+
+def scene_law(described: type) -> Callable[[Callable[..., None]], Law]:
+    """A law of the whole scene, ``(t, h, own, scene)``."""
+    return lambda function: Law(_scene_law, described, function)
+
+
+LOAD, MOTOR, SHAFT = range(3)  # flanges of a joint
+
+
+def side_of(side: str, place: Any) -> int:
+    """Which flange friction at a side of the gear acts on: ``shaft`` is the joint's own where no motors are coupled."""
+    return MOTOR if side == "motor" else SHAFT if side == "shaft" and place.coupled else LOAD
+
+
+@law
+def flange_of(joint: Any, side: int) -> Any:
+    """A flange of a joint."""
+    if side == MOTOR:
+        return joint.motor
+    if side == SHAFT:
+        return joint.shaft
+    return joint.load
+
+
+@law
+def command_of(joint: Any, coupled: int) -> Any:
+    """What a motor's loop follows: the joint's command, or its shaft's where motors are coupled."""
+    return joint.shaft_command if coupled else joint.command

@@ -1,0 +1,234 @@
+"""The equations of motion of a scene at an instant or in the middle of a step: mechanics, effects, one linear system.
+
+Speeds v change by w over a step h. Smooth forces are taken at the middle, and in their change linear: with D and K the
+dampings and stiffnesses that effects contribute, ``(M + theta h (D + theta h K)) w = h (F + (D + theta h K)(v' - v))``,
+F at the guessed middle (x + theta h v', v'). At an instant h = 1, theta = 0, and w is the acceleration.
+
+``motion`` (the change of speeds) and ``forces`` (what follows from it) are compiled once and called by address, so that
+every engine shares them. With h = 0 they are at an instant; ``theta`` of a step stands in the engine's record.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from drivetrain.jit import callback
+from drivetrain.simulation.assembly import assemble, show_coupled
+from drivetrain.simulation.bodies import move_bodies
+from drivetrain.simulation.forces import find_forces, show_energies
+from drivetrain.simulation.friction import solve_friction
+from drivetrain.simulation.records import EQUATIONS, Run, call_equations, call_laws, inlined, opened, part, states_of
+from drivetrain.simulation.settle import agrees, ask_again
+from drivetrain.simulation.tip import clear_tip, show_tip
+
+MOST = 60  # solutions of a step, at most
+
+
+@inlined
+def guess_still(run: Run) -> None:
+    """Take the speeds of the states as those of the middle."""
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        coordinates[i].guess = coordinates[i].speed
+
+
+@part
+def show_motion(run: Run, shift: float) -> None:
+    """Fill the connectors' motion from the states, moved on by ``shift`` at the guessed speeds.
+
+    Args:
+        shift: [s].
+    """
+    coordinates, joints = run.coordinates, run.joints
+    for i in range(len(coordinates)):
+        coordinates[i].trial = coordinates[i].guess
+    for i in range(len(joints)):
+        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
+        speed = shaft = coordinates[i].guess
+        place, wind_up = coordinates[i].position + shift * speed, 0.0
+        coordinates[i].place = place
+        if m != i:
+            shaft = coordinates[m].guess
+            wind_up = coordinates[m].position + shift * (shaft - speed)
+            coordinates[m].place = place + wind_up
+            joint.spring.wind_up, joint.spring.speed = wind_up, shaft - speed
+        joint.load.position, joint.load.speed = place, speed
+        joint.motor.position, joint.motor.speed = ratio * (place + wind_up), ratio * shaft
+    if run.head[0].engine.coupled:
+        show_coupled(run)
+
+
+@inlined
+def show_states(run: Run, shift: float) -> None:
+    """Copy states of effects to the connectors of their names, moved on by ``shift`` at their last rates.
+
+    Args:
+        shift: [s].
+    """
+    numbers = run.numbers
+    states = states_of(run)
+    for k in range(len(states)):
+        state = states[k]
+        if state.shown >= 0:
+            numbers[state.shown] = numbers[state.value] + shift * state.last
+
+
+@inlined
+def _clear(flange: Any) -> None:
+    """Nothing acts on a flange yet."""
+    flange.torque = flange.damping = flange.stiffness = 0.0
+    flange.hold_forward = flange.hold_backward = flange.slide_forward = flange.slide_backward = 0.0
+
+
+@part
+def compute(run: Run, t: float, h: float) -> None:
+    """The laws of all effects, contributions from zero.
+
+    Args:
+        t: Instant or middle of the step [s].
+        h: Step, 0 at an instant [s].
+    """
+    joints = run.joints
+    for i in range(len(joints)):
+        joint = joints[i]
+        spring, mesh, pin = joint.spring, joint.mesh, joint.pin
+        _clear(joint.load)
+        _clear(joint.motor)
+        _clear(joint.shaft)
+        joint.load.surface_speed = 0.0
+        spring.torque = spring.damping = spring.stiffness = 0.0
+        mesh.driving = mesh.driven = 0.0
+        pin.command = pin.damping = pin.stiffness = 0.0
+    clear_tip(run.head[0].world.tip)
+    call_laws(run, run.head[0].engine.at.computes, t, h)
+    call_laws(run, run.head[0].engine.at.repeats, t, h)
+
+
+@inlined
+def _start_modes(run: Run, h: float, any_dry: bool) -> None:
+    """The modes with which friction is tried first.
+
+    Over a step what moves slides, what rests does as it did. At an instant (h = 0) the mode of what moves is given, and
+    all are while they are held; what rests stays so or starts.
+    """
+    coordinates, held = run.coordinates, run.head[0].engine.held != 0
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        moves = one.relative != 0.0
+        if moves and not held:
+            one.dry.mode = 1 if one.relative > 0.0 else -1
+        if not any_dry or not one.dry.active:
+            one.dry.mode = 1
+        one.dry.given = 1 if h == 0.0 and (held or moves) else 0
+        if h == 0.0:
+            one.relative = 0.0
+
+
+@part
+def solve(run: Run, t: float, h: float, theta: float) -> int:
+    """The change of speeds over a step, forces at its middle; at an instant (h = 0, theta = 0) accelerations.
+
+    Springs and surroundings of the tip are asked again until they answer what the solution expects of them: Newton's
+    method, where nothing bends within the step the first look agrees. It ends after ``MOST`` solutions, which are
+    counted.
+
+    Args:
+        t: Beginning of the step [s].
+        h: Step [s].
+
+    Returns:
+        How many solutions it took; negative where there is none, as ``solve_friction`` has it.
+    """
+    span, middle, total = h if h > 0.0 else 1.0, t + theta * h, 0
+    if theta == 1.0:
+        # What jumps at the end of the step is not seen yet, however the sum was rounded.
+        middle = np.nextafter(np.nextafter(middle, t), t)
+    show_motion(run, theta * h)
+    call_equations(run, run.head[0].engine.bodies_law, middle, h)
+    show_states(run, theta * h)
+    compute(run, middle, h)
+    for attempt in range(MOST):
+        any_dry = assemble(run, span, theta)
+        if attempt == 0:
+            _start_modes(run, h, any_dry)
+        call_equations(run, run.head[0].engine.friction_law, middle, span)
+        done = run.head[0].engine.solved
+        if done < 0:
+            return done
+        total += done
+        if h == 0.0 or run.head[0].engine.at.repeats.size == 0:
+            return total
+        ask_again(run, middle, h, theta)
+        if agrees(run, h, theta, attempt):
+            return total
+    run.head[0].engine.unsettled += 1
+    return total
+
+
+@inlined
+def _show_rates(run: Run) -> None:
+    """Rates of the coordinates at an instant."""
+    coordinates = run.coordinates
+    for i in range(len(coordinates)):
+        coordinates[i].position_rate, coordinates[i].speed_rate = coordinates[i].speed, coordinates[i].change
+    for i in range(len(run.joints)):
+        m = coordinates[i].motor
+        if m != i:
+            coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
+
+
+def _bodies(t: Any, h: Any, memory: Any) -> None:
+    run = opened(memory)
+    move_bodies(run, t)
+    if run.head[0].engine.arm and run.head[0].engine.uses_tip:
+        show_tip(run)
+
+
+def _friction(t: Any, h: Any, memory: Any) -> None:
+    run = opened(memory)
+    run.head[0].engine.solved = solve_friction(run.coordinates, run.pairs, h)
+
+
+def _motion(t: Any, h: Any, memory: Any) -> None:
+    run = opened(memory)
+    if h == 0.0:
+        guess_still(run)
+    run.head[0].engine.solved = solve(run, t, h, run.head[0].engine.theta if h > 0.0 else 0.0)
+    if h == 0.0:
+        _show_rates(run)
+
+
+def _forces(t: Any, h: Any, memory: Any) -> None:
+    run = opened(memory)
+    theta = run.head[0].engine.theta if h > 0.0 else 0.0
+    find_forces(run, h if h > 0.0 else 1.0, theta)
+    show_motion(run, theta * h)
+    if h == 0.0:
+        show_energies(run)
+
+
+@lru_cache(maxsize=1)
+def bodies() -> Any:
+    """Mass matrix and bias, compiled likewise; apart, since what is compiled in one piece is optimised in each."""
+    return callback(EQUATIONS, _bodies)
+
+
+@lru_cache(maxsize=1)
+def friction() -> Any:
+    """The linear system with friction solved, compiled likewise."""
+    return callback(EQUATIONS, _friction)
+
+
+@lru_cache(maxsize=1)
+def motion() -> Any:
+    """The change of speeds, compiled at the first call (some seconds) or taken from the disk cache."""
+    return callback(EQUATIONS, _motion)
+
+
+@lru_cache(maxsize=1)
+def forces() -> Any:
+    """Forces and motion at the true middle, compiled likewise."""
+    return callback(EQUATIONS, _forces)

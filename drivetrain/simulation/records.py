@@ -1,0 +1,348 @@
+"""The memory of a run, with names: records of joints, coordinates, calls and states over one block of numbers.
+
+Python lays the block out (``memory.py``); compiled code opens it once a call with ``opened`` and then speaks of
+``run.coordinates[i].change`` or ``run.mass[i, k]``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numba import carray, types
+
+from drivetrain.arrays import Array
+from drivetrain.call_address import call_address
+from drivetrain.effects.connectors import JOINT, WORLD, record_type
+from drivetrain.jit import law
+
+inlined: Any = law(fastmath={"contract"})
+part: Any = law(fastmath={"contract"})
+
+EQUATIONS = types.void(types.float64, types.float64, types.voidptr)  # t, h, memory
+
+
+@dataclass
+class Bounds:
+    """Of dry friction, all positive [N m]."""
+
+    hold_forward: float = 0.0
+    hold_backward: float = 0.0
+    slide_forward: float = 0.0
+    slide_backward: float = 0.0
+
+
+@dataclass
+class Dry:
+    """Dry friction of a coordinate.
+
+    Attributes:
+        joint, motor: Bounds of the joint and, at the joint, of the motor.
+        driving, driven: Loss of the mesh over the torque it transmits [-].
+        active: Whether there is any.
+        mode: 1 slides forward, -1 backward, 0 sticks.
+        load_sign: Of the transmitted torque.
+        given: Whether the mode is not to be changed.
+    """
+
+    joint: Bounds
+    motor: Bounds
+    driving: float = 0.0
+    driven: float = 0.0
+    active: int = 0
+    mode: int = 0
+    load_sign: int = 1
+    given: int = 0
+
+
+@dataclass
+class Tried:
+    """A rate of a spring that was tried: what the solution expected of the spring, and by how much it was off."""
+
+    rate: float = 0.0
+    expected: float = 0.0
+    off: float = 0.0
+
+
+@dataclass
+class Coordinate:
+    """A coordinate of the mechanics: of a joint (or its shaft, where motors are coupled), or of a rotor on a spring.
+
+    Attributes:
+        motor, ratio, coupled: Of a joint: its motor's coordinate, motor angle over joint coordinate, whether motors are
+            coupled there.
+        inertia, weight, phase, rotor: Of a scene without an arm: inertia, torque of the weight along x, angle from x,
+            the rotor's share of the inertia.
+        felt, factor, own: Where motors are coupled: the body's coordinate whose turning the motor feels (-1: none), by
+            how much, inertia of reflected rotors at the shaft [kg m^2 or kg].
+        position, speed: States; of a rotor the wind-up of its spring [rad].
+        position_rate, speed_rate: Of these, at an instant.
+        last: Acceleration of the last step [rad/s^2].
+        right: Impulse without friction [N m s].
+        change: Of the speed over a step [rad/s], at an instant the acceleration.
+        relative: Speed over what it slides on [rad/s].
+        surface: Speed of that [rad/s].
+        transmitted: Torque through the mesh without changes of speed [N m].
+        friction: What dry friction takes [N m].
+        margin: How far its mode is from changing.
+        place, guess: Position, and guessed speed of the middle of a step [rad or m, and per s].
+        trial: Speed of the middle at which springs and the tip's surroundings were asked [rad/s].
+        bias, felt_bias: Torque at constant speed, and the part of it that the motor feels [N m or N].
+        sliding: Of the coordinates that slide, the one at this place.
+        before, gave: Mode before an event, and the direction in which it was last seen to give while stuck.
+        slow, fast: Between which rates of its spring the answer lies.
+    """
+
+    motor: int
+    ratio: float
+    coupled: int
+    inertia: float
+    weight: float
+    phase: float
+    rotor: float
+    felt: int
+    factor: float
+    own: float
+    dry: Dry
+    slow: Tried
+    fast: Tried
+    position: float = 0.0
+    speed: float = 0.0
+    position_rate: float = 0.0
+    speed_rate: float = 0.0
+    last: float = 0.0
+    right: float = 0.0
+    change: float = 0.0
+    relative: float = 0.0
+    surface: float = 0.0
+    transmitted: float = 0.0
+    friction: float = 0.0
+    margin: float = 0.0
+    place: float = 0.0
+    guess: float = 0.0
+    trial: float = 0.0
+    bias: float = 0.0
+    felt_bias: float = 0.0
+    sliding: int = 0
+    before: int = 0
+    gave: int = 0
+
+
+@dataclass
+class Pair:
+    """What a coordinate has to do with another.
+
+    Attributes:
+        mass, felt: Entry of the mass matrix, and the part of it that the motor feels [kg m^2 or kg].
+        matrix: Inertia with dampers and springs in it.
+        transmitted: Torque through the mesh for a change of speed [N m s].
+        reduced: The system of what slides.
+    """
+
+    mass: float = 0.0
+    felt: float = 0.0
+    matrix: float = 0.0
+    transmitted: float = 0.0
+    reduced: float = 0.0
+
+
+@dataclass
+class Call:
+    """A law to be called: its address, first number of its records, how many; of samples the period and how many."""
+
+    law: int
+    own: int
+    count: int
+    period: float = 0.0
+    taken: int = 0
+
+
+@dataclass
+class State:
+    """Where a state and its rate are among the numbers, and the connector that shows it (-1: none).
+
+    Attributes:
+        last: Its rate over the last step.
+    """
+
+    value: int
+    rate: int
+    shown: int
+    last: float = 0.0
+
+
+@dataclass
+class ModeChange:
+    """Of a coordinate's friction: instant [s], coordinate, mode before and after."""
+
+    time: float
+    coordinate: int
+    before: int
+    after: int
+
+
+@dataclass
+class Section:
+    """A part of the memory: its first number, and how many there are."""
+
+    first: int
+    size: int
+
+
+SECTIONS = (
+    # connectors and mechanics
+    "joints", "coordinates", "pairs", "mass", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
+    "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
+    # laws, states, and what is recorded
+    "computes", "repeats", "accounts", "samples", "states", "powers", "energies", "columns",
+    # of the adaptive engine: its log, and what its Jacobian needs
+    "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts",
+    "rows",
+)  # fmt: skip
+SECTION = record_type(Section)
+
+
+@dataclass
+class Engine:
+    """What the equations of motion keep for themselves.
+
+    Attributes:
+        arm, uses_tip, coupled, bodies: Whether there is an arm, whether an effect looks at the tip, whether motors are
+            coupled, coordinates of the bodies then.
+        motion, forces, bodies_law, friction_law: Addresses of the compiled equations.
+        tip_offset: Of the tip in the last link's frame [m].
+        moving: How many states follow rates.
+        theta: Share of the step at which forces are taken [-].
+        solved: Solutions of the last step; negative: which coordinate jams, below -1000 none fits.
+        stiff: Whether springs or dampers made the last step's inertia a good deal larger.
+        held: Whether modes of friction are given.
+        unsettled: Steps on which solution and springs never agreed.
+        rates_calls: Evaluations of the rates.
+        logged, remembers: Changes of modes so far, and whether any effect has a memory, of the adaptive engine.
+        tip_place, tip_speed, tip_turning, tip_expected: Of the guess; the force that a solution expects.
+        tip_damping, tip_stiffness: How forces fell when last asked.
+    """
+
+    arm: int
+    uses_tip: int
+    coupled: int
+    bodies: int
+    motion: int
+    forces: int
+    bodies_law: int
+    friction_law: int
+    moving: int
+    tip_offset: Annotated[Array, 3]
+    theta: float
+    solved: int
+    stiff: int
+    held: int
+    unsettled: int
+    rates_calls: int
+    logged: int
+    remembers: int
+    tip_place: Annotated[Array, 3]
+    tip_speed: Annotated[Array, 3]
+    tip_turning: Annotated[Array, 3]
+    tip_expected: Annotated[Array, 3]
+    tip_damping: Annotated[Array, 6]
+    tip_stiffness: Annotated[Array, 6]
+
+
+COORDINATE, PAIR, CALL, STATE, MODE_CHANGE = (record_type(one) for one in (Coordinate, Pair, Call, State, ModeChange))
+ENGINE = np.dtype([
+    *((name, *record_type(Engine).fields[name][:1]) for name in record_type(Engine).names or ()),  # type: ignore[index]
+    ("at", np.dtype([(name, SECTION) for name in SECTIONS])),
+])  # fmt: skip
+HEAD = np.dtype([("world", WORLD), ("engine", ENGINE)])
+HEAD_SIZE = HEAD.itemsize // 8
+
+
+class Run(NamedTuple):
+    """A run's memory, opened.
+
+    Attributes:
+        numbers: All of it.
+        head: Records of the scene and the engine, (1,).
+        joints: Records, (n,).
+        coordinates: Records, (c,); the first n are those of the joints.
+        pairs: Records of two coordinates, (c, c).
+    """
+
+    numbers: Any
+    head: Any
+    joints: Any
+    coordinates: Any
+    pairs: Any
+
+
+@inlined
+def numbers_of(numbers: Any, section: Any) -> Any:
+    """A part of the memory as plain numbers."""
+    return numbers[section.first : section.first + section.size]
+
+
+@inlined
+def square_of(numbers: Any, section: Any, n: int) -> Any:
+    """A part of the memory as rows of a length."""
+    return numbers[section.first : section.first + section.size].reshape((section.size // n, n))
+
+
+@inlined
+def opened(memory: Any) -> Run:
+    """The memory at a pointer."""
+    return run_of(carray(memory, carray(memory, 1, WORLD)[0].size, np.float64))
+
+
+@inlined
+def run_of(numbers: Any) -> Run:
+    """The memory in an array."""
+    head = numbers[:HEAD_SIZE].view(HEAD)
+    at, c = head[0].engine.at, head[0].world.coordinates
+    return Run(
+        numbers,
+        head,
+        numbers_of(numbers, at.joints).view(JOINT),
+        numbers_of(numbers, at.coordinates).view(COORDINATE),
+        numbers_of(numbers, at.pairs).view(PAIR).reshape((c, c)),
+    )
+
+
+@inlined
+def states_of(run: Run) -> Any:
+    """Where states, their rates and what shows them are, records STATE."""
+    return numbers_of(run.numbers, run.head[0].engine.at.states).view(STATE)
+
+
+@inlined
+def calls_of(run: Run, section: Any) -> Any:
+    """The calls of a section, records CALL."""
+    return numbers_of(run.numbers, section).view(CALL)
+
+
+@inlined
+def call_law(run: Run, call: Any, t: float, h: float) -> None:
+    """Call a law for all its records."""
+    base = run.numbers.ctypes.data
+    call_address(call.law, (t, h, base + 8 * call.own, call.count, base + 8 * run.head[0].engine.at.joints.first, base))
+
+
+@inlined
+def call_laws(run: Run, section: Any, t: float, h: float) -> None:
+    """Call the laws of a section in their order.
+
+    Args:
+        t: Instant, or middle of the step [s].
+        h: Step, 0 at an instant [s].
+    """
+    calls = calls_of(run, section)
+    for k in range(len(calls)):
+        call_law(run, calls[k], t, h)
+
+
+@inlined
+def call_equations(run: Run, address: int, t: float, h: float) -> None:
+    """Call motion or forces."""
+    base = run.numbers.ctypes.data
+    call_address(address, (t, h, base))
