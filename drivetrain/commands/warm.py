@@ -107,10 +107,9 @@ def _dynamics() -> None:
     import numpy as np
 
     from drivetrain.arm.load import load_arm
-    from drivetrain.dynamics.articulated_body import articulated_body
-    from drivetrain.dynamics.forward import forward_dynamics
+    from drivetrain.dynamics.forward import articulated_body, forward_dynamics
+    from drivetrain.dynamics.inverse import inverse_dynamics
     from drivetrain.dynamics.mass_matrix import mass_matrix
-    from drivetrain.dynamics.newton_euler import inverse_dynamics
 
     arm, rest = load_arm("planar-2r"), np.zeros((1, 2))
     inverse_dynamics(arm, rest, rest, rest)

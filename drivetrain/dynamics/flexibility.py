@@ -19,9 +19,9 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, real_array
-from drivetrain.dynamics.doors import finite_samples
-from drivetrain.dynamics.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
+from drivetrain.dynamics.kinematics import link_poses, space_jacobian, tip_jacobian, tip_pose
 from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.spatial.beams import Beam, beam_compliance
 from drivetrain.spatial.inertia import RigidBody
@@ -153,23 +153,6 @@ def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam
         carry = carried_to(tips[:, :3, 3] - end) @ turn
         result += carry @ beam_compliance(beam.section, beam.length) @ np.swapaxes(carry, 1, 2)
     return result if np.ndim(q) == 2 else result[0]
-
-
-def tip_jacobian(arm: Arm, q: Any) -> Array:
-    """The matrix that takes small joint motions to those of the tip, about the tip in axes of the base.
-
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        Columns (rotation [-], displacement of the tip's origin [m or -]) a joint, (6, n) or (N, 6, n).
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
-    """
-    rotation = tip_pose(arm, q)[..., :3, :3]
-    body = body_jacobian(arm, q)
-    return np.concatenate([rotation @ body[..., :3, :], rotation @ body[..., 3:, :]], axis=-2)
 
 
 def carried_to(levers: Array) -> Array:

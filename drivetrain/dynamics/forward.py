@@ -20,9 +20,8 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.core.articulated import articulated_accelerations
 from drivetrain.dynamics.core.factor import solve
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.doors import NO_TIP, finite_samples, run, tip_samples
-from drivetrain.dynamics.factors import no_inertia
-from drivetrain.dynamics.mass_matrix import mass_matrices
+from drivetrain.dynamics.mass_matrix import mass_matrices, no_inertia
+from drivetrain.dynamics.samples import NO_TIP, finite_samples, run, tip_samples
 from drivetrain.errors import Fault, InputError
 
 UNDEFINED = ": accelerations are not defined there"

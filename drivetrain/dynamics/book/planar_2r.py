@@ -12,7 +12,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, frozen_array
-from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import pose
 
