@@ -256,14 +256,7 @@ def closed_position(arm: Arm, constraints: Constraints, q: Any, *, tolerance: fl
 def closed_speed(arm: Arm, constraints: Constraints, q: Any, qd: Any) -> Array:
     """The speeds nearest to qd, in the metric of M, that the constraints allow.
 
-    Args:
-        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
-
-    Returns:
-        Speeds [rad/s or m/s], as qd: ``P_theta qd``, what is left after a shock that the constraints take.
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    Speeds [rad/s or m/s], as qd: ``P_theta qd``, what is left after a shock that the constraints take.
     """
     several = checked_constraints(arm, constraints)
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})

@@ -158,11 +158,7 @@ def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam
 def carried_to(levers: Array) -> Array:
     """The matrices that carry a small motion of one point of a rigid body to another point of it, same axes.
 
-    Args:
-        levers: From the one point to the other [m], (N, 3).
-
-    Returns:
-        They act on (rotation [rad], displacement [m]), (N, 6, 6); their transposes carry wrenches back.
+    They act on (rotation [rad], displacement [m]), (N, 6, 6); their transposes carry wrenches back.
     """
     x, y, z = np.asarray(levers).T
     result = np.tile(np.eye(6), (len(x), 1, 1))
@@ -173,14 +169,7 @@ def carried_to(levers: Array) -> Array:
 
 
 def check_beams(arm: Arm, beams: Mapping[int, Beam]) -> None:
-    """That every beam belongs to a link of the arm.
-
-    Args:
-        beams: By link index, ends in the base frame with every joint at zero [m].
-
-    Raises:
-        InputError: An index that is none.
-    """
+    """That every beam belongs to a link of the arm."""
     faults = [
         Fault(f"beams[{link}]", f"is no link of the arm: 0 to {arm.n - 1}", link)
         for link in beams

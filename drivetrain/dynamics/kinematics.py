@@ -1,10 +1,10 @@
 """Where the links and the tip are, and how they move: products of exponentials, over batches.
 
-Where the book slips: exercise 8.6, how fast the Jacobians change, writes ``dJ_i/dtheta_j = ad_Ji(J_j)`` for both Jacobians. That is right for the body Jacobian
-(i < j). For the space Jacobian (i > j) it has the wrong sign: joint j carries axis i along, which makes it
-``ad_Jj(J_i) = -ad_Ji(J_j)``.
+Where the book slips: exercise 8.6, how fast the Jacobians change, writes ``dJ_i/dtheta_j = ad_Ji(J_j)`` for both. That
+is right for the body Jacobian (i < j). For the space Jacobian (i > j) it has the wrong sign: joint j carries axis i
+along, which makes it ``ad_Jj(J_i) = -ad_Ji(J_j)``.
 
-Reference: Modern Robotics, chapters 4 and 5.
+Reference: Modern Robotics, chapters 4 and 5, exercise 8.6.
 """
 
 from __future__ import annotations
@@ -113,12 +113,8 @@ def _displacements(arm: Arm, q: Any) -> Array:
 def screw_displacements(screw: Array, angles: Array) -> Array:
     """The displacements along one screw: its exponentials.
 
-    Args:
-        screw: Unit, (angular [-], linear [m or -]), (6,).
-        angles: How far [rad, or m where the angular part is zero], (N,).
+    Homogeneous matrices, translation [m], (N, 4, 4).
 
-    Returns:
-        Homogeneous matrices, translation [m], (N, 4, 4).
     Reference: Modern Robotics, proposition 3.25.
     """
     axis, linear = screw[:3], screw[3:]
@@ -206,14 +202,7 @@ def tip_jacobian(arm: Arm, q: Any) -> Array:
 
     ``space_jacobian`` gives the velocity of the point of the tip's body that passes the base's origin instead.
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        Columns (angular [-], linear [m or -]) a joint, (6, n) or (N, 6, n).
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
+    Columns (angular [-], linear [m or -]) a joint, (6, n) or (N, 6, n).
 
     Reference: Modern Robotics, the J of equation 8.20 for any arm.
     """
@@ -230,14 +219,7 @@ def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:
     Entry j, j is the centripetal acceleration by joint j alone; entries j, k and k, j together are the Coriolis
     acceleration of that pair. All entries together are the acceleration of the tip when no joint accelerates.
 
-    Args:
-        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
-
-    Returns:
-        Base axes [m/s^2], (n, n, 3) or (N, n, n, 3), symmetric in j and k.
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    Base axes [m/s^2], (n, n, 3) or (N, n, n, 3), symmetric in j and k.
 
     Reference: Modern Robotics, equation 8.12 and figure 8.2, for any arm.
     """
@@ -256,14 +238,7 @@ def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:
 def skeleton(arm: Arm, q: Any) -> Array:
     """Where the joints and the tip are: the corners of the arm as a stick figure.
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        Joints by their ``joint_points``, then the tip, base frame [m], (n + 1, 3) or (N, n + 1, 3).
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
+    Joints by their ``joint_points``, then the tip, base frame [m], (n + 1, 3) or (N, n + 1, 3).
     """
     (positions,) = finite_samples(arm.n, {"q": q})
     poses = link_poses(arm, positions)

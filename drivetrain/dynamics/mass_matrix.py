@@ -48,14 +48,7 @@ def mass_matrix(arm: Arm, q: Any) -> Array:
 def mass_matrices(model: Packed, q: Array) -> Array:
     """Mass matrices for samples that have been checked.
 
-    Args:
-        q: Positions [rad or m], (N, n), C order.
-
-    Returns:
-        M [kg m^2, kg m or kg], (N, n, n), exactly symmetric.
-
-    Raises:
-        InputError: A position too large to be squared.
+    M [kg m^2, kg m or kg], (N, n, n), exactly symmetric.
     """
     wide = q if model.spread is None else q @ model.spread.T
     count, n = wide.shape
@@ -83,14 +76,7 @@ def _gathered(matrices: Array, turns: Array) -> Array:
 
 
 def mass_factor(arm: Arm, q: Array) -> Array:
-    """The factor L of the mass matrix, lower triangular, (N, n, n) [kg^(1/2) m; kg^(1/2) at prismatic joints].
-
-    Args:
-        q: Positions [rad or m], (N, n).
-
-    Raises:
-        InputError: The mass matrix is singular: a joint moves no inertia.
-    """
+    """The factor L of the mass matrix, lower triangular, (N, n, n) [kg^(1/2) m; kg^(1/2) at prismatic joints]."""
     factors = mass_matrix(arm, q)
     sample, joint = factorise(factors)
     if joint >= 0:

@@ -69,22 +69,14 @@ class Task(ABC):
     def jacobian(self, arm: Arm, q: Array) -> Array:
         """The matrix that takes joint rates to the rates of the task.
 
-        Args:
-            q: Positions [rad or m], (N, n).
-
-        Returns:
-            (N, k, n), rows in SI units.
+        (N, k, n), rows in SI units.
         """
         return self._whole(arm, q)[:, self.rows]
 
     def jacobian_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
         """The time derivative of the Jacobian.
 
-        Args:
-            q, qd: Positions and speeds [rad or m, and per s], (N, n).
-
-        Returns:
-            (N, k, n), rows in SI units per second.
+        (N, k, n), rows in SI units per second.
         """
         return self._whole_rate(arm, q, qd)[:, self.rows]
 
@@ -143,11 +135,7 @@ class PoseCoordinates(Task):
     def values(self, arm: Arm, q: Array) -> Array:
         """The coordinates themselves.
 
-        Args:
-            q: Positions [rad or m], (N, n).
-
-        Returns:
-            (N, k), [rad] and [m].
+        (N, k), [rad] and [m].
         """
         poses = tip_pose(arm, q)
         turns = np.array([self.coordinates.values(pose[:3, :3]) for pose in poses])
@@ -281,15 +269,7 @@ def task_space_dynamics(
 def task_wrench(arm: Arm, q: Any, tau: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED) -> Array:
     """The wrench that joint torques put into a task: ``J^-T tau``, for redundant arms the consistent part of it.
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-        tau: Generalised torques [N m; N at a prismatic joint], as q.
-
-    Returns:
-        (k,) or (N, k), [N m; N in linear rows].
-
-    Raises:
-        InputError: As ``task_space_dynamics``.
+    (k,) or (N, k), [N m; N in linear rows].
 
     Reference: Modern Robotics, equation 8.89, ``F = J^-T tau``.
     """
@@ -301,15 +281,7 @@ def task_wrench(arm: Arm, q: Any, tau: Any, *, task: Task = BODY, near_singular:
 def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
     """The joint torques that put a wrench into a task: ``J^T F``.
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-        wrench: On the tip, in the rows of the task [N m; N in linear rows], (k,) or (N, k).
-
-    Returns:
-        Torques [N m; N at a prismatic joint], (n,) or (N, n).
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    Torques [N m; N at a prismatic joint], (n,) or (N, n).
 
     Reference: Modern Robotics, equation 5.26.
     """
@@ -324,14 +296,7 @@ def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
 def task_acceleration(arm: Arm, q: Any, qd: Any, qdd: Any, *, task: Task = BODY) -> Array:
     """How a task accelerates: ``J qdd + dJ/dt qd``.
 
-    Args:
-        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
-
-    Returns:
-        (k,) or (N, k), [rad/s^2; m/s^2 in linear rows].
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    (k,) or (N, k), [rad/s^2; m/s^2 in linear rows].
 
     Reference: Modern Robotics, equation 8.84.
     """
@@ -345,14 +310,7 @@ def task_acceleration(arm: Arm, q: Any, qd: Any, qdd: Any, *, task: Task = BODY)
 def null_space_projector(arm: Arm, q: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED) -> Array:
     """The matrix that leaves of joint torques what does not accelerate the task: ``1 - J^T (J^+)^T``.
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        Acts on torques [-], (n, n) or (N, n, n), of rank n - k; ``J^+`` is the dynamically consistent inverse.
-
-    Raises:
-        InputError: As ``task_space_dynamics``.
+    Acts on torques [-], (n, n) or (N, n, n), of rank n - k; ``J^+`` is the dynamically consistent inverse.
 
     Reference: Khatib (1987), equation 51.
     """

@@ -85,16 +85,7 @@ def closed_form(arm: Arm, q: Any, qd: Any) -> ClosedForm:
 def closed_form_torque(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> Array:
     """The generalised joint torques of a motion, by the closed form.
 
-    Args:
-        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
-        tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
-            (6,) or (N, 6). None: nothing.
-
-    Returns:
-        Torque [N m; N at a prismatic joint], (n,) or (N, n).
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    Torque [N m; N at a prismatic joint], (n,) or (N, n).
 
     Reference: Modern Robotics, equation 8.77.
     """
@@ -206,12 +197,6 @@ class _Body:
 
 def stacked(arm: Arm, q: Any) -> Stacked:
     """The stacked matrices of an arm.
-
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
 
     Reference: Modern Robotics, equations 8.60 to 8.67 and 8.72.
     """

@@ -5,8 +5,8 @@ A rotor that is balanced and axisymmetric moves its carrier as a body fixed to i
 mass and inertia join the carrier's, and the rest costs a few operations. Any other rotor is a body of its own.
 
 A rotor that follows several joints (``arm/coupling.py``) follows a stand-in: a joint at the end of the chain that moves
-nothing and weighs nothing, whose position is the rotor's angle. ``samples.py`` gives it that motion and takes its torque
-back to the joints, so the recursion knows nothing of couplings.
+nothing and weighs nothing, whose position is the rotor's angle. ``samples.py`` gives it that motion and takes its
+torque back to the joints, so the recursion knows nothing of couplings.
 """
 
 from __future__ import annotations
