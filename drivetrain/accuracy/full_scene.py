@@ -28,7 +28,7 @@ from drivetrain.simulation.shaping import ratios_of
 from drivetrain.simulation.study_scene import Wishes, scene_of
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.simulation import KNOWN_EFFECTS, Control, Simulation
+from drivetrain.study.simulation import KNOWN_EFFECTS, AddedEffect, Control, Simulation
 
 AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``drive/heat.py``
 
@@ -73,10 +73,11 @@ def full_scene(evaluation: Evaluation, wishes: Simulation | None = None) -> Scen
     return replace(built, effects=effects)
 
 
-def wanted_scene(full: Scene, names: Iterable[str]) -> Scene:
-    """A full scene with only those effects that are named, ready to run."""
+def wanted_scene(full: Scene, names: Iterable[str], added: Iterable[AddedEffect] = ()) -> Scene:
+    """A full scene with only those effects that are named or that the study adds, ready to run."""
     kept = {KNOWN_EFFECTS[name] for name in names}
-    gone = [one for one in choices(full) if one.kind not in kept]
+    own = {Choice(one.kind.__name__, one.joint or WHOLE) for one in added}
+    gone = [one for one in choices(full) if one.kind not in kept and one not in own]
     if "CurrentLoop" not in kept:  # what stands in for a sampled one is left out too
         gone += [Choice("CurrentLoop", joint) for joint in full.joints]
     return without(full, gone)

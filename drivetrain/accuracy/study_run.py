@@ -116,7 +116,7 @@ def study_scene(evaluation: Evaluation, wishes: Simulation, *, progress: Told | 
     if wishes.effects == ("all",):
         return StudyScene(full, without(full, ()), "all effects that the sheets have numbers for")
     left = [name for name in KNOWN_EFFECTS if name not in wishes.effects]
-    return StudyScene(full, wanted_scene(full, wishes.effects), f"without {', '.join(left)}")
+    return StudyScene(full, wanted_scene(full, wishes.effects, wishes.add), f"without {', '.join(left)}")
 
 
 def engine_of(wishes: Simulation) -> Engine:

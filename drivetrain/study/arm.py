@@ -19,7 +19,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.model import Payload
-from drivetrain.study.schema import CouplingForm, InertiaForm, PayloadForm, StudyForm
+from drivetrain.study.schema import CouplingForm, StudyForm
 from drivetrain.units import quantity, split_header
 
 DRIVE_MASS_HINT = (
@@ -48,11 +48,7 @@ def arm_files(form: StudyForm, folder: Path) -> list[Path]:
 
 
 def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
-    """The arm of a study.
-
-    Returns:
-        The arm; None without one, or when it cannot be read.
-    """
+    """The arm of a study; None without one, or when it cannot be read."""
     if form.arm is None:
         _refuse_without_arm(form, ledger)
         return None
@@ -76,11 +72,14 @@ def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
     """The bodies the tip may carry."""
     payloads = {}
     for name, body in form.payloads.items():
-        if body.inertia is None:
+        i, tensor = body.inertia, np.zeros((3, 3))
+        if i is None:
             ledger.note([f"Payload {name} is a point mass: no inertia is given."])
         else:
-            _doubt_inertia(name, body.inertia, ledger)
-        payloads[name] = Payload(name, body.mass, frozen_array(body.com, (3,), f"{name}.com"), _tensor(body))
+            tensor = np.array([[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]])
+            _note_inertia(name, tensor, ledger)
+        com = frozen_array(body.com, (3,), f"{name}.com")
+        payloads[name] = Payload(name, body.mass, com, frozen_array(tensor, (3, 3), "inertia"))
     return payloads
 
 
@@ -110,27 +109,15 @@ def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:
         ledger.fault(("payloads",), "go with an arm: load tables already hold the load")
 
 
-def _tensor(body: PayloadForm) -> Array:
-    i = body.inertia
-    if i is None:
-        return frozen_array(np.zeros((3, 3)), (3, 3), "inertia")
-    return frozen_array([[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]], (3, 3), "inertia")
-
-
-def _doubt_inertia(name: str, form: InertiaForm, ledger: Ledger) -> None:
+def _note_inertia(name: str, tensor: Array, ledger: Ledger) -> None:
     """A note when no body has such principal moments."""
-    tensor = [[form.xx, form.xy, form.xz], [form.xy, form.yy, form.yz], [form.xz, form.yz, form.zz]]
-    small, middle, large = np.linalg.eigvalsh(np.array(tensor))
+    small, middle, large = np.linalg.eigvalsh(tensor)
     if small < 0.0 or large > (small + middle) * (1.0 + 1e-9):
         ledger.note([f"Payload {name}: no body has principal moments {small:.3g}, {middle:.3g}, {large:.3g} kg m^2."])
 
 
 def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:
-    """The arm with its motors coupled to its joints as the study says.
-
-    Args:
-        arm: None without one, or when it cannot be read.
-    """
+    """The arm with its motors coupled to its joints as the study says; None without one."""
     if arm is None:
         if form.coupling and form.arm is None:
             ledger.fault(("coupling",), "goes with an arm: load tables already hold what each gear must give")
@@ -196,16 +183,11 @@ def _part(entry: CouplingForm, ledger: Ledger, place: Place) -> Array | None:
 
 
 def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
-    """The arm of a Denavit-Hartenberg table.
+    """The arm of a Denavit-Hartenberg table; raises every fault of the file.
 
-    Args:
-        path: CSV file; columns ``name``, ``kind`` (revolute or prismatic), ``a [mm]``, ``alpha [deg]``, ``d [mm]``,
-            ``theta [deg]``, ``mass [kg]``, ``com_x [mm]`` to ``com_z``, ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``,
-            ``upper [deg]``, ``speed_limit [deg/s]``. A cell may carry its own unit.
-        gravity: In the base frame [m/s^2], (3,); None: straight down.
-
-    Raises:
-        InputError: Every fault of the file.
+    A CSV file with columns ``name``, ``kind`` (revolute or prismatic), ``a [mm]``, ``alpha [deg]``, ``d [mm]``,
+    ``theta [deg]``, ``mass [kg]``, ``com_x [mm]`` to ``com_z``, ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``,
+    ``upper [deg]``, ``speed_limit [deg/s]``. A cell may carry its own unit.
     """
     header, lines = _csv(path)
     faults: list[Fault] = _header_faults(header, path)

@@ -30,11 +30,9 @@ Pair = tuple[str, str]
 def candidate_pairs(
     form: CandidatesForm, catalog: Catalog, ledger: Ledger, place: Place
 ) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
-    """The pairs that may drive a joint, lightest first, and what was excluded.
+    """The (motor key, gear key) that may drive a joint, and in words how many rows each rule excluded.
 
-    Returns:
-        (motor key, gear key) by combined mass, then by keys, rows of unknown mass last; and in words how many rows
-        each rule excluded.
+    They stand by combined mass, then by keys, rows of unknown mass last.
     """
     motors, motor_words = _kept("motors", catalog.motors, form.motors, ledger, (*place, "motors"))
     words = [motor_words]
@@ -64,11 +62,7 @@ def frameless_rule(form: CandidatesForm) -> FramelessRule:
 
 
 def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place) -> Pair | None:
-    """The keys of a drive that the study names, when the catalogue has them.
-
-    Returns:
-        (motor key, gear key), gear "" for a direct drive; None when one is unknown.
-    """
+    """The keys of a drive that the study names, gear "" for a direct drive; None when one is unknown."""
     gear = "" if drive.gear == DIRECT_DRIVE else drive.gear
     known = drive.motor in catalog.motors and (not gear or gear in catalog.gears)
     if known or ledger.spoiled(("catalogs",)):
@@ -139,11 +133,7 @@ def _kept(
 
 
 def keeps(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
-    """Whether a row keeps one rule; a row whose value is unknown does not.
-
-    Args:
-        wanted: What the study allows there: a range in SI, names, or yes and no.
-    """
+    """Whether a row keeps one rule, a range in SI, names, or yes and no; a row whose value is unknown does not."""
     value: Any = key if name == "keys" else getattr(row, name)
     if isinstance(wanted, bool):
         return bool(value) is wanted
@@ -171,11 +161,7 @@ def _check_names(
 
 
 def limits_in_words(wanted: object, unit: str) -> str:
-    """What a rule allows, as words.
-
-    Args:
-        wanted: A range in SI, names, or yes and no.
-    """
+    """What a rule allows, a range in SI, names, or yes and no, as words."""
     if isinstance(wanted, bool):
         return "yes" if wanted else "no"
     if isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted):
@@ -187,9 +173,7 @@ def limits_in_words(wanted: object, unit: str) -> str:
 def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str | None) -> tuple[str, ...]:
     """By which rules of the study a part or a pair may not drive a joint.
 
-    Args:
-        motor: Key; None: only the gear is asked after.
-        gear: Key, "" for a direct drive; None: only the motor is asked after.
+    A key of None asks after the other part alone; gear "" is a direct drive.
     """
     if (motor, gear) in task.pairs or (motor, gear) == task.drive:
         return ()

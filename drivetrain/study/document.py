@@ -56,11 +56,7 @@ class Document:
 
 
 def spelled(place: Place) -> str:
-    """A place as text.
-
-    Returns:
-        Such as ``motions.pick.waypoints[2]``; ``the file`` for its top.
-    """
+    """A place as text, such as ``motions.pick.waypoints[2]``; ``the file`` for its top."""
     text = ""
     for part in place:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
@@ -68,11 +64,7 @@ def spelled(place: Place) -> str:
 
 
 def read_document(path: str | Path) -> Document:
-    """A YAML file with the line of each entry.
-
-    Raises:
-        InputError: No such file, not UTF-8, not YAML, not a mapping, or a key given twice; all doubles are listed.
-    """
+    """A YAML file with the line of each entry; raises where it is none, or where keys are given twice, all of them."""
     file = Path(path)
     content = _content(file)
     node = _root(file, content)

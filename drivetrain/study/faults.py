@@ -9,18 +9,19 @@ from __future__ import annotations
 import copy
 import re
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
 from drivetrain.study.document import Document, Place, spelled
 from drivetrain.study.schema import StudyForm
 
+F = TypeVar("F", bound=BaseModel)
 _ROUNDS = 20  # each round cuts out at least one entry; faults hidden behind others come up in the next
 _STAND_INS: dict[str, Any] = {"schema_version": 1, "motions": {}, "supply": {"voltage": "1 V"}, "joints": {}}
 _WORDS = {
@@ -167,12 +168,23 @@ class Ledger:
             else:
                 warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
 
-    def raise_any(self) -> None:
-        """Raises what has been found, in the order of the file's lines.
+    def read(self, form: type[F], data: Mapping[str, Any], place: Place) -> F | None:
+        """An entry of the file by its form; None, with its faults noted down, where it is none."""
+        known = form.model_fields
+        for name in data:
+            if name not in known:  # which would keep the rest from being looked at
+                self.fault((*place, name), "is not known here", hint=nearest(name, known))
+        try:
+            return form.model_validate({name: value for name, value in data.items() if name in known})
+        except ValidationError as error:
+            for details in error.errors(include_url=False):
+                details["loc"] = (*place, *details["loc"])
+                for inner, fault in _faults(self.document, details):
+                    self.fault(inner, fault.problem, fault.value, fault.hint)
+        return None
 
-        Raises:
-            InputError: At least one fault was found.
-        """
+    def raise_any(self) -> None:
+        """Raises what has been found, in the order of the file's lines."""
         if self.faults:
             raise InputError(sorted(self.faults, key=_line))
 

@@ -1,9 +1,9 @@
 """How parts of the study file are read: as forms, made of the dataclasses that say already what they hold.
 
 A dataclass says once what a part of a study holds: its annotations the units and limits of each field, its docstring
-the words that editors show. ``Entry[Friction]`` is that part as it stands in a file: values in SI, still without the
-dataclass's own checks, and knowing which names were given, so that an entry can go over a default one. ``made`` makes
-the dataclass of it.
+the words that editors show (and, of a plain float, the unit, in brackets as everywhere). ``Entry[Friction]`` is that
+part as it stands in a file: values in SI, still without the dataclass's own checks, and knowing which names were given,
+so that an entry can go over a default one. ``made`` makes the dataclass of it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,11 @@ from operator import or_
 from types import UnionType
 from typing import Annotated, Any, ClassVar, TypeVar, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, create_model, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError
+
+from drivetrain.units import Quantity
 
 T = TypeVar("T")
 
@@ -55,7 +58,8 @@ def form_of(kind: type, without: tuple[str, ...] = (), needed: tuple[str, ...] =
             default = {"default_factory": one.default_factory}
         about = Field(description=words.get(one.name), **default)
         if one.name not in without:
-            entries[one.name] = (_with_forms(hints[one.name]), about)
+            unit = re.search(r"\[([^\]]*)\]", words.get(one.name, ""))
+            entries[one.name] = (_as_written(hints[one.name], unit[1] if unit else ""), about)
     doc = (inspect.getdoc(kind) or "").split("\n")[0]
     made_of = create_model(f"{kind.__name__}Form", __base__=Form, __doc__=doc, **entries)
     made_of.stands_for = kind
@@ -66,6 +70,8 @@ def attribute_words(kind: type) -> dict[str, str]:
     """What the docstring of a class says of each of its attributes."""
     words: dict[str, str] = {}
     names: list[str] = []
+    for base in kind.__mro__[1:-1]:
+        words = attribute_words(base) | words
     for line in (inspect.getdoc(kind) or "").partition("\nAttributes:\n")[2].splitlines():
         entry = re.fullmatch(r" {4}(\w+(?:, \w+)*): (.*)", line)
         if not entry and not line.startswith(" " * 8):
@@ -75,14 +81,18 @@ def attribute_words(kind: type) -> dict[str, str]:
     return words
 
 
-def _with_forms(hint: Any) -> Any:
-    """An annotation in which dataclasses are read by their forms."""
+def _as_written(hint: Any, unit: str) -> Any:
+    """An annotation as a file takes it: dataclasses by their forms, numbers with the unit that the words tell."""
     if is_dataclass(hint):
         return Annotated[hint, AsForm()]
+    if hint is float:
+        return Annotated[float, Quantity({"C": "degC"}.get(unit, unit))]
     origin, parts = get_origin(hint), get_args(hint)
+    if origin is np.ndarray:
+        return _as_written(tuple[float, ...], unit)
     if not parts or origin is Annotated:
         return hint
-    inner = tuple(map(_with_forms, parts))
+    inner = tuple(_as_written(part, unit) for part in parts)
     return reduce(or_, inner) if origin in (Union, UnionType) else origin[inner]
 
 

@@ -61,12 +61,9 @@ def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTas
 
 
 def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm | None:
-    """What holds for a joint: its own entry over the default one.
+    """What holds for a joint: its own entry over the default one; None when there is neither.
 
     An own drive is not joined by the default's candidates, nor own candidates by the default's drive.
-
-    Returns:
-        The merged entry; None when there is neither.
     """
     if own is None or default is None:
         return own if default is None else default
@@ -86,6 +83,7 @@ def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledge
 
 
 def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, float]:
+    """What an entry states, currents in DC-equivalent ampere."""
     found = {} if form.modulation is None else {"modulation": form.modulation}
     for name in ("peak_current", "continuous_current"):
         current = getattr(form, name)
@@ -217,14 +215,7 @@ def _travel(around: Surroundings, index: int, form: JointForm, place: Place) -> 
 
 
 def resolve_free_ratio(form: FreeRatioForm | None, catalog: Catalog, ledger: Ledger, place: Place) -> FreeRatio | None:
-    """The range of ratios of a joint, and of which gears.
-
-    Args:
-        form: As written; None where nothing is.
-
-    Returns:
-        The range; None without a form or with a faulty one.
-    """
+    """The range of ratios of a joint, and of which gears; None where nothing is written, or with a fault."""
     if form is None:
         return None
     low, high = form.ratio

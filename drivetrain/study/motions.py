@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -50,11 +49,7 @@ def motion_files(form: StudyForm, folder: Path) -> list[Path]:
 
 
 def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions:
-    """Every motion of a study, held against the arm's ranges.
-
-    Args:
-        arm: None when the motions are load tables (or the arm could not be read).
-    """
+    """Every motion of a study, held against the arm's ranges; without an arm only load tables."""
     motions: Motions = {}
     default = form.motions.get(DEFAULT, MotionForm())
     stray = sorted(default.model_fields_set - (KINDS["waypoints"] - {"durations"}))
@@ -74,11 +69,7 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
 
 
 def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | None:
-    """The repeated task.
-
-    Returns:
-        The cycle; None when it cannot be built.
-    """
+    """The repeated task; None when it cannot be built."""
     if form.mix is not None:
         cycle = _mix(form, form.mix, motions, ledger)
     else:
@@ -139,13 +130,9 @@ def _cycle(form: StudyForm, entries: list[CycleForm], place: Place, motions: Mot
         return None
     cycle: Cycle | None = None
     with ledger.gather(place):
-        cycle = build_cycle([_step(entry, motions) for entry in entries], may_stay_open=form.open_cycle)
+        steps = [Step(motions.get(one.motion or ""), one.dwell, one.repetitions, one.payload) for one in entries]
+        cycle = build_cycle(steps, may_stay_open=form.open_cycle)
     return cycle
-
-
-def _step(entry: CycleForm, motions: Motions) -> Step:
-    motion = None if entry.motion is None else motions[entry.motion]
-    return Step(motion, entry.dwell, entry.repetitions, entry.payload)
 
 
 def _only_motion(form: StudyForm, ledger: Ledger) -> list[CycleForm]:
@@ -194,18 +181,15 @@ def _motion(name: str, own: MotionForm, default: MotionForm, arm: Arm | None, le
     """A motion of joints, held against the arm's ranges."""
     if arm is None:
         return None
-    slides = tuple(bool(not screw[:3].any()) for screw in arm.screws)
-    axes = JointAxes(arm.joint_names, slides)
     place: Place = ("motions", name)
     motion: Motion | None = None
     if own.file is None:
-        merged = over(own, default)
-        motion = resolve_waypoints(name, merged, axes, ledger, place)
+        motion = resolve_waypoints(name, over(own, default), arm, ledger, place)
     else:
-        units = ["m" if slide else "rad" for slide in slides]
+        units = ["m" if slides else "rad" for slides in _slides(arm)]
         path = ledger.document.folder / own.file
         with ledger.gather((*place, "file")):
-            motion = read_motion(path, axes.names, smoothing=_smoothing(own), position_units=units, name=name)
+            motion = read_motion(path, arm.joint_names, smoothing=_smoothing(own), position_units=units, name=name)
     if motion is not None:
         _hold_against(motion, arm, ledger, place)
     return motion
@@ -226,29 +210,12 @@ def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> Non
     ledger.note(told.doubts)
 
 
-@dataclass(frozen=True, eq=False)
-class JointAxes:
-    """What a motion must know of the joints.
-
-    Attributes:
-        names: In the arm's order.
-        slides: True for prismatic joints.
-    """
-
-    names: tuple[str, ...]
-    slides: tuple[bool, ...]
-
-
-def resolve_waypoints(name: str, form: MotionForm, axes: JointAxes, ledger: Ledger, place: Place) -> Motion | None:
-    """The motion through the waypoints.
-
-    Returns:
-        The motion; None when it cannot be made.
-    """
+def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:
+    """The motion through the waypoints; None when it cannot be made."""
     known = len(ledger.faults)
-    rows = [_row(row, form, axes, ledger, (*place, "waypoints", i)) for i, row in enumerate(form.waypoints or [])]
-    points = np.array([row for row in rows if row is not None]).reshape(-1, len(axes.names))
-    limits = {what: _limit(getattr(form, what), what, axes, ledger, (*place, what)) for what in LIMITS}
+    rows = [_row(row, form, arm, ledger, (*place, "waypoints", i)) for i, row in enumerate(form.waypoints or [])]
+    points = np.array([row for row in rows if row is not None]).reshape(-1, arm.n)
+    limits = {what: _limit(getattr(form, what), what, arm, ledger, (*place, what)) for what in LIMITS}
     dwell = _dwell(form.dwell, len(rows), ledger, (*place, "dwell"))
     durations = form.durations
     if form.profile is None:
@@ -269,25 +236,30 @@ def resolve_waypoints(name: str, form: MotionForm, axes: JointAxes, ledger: Ledg
     given = any(limit is not None for limit in limits.values())
     with ledger.gather(place):
         return waypoint_motion(
-            name, axes.names, points,
+            name, arm.joint_names, points,
             profile=PROFILES[form.profile], durations=durations, limits=bounds if given else None, dwell=dwell,
         )  # fmt: skip
     return None
 
 
-def _row(row: Any, form: MotionForm, axes: JointAxes, ledger: Ledger, place: Place) -> list[float] | None:
+def _slides(arm: Arm) -> list[bool]:
+    """Whether a joint slides, one a joint."""
+    return [not screw[:3].any() for screw in arm.screws]
+
+
+def _row(row: Any, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> list[float] | None:
     """One waypoint: a value a joint, each with its own unit or that of the entry."""
-    n = len(axes.names)
+    n = arm.n
     if not isinstance(row, list) or len(row) != n:
         found = f"{len(row)} values" if isinstance(row, list) else row
-        ledger.fault(place, f"must be a list of {n} values, one for each of {', '.join(axes.names)}", found)
+        ledger.fault(place, f"must be a list of {n} values, one for each of {', '.join(arm.joint_names)}", found)
         return None
     units = form.unit or ()
     if len(units) not in (0, 1, n):
         ledger.fault((*place[:-2], "unit"), f"must be one unit, or {n}: one a joint", len(units))
         return None
     values = []
-    for i, (value, slides) in enumerate(zip(row, axes.slides, strict=True)):
+    for i, (value, slides) in enumerate(zip(row, _slides(arm), strict=True)):
         unit = units[i % len(units)] if units else ""
         values.append(_value(value, unit, "m" if slides else "rad", ledger, (*place, i)))
     return None if any(value is None for value in values) else [float(value) for value in values if value is not None]
@@ -305,17 +277,17 @@ def _value(value: Any, unit: str, wanted: str, ledger: Ledger, place: Place) -> 
         return None
 
 
-def _limit(value: Any, what: str, axes: JointAxes, ledger: Ledger, place: Place) -> Array | None:
+def _limit(value: Any, what: str, arm: Arm, ledger: Ledger, place: Place) -> Array | None:
     """A limit a joint."""
     if value is None:
         return None
-    n = len(axes.names)
+    n = arm.n
     listed = value if isinstance(value, list) else [value] * n
     if len(listed) != n:
         ledger.fault(place, f"must be one limit for all joints, or {n}: one a joint", f"{len(listed)} limits")
         return None
     limits = []
-    for i, (entry, slides) in enumerate(zip(listed, axes.slides, strict=True)):
+    for i, (entry, slides) in enumerate(zip(listed, _slides(arm), strict=True)):
         inner = (*place, i) if isinstance(value, list) else place
         limits.append(_value(entry, "", LIMITS[what][int(slides)], ledger, inner))
     return None if any(limit is None for limit in limits) else np.array(limits, dtype=np.float64)

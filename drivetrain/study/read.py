@@ -6,21 +6,21 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
 from drivetrain.study.document import Document, read_document
 from drivetrain.study.faults import Ledger, read_form
-from drivetrain.study.form import given, made, over
+from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.joints import Surroundings, resolve_joints
 from drivetrain.study.model import DriveMass, Payload, Study
 from drivetrain.study.motions import motion_files, resolve_cycle, resolve_motions
 from drivetrain.study.schema import DEFAULT, StudyForm
 from drivetrain.study.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
-from drivetrain.study.simulation import Control, Simulation
+from drivetrain.study.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
 
 LARGEST_GAIN = 2.0  # of bandwidth times period: a faster loop diverges from sample to sample
 T = TypeVar("T")
@@ -42,11 +42,7 @@ def load_study(path: str | Path) -> Study:
 
 
 def study_from(document: Document) -> Study:
-    """A study from its file as read, or as changed since.
-
-    Raises:
-        InputError: As ``load_study``.
-    """
+    """A study from its file as read, or as changed since."""
     form, faults, places = read_form(document)
     ledger = Ledger(document, faults, places)
     arm = resolve_coupling(form, resolve_arm(form, ledger), ledger)
@@ -112,11 +108,7 @@ def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> Sel
 def resolve_trade_offs(
     form: StudyForm, cycle: Cycle | None, payloads: Mapping[str, Payload], ledger: Ledger
 ) -> TradeOffs:
-    """What the report shall tell beside the best set.
-
-    Args:
-        cycle: None where other faults keep it from being built.
-    """
+    """What the report shall tell beside the best set; no cycle where other faults keep it from being built."""
     curves = form.selection.curves
     carried = () if cycle is None else cycle.payload_names
     # A payload that is missing here is one whose own faults are told.
@@ -139,7 +131,7 @@ def resolve_simulation(form: StudyForm, joints: Sequence[str], ledger: Ledger) -
     for name in told.control:
         _check_rates(name, told.control, told.current_bandwidth, ledger)
     for name, one in cogging.items():
-        if (one.amplitude and one.periods is None) or not given(one, "amplitude"):
+        if (one.amplitude and not one.periods) or not given(one, "amplitude"):
             place = name if name in told.cogging else DEFAULT
             ledger.fault(("simulation", "cogging", place), "needs an amplitude, and periods a turn", None,
                          "such as {amplitude: 5 mN m, periods: 84}")  # fmt: skip
@@ -147,6 +139,7 @@ def resolve_simulation(form: StudyForm, joints: Sequence[str], ledger: Ledger) -
         made(told),
         control={name: made(one) for name, one in control.items() if one.sampled},
         cogging={name: made(one) for name, one in cogging.items() if one.amplitude},
+        add=_added(told.add, joints, ledger),
     )
 
 
@@ -176,6 +169,31 @@ def _check_rates(name: str, entries: Mapping[str, Control], bandwidth: float, le
     elif not bandwidth / rate < LARGEST_GAIN:
         problem = f"must be above {bandwidth / LARGEST_GAIN:.4g} Hz for a current loop of {bandwidth:.4g} rad/s"
         ledger.fault((*place, "amplifier_rate"), problem, rate, "or a smaller current_bandwidth")
+
+
+def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tuple[AddedEffect, ...]:
+    """The effects that a study adds, from mappings of their names and fields; those at fault are left out."""
+    found = []
+    for i, entry in enumerate(entries):
+        place, known = ("simulation", "add", i), known_effects()
+        name, joint = str(entry.get("effect")), entry.get("joint")
+        if name not in known:
+            ledger.fault((*place, "effect"), "is no effect", entry.get("effect"), nearest(name, known))
+            continue
+        kind = known[name]
+        if kind.scope == "scene" and joint is not None:
+            ledger.fault((*place, "joint"), f"does not go with {name}, which is of the whole scene", joint)
+        elif kind.scope != "scene" and joints and joint not in joints:
+            ledger.fault((*place, "joint"), "names a joint that is not there", joint, nearest(str(joint), joints))
+        fields = {key: value for key, value in entry.items() if key not in ("effect", "joint")}
+        stated = ledger.read(form_of(kind, without=tuple(drive_fields(kind))), fields, place)
+        if stated is not None:
+            added = AddedEffect(joint or "", kind, {key: made(getattr(stated, key)) for key in stated.model_fields_set})
+            found.append(added)
+            if not drive_fields(kind):
+                with ledger.gather(place):
+                    added.built()
+    return tuple(found)
 
 
 def study_digest(document: Document, files: Iterable[Path]) -> str:

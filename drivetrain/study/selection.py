@@ -123,22 +123,14 @@ class TradeOffs:
 
 
 def read_criterion(name: object, place: str = "front") -> str:
-    """A criterion of a front.
-
-    Raises:
-        InputError: Another name.
-    """
+    """A criterion of a front."""
     if name not in CRITERIA:
         raise InputError(Fault(place, "is none that sets can be compared by", name, nearest(str(name), CRITERIA)))
     return str(name)
 
 
 def read_curve(text: object, place: str = "curves") -> CurveWanted:
-    """A curve as it is written on one line, ``payload`` or ``payload: 0 kg..8 kg``.
-
-    Raises:
-        InputError: Another quantity, or ends that are no rising range of it: every fault at once.
-    """
+    """A curve as it is written on one line, ``payload`` or ``payload: 0 kg..8 kg``."""
     if isinstance(text, dict) and len(text) == 1:
         text = ": ".join(str(part) for part in next(iter(text.items())))
     if not isinstance(text, str):
@@ -155,14 +147,7 @@ def read_curve(text: object, place: str = "curves") -> CurveWanted:
 
 
 def read_span(vary: str, ends: tuple[str, str], places: tuple[str, str]) -> tuple[float, float]:
-    """The ends of a curve.
-
-    Returns:
-        The range in SI, temperatures in [C].
-
-    Raises:
-        InputError: No quantities of this kind, or no rising range: every fault at once.
-    """
+    """The ends of a curve in SI, temperatures in [C]; raises every fault of both."""
     faults: list[Fault] = []
     values = []
     least = 0.0 if vary == "payload" else None

@@ -75,14 +75,7 @@ def resolve_assumptions(
 
 
 def shipped_assumptions() -> AssumptionsForm:
-    """The defaults that ship with the package.
-
-    Returns:
-        As a form, values in SI.
-
-    Raises:
-        InputError: The shipped file is damaged.
-    """
+    """The defaults that ship with the package."""
     try:
         data: Any = yaml.safe_load(ASSUMPTIONS.read_text(encoding="utf-8"))
         return AssumptionsForm.model_validate(data)

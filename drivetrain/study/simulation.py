@@ -1,15 +1,27 @@
-"""What a study wants of its simulation."""
+"""What a study wants of its simulation, and the effects that it may add to it: any class of ``effects/`` by its name.
+
+Nothing else knows which effects can be added: a new file in ``effects/`` is a new name in study files. Of each field
+the effect's own annotations and docstring say what it takes; the joint's motor and gear are taken from its drive.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import pkgutil
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 from annotated_types import Ge, Le
 
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
 from drivetrain.errors import nearest
 from drivetrain.units import Duration, Factor, Quantity, Rate, Reader, Speed, Torque, refused
+
+if TYPE_CHECKING:
+    from drivetrain.effects.effect import Effect
 
 WORDS = ("auto", "all", "none")
 KNOWN_EFFECTS = {
@@ -26,6 +38,20 @@ KNOWN_EFFECTS = {
     "encoder": "Encoder",
 }
 """Effects that a study's simulation may leave out, by the name that the file gives them, and the class of each."""
+
+
+class _Added(Reader):
+    """Effects by their names, each with its fields: read further where they are looked up."""
+
+    def read(self, value: Any) -> Any:
+        if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
+            hint = "such as [{effect: HoldingBrake, joint: elbow, holding: 9 N m}]"
+            raise refused("must be a list of effects", hint)
+        return tuple(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        names = {"effect": {"type": "string"}, "joint": {"type": "string"}}
+        return {"type": "array", "items": {"type": "object", "properties": names, "required": ["effect"]}}
 
 
 class _Effects(Reader):
@@ -78,7 +104,49 @@ class Teeth:
     """
 
     amplitude: Torque = 0.0
-    periods: Annotated[int, Ge(1)] | None = None
+    periods: Annotated[int, Ge(1)] = 0
+
+
+@dataclass(frozen=True)
+class AddedEffect:
+    """An effect beside those that sheets and control bring.
+
+    Attributes:
+        joint: Its name; empty for the whole scene.
+        kind: Class of the effect.
+        values: Of its fields, in SI, but for those of the drive.
+    """
+
+    joint: str
+    kind: type[Effect]
+    values: Mapping[str, Any]
+
+    def built(self, drive: Drive | None = None) -> Effect:
+        """The effect at a joint with a drive."""
+        parts = {Motor: drive.motor, Gear: drive.gear} if drive is not None else {}
+        own = {name: parts[part] for name, part in drive_fields(self.kind).items()}
+        return self.kind(**{**self.values, **own})
+
+
+def drive_fields(kind: type) -> dict[str, type]:
+    """The fields of an effect that the joint's drive fills, and with what."""
+    return {name: hint for name, hint in get_type_hints(kind).items() if hint in (Motor, Gear)}
+
+
+def known_effects() -> dict[str, type[Effect]]:
+    """Every effect of the package, and every other that is imported, by the name of its class."""
+    from drivetrain import effects  # compiled code, which only a study that adds some needs
+    from drivetrain.effects.effect import Effect
+
+    for module in pkgutil.iter_modules(effects.__path__):
+        import_module(f"{effects.__name__}.{module.name}")
+    return {kind.__name__: kind for kind in _below(Effect) if not getattr(kind, "__abstractmethods__", None)}
+
+
+def _below(kind: Any) -> Iterator[Any]:
+    for child in kind.__subclasses__():
+        yield child
+        yield from _below(child)
 
 
 @dataclass(frozen=True)
@@ -98,6 +166,7 @@ class Simulation:
         repetitions: Of the cycle.
         control: By joint name; a joint that is not named has continuous loops.
         cogging: By joint name; a joint that is not named has none.
+        add: Any other effects, by the names of their classes, with their fields and the joint that they are of.
     """
 
     effects: Annotated[tuple[str, ...], _Effects()] = ("all",)
@@ -112,3 +181,4 @@ class Simulation:
     repetitions: Annotated[int, Ge(1)] = 1
     control: Mapping[str, Control] = field(default_factory=dict)
     cogging: Mapping[str, Teeth] = field(default_factory=dict)
+    add: Annotated[tuple[AddedEffect, ...], _Added()] = ()
