@@ -106,7 +106,7 @@ def articulated_accelerations(
     bodies, spinning, far = np.zeros(n + 1, BODY), np.zeros(1, BODY), np.zeros(m, FAR)  # the last body: the base
     # Open numbers at hand in row 0, those that joint i was coupled with in row 1 + i, up to a -1; gains of each.
     corner, live, gains = np.zeros((m, m)), np.full((n + 1, m), -1), np.zeros((n, m))
-    base = bodies[n]
+    base: Any = bodies[n]
     for j in range(3):
         base.rotation[j, j] = 1.0
         base.acceleration[3 + j] = -gravity[j]

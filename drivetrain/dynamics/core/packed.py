@@ -203,7 +203,7 @@ def _joints(links: np.ndarray, arm: Arm, frames: Array) -> None:
     links["turn"] = turning
     links["slide"] = np.where(turning, pitch, 1.0)
     own = [frame[:, :2].T @ frame_along(frame[:, 2])[:, 0] for frame in frames[1:, :3, :3]]
-    _set(links, "cos_own sin_own", own)
+    _set(links, "cos_own sin_own", np.array(own))
 
 
 def _revolute(links: np.ndarray) -> np.ndarray:

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_type, exact, fast, sincos, sum_of_squares
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_type, fast, sincos, sum_of_squares
+from drivetrain.dynamics.core.vectors import exact
 from drivetrain.jit import kernel
 
 # A link over a block of samples: angular velocity, its rate, acceleration of the origin less gravity, then force and
@@ -67,7 +68,7 @@ def recursion(
             else:
                 spin(link, joint, joints[n], carrier, bodies[n + 1], size)
         if len(tip):
-            last = bodies[n]
+            last: Any = bodies[n]
             add_column(last.nx, tip, np.int64(0), first, count)
             add_column(last.ny, tip, np.int64(1), first, count)
             add_column(last.nz, tip, np.int64(2), first, count)
