@@ -135,15 +135,15 @@ if TYPE_CHECKING:
     from drivetrain.simulation.stabilisation import Projection as Projection
     from drivetrain.simulation.study_scene import scene_of as scene_of
     from drivetrain.simulation.study_scene import with_feed_forward as with_feed_forward
-    from drivetrain.sizing.answers.curve_results import OptimumCurve as OptimumCurve
-    from drivetrain.sizing.answers.curves import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.curve import OptimumCurve as OptimumCurve
+    from drivetrain.sizing.answers.curve import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.free_ratio import FreeRatios as FreeRatios
     from drivetrain.sizing.answers.free_ratio import free_ratios as free_ratios
-    from drivetrain.sizing.answers.free_ratio_results import FreeRatios as FreeRatios
     from drivetrain.sizing.answers.ratio import ratio_studies as ratio_studies
     from drivetrain.sizing.answers.ratio import ratio_study as ratio_study
     from drivetrain.sizing.answers.trade_offs import trade_offs as trade_offs
+    from drivetrain.sizing.answers.why_not import WhyNot as WhyNot
     from drivetrain.sizing.answers.why_not import why_not as why_not
-    from drivetrain.sizing.answers.why_not_results import WhyNot as WhyNot
     from drivetrain.sizing.currents import current_commands as current_commands
     from drivetrain.sizing.deflection import tip_deflection as tip_deflection
     from drivetrain.sizing.deflection import vibration as vibration
@@ -309,14 +309,14 @@ _HOME = {
     "scene_of": "simulation.study_scene",
     "with_feed_forward": "simulation.study_scene",
     "current_commands": "sizing.currents",
-    "OptimumCurve": "sizing.answers.curve_results",
-    "optimum_curve": "sizing.answers.curves",
+    "OptimumCurve": "sizing.answers.curve",
+    "optimum_curve": "sizing.answers.curve",
     "tip_deflection": "sizing.deflection",
     "vibration": "sizing.deflection",
     "evaluate": "sizing.judge.evaluate",
     "evaluate_drives": "sizing.judge.evaluate",
     "free_ratios": "sizing.answers.free_ratio",
-    "FreeRatios": "sizing.answers.free_ratio_results",
+    "FreeRatios": "sizing.answers.free_ratio",
     "Front": "sizing.search.front",
     "pareto_front": "sizing.search.front",
     "gaps": "sizing.judge.missing",
@@ -328,7 +328,7 @@ _HOME = {
     "trade_offs": "sizing.answers.trade_offs",
     "robustness": "sizing.tolerance.uncertainty",
     "why_not": "sizing.answers.why_not",
-    "WhyNot": "sizing.answers.why_not_results",
+    "WhyNot": "sizing.answers.why_not",
     "DormandPrince853": "solvers.adaptive",
     "Euler": "solvers.explicit",
     "RungeKutta4": "solvers.explicit",

@@ -71,7 +71,7 @@ def _curve(
         from drivetrain.errors import Fault, InputError
         from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
         from drivetrain.report.outputs import write_files
-        from drivetrain.sizing.answers.curves import optimum_curve, varied
+        from drivetrain.sizing.answers.curve import optimum_curve, varied
         from drivetrain.study.read import load_study
 
         together = Together()

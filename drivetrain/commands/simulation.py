@@ -149,7 +149,7 @@ def _earlier(asked: Asked) -> Recording | None:
 
 
 def _run(scene: Scene, wishes: Simulation, earlier: Recording | None) -> Recording:
-    from drivetrain.accuracy.runs import interval_of
+    from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.study_run import engine_of
     from drivetrain.simulation.run import simulate
 

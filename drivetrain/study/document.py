@@ -196,5 +196,5 @@ def varied(document: Document, entries: Mapping[Place, Any]) -> Document:
         for name in place[:-1]:
             inner = inner[name]
         inner[place[-1]] = copy.deepcopy(value)
-    told = json.dumps([[list(place), value] for place, value in entries.items()], sort_keys=True, default=str)
-    return replace(document, data=data, content=document.content + b"\n# with " + told.encode())
+    changes = json.dumps([[list(place), value] for place, value in entries.items()], sort_keys=True, default=str)
+    return replace(document, data=data, content=document.content + b"\n# with " + changes.encode())

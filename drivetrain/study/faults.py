@@ -1,7 +1,7 @@
 """Every fault of a study file at once: those of its form, and those found while it is resolved.
 
 What is wrong in the form is cut out and the rest read again; what may only be the consequence of a known fault is not
-told.
+reported.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
         return [_unknown(document, place, name, context["known"]) for name in context["unknown"]]
     if kind == "missing":
         return [(place, document.fault(place, "is missing"))]
-    if isinstance(context.get("error"), InputError):  # an entry has one place, so its faults are told as one
+    if isinstance(context.get("error"), InputError):  # an entry has one place, so its faults are reported as one
         faults = context["error"].faults
         problem, first = "; ".join(dict.fromkeys(fault.problem for fault in faults)), faults[0]
         shown = _shown(found) if first.value is None else first.value
@@ -194,8 +194,8 @@ class Ledger:
             if fault.file:
                 self.faults.append(fault)
             else:
-                told = fault.place.startswith(spelled(place))  # it names the entry itself
-                inner = fault.place if told else ", ".join(filter(None, (spelled(place), fault.place)))
+                whole = fault.place.startswith(spelled(place))  # it names the entry itself
+                inner = fault.place if whole else ", ".join(filter(None, (spelled(place), fault.place)))
                 self.faults.append(replace(fault, place=inner, file=self.document.where(place)))
         self.faulty.add(place)
 

@@ -116,7 +116,7 @@ class JointTask:
             and torque are then those of the shaft behind the gear.
         rules: By which the pairs were found, as the study file states them; None where it states none.
         load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
-            None: not told.
+            None: not stated.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
     """
 

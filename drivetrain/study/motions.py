@@ -117,7 +117,7 @@ def _cycle(form: StudyForm, entries: list[CycleForm], place: Place, motions: Mot
     known = len(ledger.faults)
     names = [name for name in form.motions if name != DEFAULT]
     written = ledger.document.data.get("payloads")
-    payloads = list(written) if isinstance(written, dict) else []  # those at fault are told elsewhere
+    payloads = list(written) if isinstance(written, dict) else []  # those at fault are reported elsewhere
     for i, entry in enumerate(entries):
         if entry.motion is not None and entry.motion not in names:
             hint = nearest(entry.motion, names)
@@ -204,10 +204,10 @@ def _smoothing(own: MotionForm) -> Smoothing | None:
 
 def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> None:
     """Positions outside the joints' ranges are faults, speeds above theirs warnings."""
-    told = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name)
-    for fault in told.faults:
+    found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name)
+    for fault in found.faults:
         ledger.faults.append(ledger.document.fault(place, f"{fault.place}: {fault.problem}", fault.value))
-    ledger.note(told.doubts)
+    ledger.note(found.doubts)
 
 
 def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:

@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from pydantic import PydanticSchemaGenerationError
+
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
@@ -94,8 +96,8 @@ def named_files(form: StudyForm, document: Document) -> list[Path]:
 
 def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> SelectionOptions:
     """The objective and the constraints."""
-    told, chosen = form.objective, form.selection
-    weights = {told: 1.0} if isinstance(told, str) else {name: getattr(told, name) for name in TERMS}
+    objective, chosen = form.objective, form.selection
+    weights = {objective: 1.0} if isinstance(objective, str) else {name: getattr(objective, name) for name in TERMS}
     for index, group in enumerate(chosen.same_family if names else ()):
         for name in group:
             if name not in names:
@@ -111,7 +113,7 @@ def resolve_trade_offs(
     """What the report shall tell beside the best set; no cycle where other faults keep it from being built."""
     curves = form.selection.curves
     carried = () if cycle is None else cycle.payload_names
-    # A payload that is missing here is one whose own faults are told.
+    # A payload that is missing here is one with faults of its own.
     weighs = [name not in payloads or payloads[name].mass > 0.0 for name in carried]
     heavy = cycle is None or (form.arm is not None and any(weighs))
     for index, curve in enumerate(curves):
@@ -125,21 +127,21 @@ def resolve_trade_offs(
 
 def resolve_simulation(form: StudyForm, joints: Sequence[str], ledger: Ledger) -> Simulation:
     """The simulation that a study states, with the control and the teeth of each joint."""
-    told = form.simulation
-    control = _named(told.control, joints, "control", ledger)
-    cogging = _named(told.cogging, joints, "cogging", ledger)
-    for name in told.control:
-        _check_rates(name, told.control, told.current_bandwidth, ledger)
+    stated = form.simulation
+    control = _named(stated.control, joints, "control", ledger)
+    cogging = _named(stated.cogging, joints, "cogging", ledger)
+    for name in stated.control:
+        _check_rates(name, stated.control, stated.current_bandwidth, ledger)
     for name, one in cogging.items():
         if (one.amplitude and not one.periods) or not given(one, "amplitude"):
-            place = name if name in told.cogging else DEFAULT
+            place = name if name in stated.cogging else DEFAULT
             ledger.fault(("simulation", "cogging", place), "needs an amplitude, and periods a turn", None,
                          "such as {amplitude: 5 mN m, periods: 84}")  # fmt: skip
     return replace(
-        made(told),
+        made(stated),
         control={name: made(one) for name, one in control.items() if one.sampled},
         cogging={name: made(one) for name, one in cogging.items() if one.amplitude},
-        add=_added(told.add, joints, ledger),
+        add=_added(stated.add, joints, ledger),
     )
 
 
@@ -185,8 +187,13 @@ def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tup
             ledger.fault((*place, "joint"), f"does not go with {name}, which is of the whole scene", joint)
         elif kind.scope != "scene" and joints and joint not in joints:
             ledger.fault((*place, "joint"), "names a joint that is not there", joint, nearest(str(joint), joints))
+        try:
+            form = form_of(kind, without=tuple(drive_fields(kind)))
+        except PydanticSchemaGenerationError:
+            ledger.fault((*place, "effect"), "takes what no study can state, such as a whole motion", name)
+            continue
         fields = {key: value for key, value in entry.items() if key not in ("effect", "joint")}
-        stated = ledger.read(form_of(kind, without=tuple(drive_fields(kind))), fields, place)
+        stated = ledger.read(form, fields, place)
         if stated is not None:
             added = AddedEffect(joint or "", kind, {key: made(getattr(stated, key)) for key in stated.model_fields_set})
             found.append(added)

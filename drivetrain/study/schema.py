@@ -177,7 +177,7 @@ class ContainedForm(Form):
     """The drive that the arm's links already hold at a joint (drive_mass: replaced)."""
 
     mass: f.Mass
-    mount: MountEntry = Mount()
+    mount: MountEntry = Field(default_factory=Mount)
 
 
 class AmplifierForm(form_of(Amplifier)):  # type: ignore[misc]
@@ -195,7 +195,7 @@ class JointForm(Form):
     drive: DriveForm | None = None
     candidates: CandidatesForm | None = None
     free_ratio: FreeRatioForm | None = Field(default=None, description="for `drivetrain free-ratio`")
-    mount: MountEntry = Mount()
+    mount: MountEntry = Field(default_factory=Mount)
     contained: ContainedForm | None = None
     friction: Entry[Friction] = Friction()
     motor_friction: Entry[Friction] | None = Field(
@@ -279,7 +279,7 @@ Curves = Annotated[tuple[Annotated[CurveWanted, _Curve()], ...], BeforeValidator
 
 
 class SelectionForm(form_of(SelectionOptions, without=("weights",))):  # type: ignore[misc]
-    """What a selection must respect, how far it goes, and what is told beside the best set."""
+    """What a selection must respect, how far it goes, and what is reported beside the best set."""
 
     front: Criteria = Field(default=(), description="criteria of a Pareto front in the report, such as [mass, energy]")
     curves: Curves = Field(

@@ -65,7 +65,7 @@ class SelectionOptions:
         most_motor_types, most_gear_types: Different keys over all joints, at most; None: any number.
         same_family: Groups of joint names whose motors must be of one family, and whose gears too (see ``family``).
         sets: How many of the best sets are wanted.
-        time_limit: Of the search [s]; what is left unproven then is told.
+        time_limit: Of the search [s]; what is left unproven then is reported.
         holds: Probability with which the chosen set must be feasible under the study's tolerances; None: not asked.
     """
 
@@ -135,14 +135,14 @@ def read_curve(text: object, place: str = "curves") -> CurveWanted:
         text = ": ".join(str(part) for part in next(iter(text.items())))
     if not isinstance(text, str):
         raise InputError(Fault(place, "must name what is varied", text, FORM))
-    name, _, told = (part.strip() for part in text.partition(":"))
+    name, _, span = (part.strip() for part in text.partition(":"))
     if name not in UNITS:
         raise InputError(Fault(place, "is nothing that can be varied", name, nearest(name, UNITS)))
-    if not told:
+    if not span:
         return CurveWanted(name)
-    ends = [part.strip() for part in told.split("..")]
+    ends = [part.strip() for part in span.split("..")]
     if len(ends) != 2:
-        raise InputError(Fault(place, "must be a range of two values with their units", told, FORM))
+        raise InputError(Fault(place, "must be a range of two values with their units", span, FORM))
     return CurveWanted(name, read_span(name, (ends[0], ends[1]), (place, place)))
 
 

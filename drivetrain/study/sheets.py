@@ -54,9 +54,9 @@ def _own(forms: Mapping[str, Form], kind: type[Sheet], part: str, ledger: Ledger
     sheets: dict[str, Sheet] = {}
     for key, form in forms.items():
         cells: dict[str, Any] = {name: value for name, value in form.model_dump().items() if value is not None}
-        told: dict[str, Any] = dc_equivalent(cells) if kind is Motor else cells
+        converted: dict[str, Any] = dc_equivalent(cells) if kind is Motor else cells
         with ledger.gather((part, key)):
-            sheets[key] = kind(key=key, **{name: value for name, value in told.items() if name in known})
+            sheets[key] = kind(key=key, **{name: value for name, value in converted.items() if name in known})
     return sheets
 
 

@@ -7,7 +7,7 @@ hold within 10 %. For gears the tables of efficiency and no-load torque over tem
 strain-wave gears show by how much these change in use, which is more than between pieces.
 
 Motor and gear of every joint are drawn by themselves; ambient and each payload are the same for all joints. Nothing is
-correlated beyond that: where a batch of motors is off together, all of them fail together more often than is told here.
+correlated beyond that: where a batch of motors is off together, all of them fail together more often than is said here.
 
 Two laws are known, uniform and normal. A normal law has no ends; it is cut only where nothing could be built: factors
 on parts at 1 % of the nominal value (what would be below lies there; with 30 %, the widest that a study file may state,

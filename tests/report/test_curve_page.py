@@ -6,14 +6,15 @@ import re
 from dataclasses import replace
 
 import pytest
+from drivetrain.study.read import load_study
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
 from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
 from drivetrain.report.figures_curve import colour_of, figure_curve
 from drivetrain.shipped import shipped
-from drivetrain.sizing.answers.curve_results import CurvePiece, CurvePoint, OptimumCurve, Vary
-from drivetrain.study.read import load_study
+from drivetrain.sizing.answers.curve import CurvePiece, CurvePoint, OptimumCurve
+from drivetrain.sizing.judge.vary import Vary
 
 
 def point(value, pair, mass, used=0.8):

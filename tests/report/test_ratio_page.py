@@ -21,8 +21,7 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.report.figures_ratio import figure_ratio
 from drivetrain.report.ratio_json import ratio_json
 from drivetrain.report.ratio_page import ratio_report, ratio_rows, ratio_sentence
-from drivetrain.sizing.answers.ratio import ratio_studies, ratio_study
-from drivetrain.sizing.answers.ratio_results import RatioStudy
+from drivetrain.sizing.answers.ratio import RatioStudy, ratio_studies, ratio_study
 from drivetrain.study.model import JointTask, Mount, Safety, Study
 
 MOTOR = Motor(

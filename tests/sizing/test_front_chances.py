@@ -10,7 +10,7 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.errors import InputError
-from drivetrain.sizing.answers.curves import optimum_curve
+from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.answers.trade_offs import check_trade_offs
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import check_criteria, pareto_front

@@ -100,6 +100,7 @@ def test_every_fault_at_once(load: Any) -> None:
         {"effect": "Cogging", "joint": "joint_2", "amplitudes": ["1 N m"], "orders": [0]},
         {"effect": "TipContact", "joint": "joint_1", "point": ["1 m", "0 m", "0 m"], "normal": [1, 0, 0],
          "stiffness": "1 N/m"},
+        {"effect": "CommandedMotion"},
     )  # fmt: skip
     assert "'Cogging'" in found["simulation.add[0].effect"]
     assert "'joint_1'" in found["simulation.add[1].joint"]
@@ -107,7 +108,25 @@ def test_every_fault_at_once(load: Any) -> None:
     assert "missing" in found["simulation.add[2].amplitudes"]
     assert "whole numbers" in found["simulation.add[3], Cogging.orders"]
     assert "whole scene" in found["simulation.add[4].joint"]
-    assert len(found) == 7
+    assert "no study can state" in found["simulation.add[5].effect"]
+    assert len(found) == 8
+
+
+JUNK = [None, 0, -1, 3.7, True, "x", "48 V", "", [], {}, [1], ["1 N m"], {"a": 1}, float("nan"), "1 N m", "2 s",
+        "3 rad/s", ["1 s", "2 s"], ["0 m", "1 m", "2 m"], "joint", 10**30, [[]]]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", known_effects().values(), ids=lambda kind: kind.__name__)
+def test_junk_is_refused_with_faults_and_nothing_else(load: Any, kind: type) -> None:
+    random, refused = np.random.default_rng(3), 0
+    for _ in range(8):
+        entry = {one.name: JUNK[random.integers(len(JUNK))] for one in fields(kind)}
+        try:
+            added(load, {"effect": kind.__name__, "joint": "joint_1", **entry})
+        except InputError as error:
+            assert all(fault.file for fault in error.faults)
+            refused += 1
+    assert refused > 4
 
 
 @pytest.mark.parametrize("junk", ["Cogging", {"effect": "Cogging"}, ["Cogging"], [[]]])

@@ -1,4 +1,4 @@
-"""Which pairs may drive a joint: filters, pairing, order, and what was put aside in words."""
+"""Which pairs may drive a joint: filters, pairing, order, and what was excluded in words."""
 
 from __future__ import annotations
 

@@ -85,6 +85,22 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     return tuple(found)
 
 
+def torque_lacks(drive: Drive) -> str:
+    """What the sheets of a drive lack to compute the motor's torque, in words; empty when nothing does."""
+    geared = drive.gear.kind != "ideal"
+    lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
+    lacks += ["the gear's efficiency"] if geared and drive.gear.efficiency is None else []
+    lacks += ["the gear's input inertia"] if geared and drive.gear.inertia is None else []
+    return " and ".join(lacks)
+
+
+def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
+    """What is missing to prove that a set fits."""
+    found = gap_lines(gaps(evaluation))
+    hint = "No change of the task mends missing data: complete the catalogue rows, or state assumptions."
+    return (*found, hint) if found else ()
+
+
 def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...]:
     """The joints whose drives load the arm by masses that are not known."""
     joints = {task.name: joint for joint, task in enumerate(study.joints)}

@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.answers.advice import missing_words
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluated, evaluation_of, shared_checks
 from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.judge.packed_task import pack
 from drivetrain.sizing.results import DriveSet, JointResult
 from drivetrain.sizing.search.front_chances import OftenEnough, chance_of, scatters

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from drivetrain.errors import Fault, InputError
-from drivetrain.sizing.answers.advice import advice_on, missing_words
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import evaluated
-from drivetrain.sizing.judge.missing import uncounted
+from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.judge.packed_task import pack
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
+from drivetrain.sizing.search.advice import advice_on
 from drivetrain.sizing.search.asked_for import check_asked, check_keys
 from drivetrain.sizing.search.beside_set import FallenBeside, alternatives
 from drivetrain.sizing.search.choices import all_choices

@@ -1,4 +1,4 @@
-"""Which rule of a study put a part aside."""
+"""Which rule of a study excludes a part."""
 
 from __future__ import annotations
 

@@ -1,47 +1,36 @@
-"""When nothing fits: the nearest set of drives, what binds it, and what would mend it."""
+"""When nothing fits: the nearest set of drives, what binds it, and which single change of the task would fix it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
-from drivetrain.sizing.answers.smallest_change import Steps, first_passing
+from drivetrain.arrays import Array
 from drivetrain.sizing.demand.changed_work import WorkFamily
-from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.missing import gap_lines, gaps
+from drivetrain.sizing.judge.missing import gaps, missing_words
+from drivetrain.sizing.judge.vary import Vary, first_edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.nearest import SUPPLY, Nearest
-from drivetrain.sizing.tolerance.bench import Bench
-from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.verdicts import Check, Verdict
 
-SLOWEST = 10.0  # times the cycle's length; slower is another task
-HIGHEST = 10.0  # times the supply's voltage
+MOST = 10.0  # times the cycle's length, times the supply's voltage: beyond, it is another task
 STEPS = 32
 ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed digits hold too
 
 
 def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
-    """What stands in the way of the nearest set, and each single change that was tried and mends it."""
+    """What stands in the way of the nearest set, and each single change that was tried and fixes it."""
     words = [_place(near), *_binding(evaluation, near)]
     if gaps(evaluation):
         return (*words, *missing_words(evaluation))
     found = [text for text in (_slower(near), _lighter(near), _higher(near)) if text]
     if not found:
         found = [
-            f"Neither a slower cycle (up to {SLOWEST:g} times as long), nor less payload, nor more supply voltage "
-            f"(up to {HIGHEST:g} times) alone mends it: the catalogue needs a stronger drive."
+            f"Neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more supply voltage "
+            f"(up to {MOST:g} times) alone mends it: the catalogue needs a stronger drive."
         ]
     return (*words, *found)
-
-
-def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
-    """What is missing to prove that a set fits."""
-    found = gap_lines(gaps(evaluation))
-    hint = "No change of the task mends missing data: complete the catalogue rows, or state assumptions."
-    return (*found, hint) if found else ()
 
 
 def _place(near: Nearest) -> str:
@@ -78,10 +67,9 @@ def _figures(check: Check) -> str:
 
 
 def _slower(near: Nearest) -> str:
-    found = _least(near, np.geomspace(1.0, SLOWEST, STEPS), lambda factor: TaskChange(time=factor))
+    found, length = _least(near, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, STEPS)), near.study.cycle.duration
     if found is None:
         return ""
-    length = near.study.cycle.duration
     kept = "" if near.study.arm is not None else ", at the table's torques"
     return (
         f"A slower motion mends it: a cycle of {length * found:.4g} s instead of {length:.4g} s, "
@@ -92,7 +80,7 @@ def _slower(near: Nearest) -> str:
 def _lighter(near: Nearest) -> str:
     if near.study.arm is None or not any(payload.mass > 0.0 for payload in near.study.payloads):
         return ""
-    found = _least(near, np.linspace(1.0, 0.0, STEPS), lambda share: TaskChange(payload=share))
+    found = _least(near, Vary.PAYLOAD, np.linspace(1.0, 0.0, STEPS))
     if found is None:
         return ""
     masses = ", ".join(
@@ -102,19 +90,18 @@ def _lighter(near: Nearest) -> str:
 
 
 def _higher(near: Nearest) -> str:
-    volts = near.study.supply.voltage
-    found = _least(near, np.geomspace(1.0, HIGHEST, STEPS), lambda factor: TaskChange(voltage=factor))
+    found, volts = _least(near, Vary.VOLTAGE, np.geomspace(1.0, MOST, STEPS)), near.study.supply.voltage
+    return "" if found is None else f"More supply voltage mends it: {volts * found:.4g} V instead of {volts:g} V."
+
+
+def _least(near: Nearest, vary: Vary, steps: Array) -> float | None:
+    """The factor of the smallest change that lets the nearest set pass, rounded to the safe side; None: none does."""
+    number = task_number(WorkFamily(near.study), named_drives(near.study, near.keys), vary)
+    found = first_edge(
+        lambda value: worst_of_set(number.put(value).evaluation()).utilisation <= 1.0, number.now * steps
+    )
     if found is None:
-        return ""
-    return f"More supply voltage mends it: {volts * found:.4g} V instead of {volts:g} V."
-
-
-def _least(near: Nearest, steps: Steps, change: Callable[[float], TaskChange]) -> float | None:
-    """The smallest change that mends the nearest set, a ten-thousandth to the safe side; None when none does."""
-    bench = Bench(WorkFamily(near.study), near.keys)
-    edge = first_passing(lambda factor: bench.set_worst(change(factor)), steps)
-    if edge is None:
         return None
-    found = edge.passes + ROUNDED * (edge.passes - 1.0)
-    found = max(found, 0.0)
-    return found if evaluate(changed(near.study, change(found)), near.keys).feasible else None
+    factor = found.inside / number.now
+    factor = max(factor + ROUNDED * (factor - 1.0), 0.0)
+    return factor if number.put(factor * number.now).proven().feasible else None
