@@ -34,11 +34,15 @@ if TYPE_CHECKING:
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.drive.motor import Motor as Motor
     from drivetrain.drive.thermal_network import thermal_network as thermal_network
-    from drivetrain.dynamics.bias import bias_torque as bias_torque
-    from drivetrain.dynamics.bias import tip_torque as tip_torque
-    from drivetrain.dynamics.bias import velocity_torque as velocity_torque
-    from drivetrain.dynamics.closed_form import closed_form as closed_form
-    from drivetrain.dynamics.closed_form import mass_matrix_rate as mass_matrix_rate
+    from drivetrain.dynamics.book.closed_form import closed_form as closed_form
+    from drivetrain.dynamics.book.closed_form import mass_matrix_rate as mass_matrix_rate
+    from drivetrain.dynamics.book.ellipsoids import acceleration_ellipsoid as acceleration_ellipsoid
+    from drivetrain.dynamics.book.ellipsoids import effective_mass as effective_mass
+    from drivetrain.dynamics.book.ellipsoids import tip_acceleration_ellipsoid as tip_acceleration_ellipsoid
+    from drivetrain.dynamics.book.ellipsoids import tip_force_ellipsoid as tip_force_ellipsoid
+    from drivetrain.dynamics.book.ellipsoids import torque_ellipsoid as torque_ellipsoid
+    from drivetrain.dynamics.book.ratio_sweep import sweep_ratio as sweep_ratio
+    from drivetrain.dynamics.book.symbolic import symbolic_dynamics as symbolic_dynamics
     from drivetrain.dynamics.constrained import constrained_forward_dynamics as constrained_forward_dynamics
     from drivetrain.dynamics.constrained import constrained_inverse_dynamics as constrained_inverse_dynamics
     from drivetrain.dynamics.constrained import constraint_projectors as constraint_projectors
@@ -49,34 +53,30 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.constraints import PointOnSurface as PointOnSurface
     from drivetrain.dynamics.coriolis import christoffel_symbols as christoffel_symbols
     from drivetrain.dynamics.coriolis import coriolis_matrix as coriolis_matrix
-    from drivetrain.dynamics.ellipsoids import acceleration_ellipsoid as acceleration_ellipsoid
-    from drivetrain.dynamics.ellipsoids import effective_mass as effective_mass
-    from drivetrain.dynamics.ellipsoids import tip_acceleration_ellipsoid as tip_acceleration_ellipsoid
-    from drivetrain.dynamics.ellipsoids import tip_force_ellipsoid as tip_force_ellipsoid
-    from drivetrain.dynamics.ellipsoids import torque_ellipsoid as torque_ellipsoid
+    from drivetrain.dynamics.energy import kinetic_energy as kinetic_energy
+    from drivetrain.dynamics.energy import potential_energy as potential_energy
+    from drivetrain.dynamics.energy import power_balance as power_balance
     from drivetrain.dynamics.flexibility import free_frequencies as free_frequencies
     from drivetrain.dynamics.flexibility import locked_frequencies as locked_frequencies
     from drivetrain.dynamics.flexibility import tip_compliance as tip_compliance
     from drivetrain.dynamics.forward import articulated_body as articulated_body
     from drivetrain.dynamics.forward import forward_dynamics as forward_dynamics
     from drivetrain.dynamics.from_positions import torque_from_positions as torque_from_positions
-    from drivetrain.dynamics.jacobian_rates import body_jacobian_rate as body_jacobian_rate
-    from drivetrain.dynamics.jacobian_rates import space_jacobian_rate as space_jacobian_rate
+    from drivetrain.dynamics.inverse import DriveTorques as DriveTorques
+    from drivetrain.dynamics.inverse import bias_torque as bias_torque
+    from drivetrain.dynamics.inverse import drive_torques as drive_torques
+    from drivetrain.dynamics.inverse import gravity_torque as gravity_torque
+    from drivetrain.dynamics.inverse import inverse_dynamics as inverse_dynamics
+    from drivetrain.dynamics.inverse import joint_loads as joint_loads
+    from drivetrain.dynamics.inverse import tip_torque as tip_torque
+    from drivetrain.dynamics.inverse import velocity_torque as velocity_torque
     from drivetrain.dynamics.kinematics import body_jacobian as body_jacobian
+    from drivetrain.dynamics.kinematics import body_jacobian_rate as body_jacobian_rate
     from drivetrain.dynamics.kinematics import link_poses as link_poses
     from drivetrain.dynamics.kinematics import space_jacobian as space_jacobian
+    from drivetrain.dynamics.kinematics import space_jacobian_rate as space_jacobian_rate
     from drivetrain.dynamics.kinematics import tip_pose as tip_pose
-    from drivetrain.dynamics.lagrange import kinetic_energy as kinetic_energy
-    from drivetrain.dynamics.lagrange import potential_energy as potential_energy
-    from drivetrain.dynamics.lagrange import power_balance as power_balance
     from drivetrain.dynamics.mass_matrix import mass_matrix as mass_matrix
-    from drivetrain.dynamics.newton_euler import DriveTorques as DriveTorques
-    from drivetrain.dynamics.newton_euler import drive_torques as drive_torques
-    from drivetrain.dynamics.newton_euler import gravity_torque as gravity_torque
-    from drivetrain.dynamics.newton_euler import inverse_dynamics as inverse_dynamics
-    from drivetrain.dynamics.newton_euler import joint_loads as joint_loads
-    from drivetrain.dynamics.ratio_sweep import sweep_ratio as sweep_ratio
-    from drivetrain.dynamics.symbolic import symbolic_dynamics as symbolic_dynamics
     from drivetrain.dynamics.task_space import task_space_dynamics as task_space_dynamics
     from drivetrain.effects.backlash import Backlash as Backlash
     from drivetrain.effects.cascade_loop import CascadeLoop as CascadeLoop
@@ -208,11 +208,11 @@ _HOME = {
     "Motor": "drive.motor",
     "thermal_network": "drive.thermal_network",
     "articulated_body": "dynamics.forward",
-    "bias_torque": "dynamics.bias",
-    "tip_torque": "dynamics.bias",
-    "velocity_torque": "dynamics.bias",
-    "closed_form": "dynamics.closed_form",
-    "mass_matrix_rate": "dynamics.closed_form",
+    "bias_torque": "dynamics.inverse",
+    "tip_torque": "dynamics.inverse",
+    "velocity_torque": "dynamics.inverse",
+    "closed_form": "dynamics.book.closed_form",
+    "mass_matrix_rate": "dynamics.book.closed_form",
     "ClosingJoint": "dynamics.constraints",
     "LoopClosure": "dynamics.constraints",
     "constrained_forward_dynamics": "dynamics.constrained",
@@ -223,33 +223,33 @@ _HOME = {
     "PointOnSurface": "dynamics.constraints",
     "christoffel_symbols": "dynamics.coriolis",
     "coriolis_matrix": "dynamics.coriolis",
-    "acceleration_ellipsoid": "dynamics.ellipsoids",
-    "effective_mass": "dynamics.ellipsoids",
-    "tip_acceleration_ellipsoid": "dynamics.ellipsoids",
-    "tip_force_ellipsoid": "dynamics.ellipsoids",
-    "torque_ellipsoid": "dynamics.ellipsoids",
+    "acceleration_ellipsoid": "dynamics.book.ellipsoids",
+    "effective_mass": "dynamics.book.ellipsoids",
+    "tip_acceleration_ellipsoid": "dynamics.book.ellipsoids",
+    "tip_force_ellipsoid": "dynamics.book.ellipsoids",
+    "torque_ellipsoid": "dynamics.book.ellipsoids",
     "free_frequencies": "dynamics.flexibility",
     "locked_frequencies": "dynamics.flexibility",
     "tip_compliance": "dynamics.flexibility",
     "forward_dynamics": "dynamics.forward",
     "torque_from_positions": "dynamics.from_positions",
-    "body_jacobian_rate": "dynamics.jacobian_rates",
-    "space_jacobian_rate": "dynamics.jacobian_rates",
+    "body_jacobian_rate": "dynamics.kinematics",
+    "space_jacobian_rate": "dynamics.kinematics",
     "body_jacobian": "dynamics.kinematics",
     "link_poses": "dynamics.kinematics",
     "space_jacobian": "dynamics.kinematics",
     "tip_pose": "dynamics.kinematics",
-    "kinetic_energy": "dynamics.lagrange",
-    "potential_energy": "dynamics.lagrange",
-    "power_balance": "dynamics.lagrange",
+    "kinetic_energy": "dynamics.energy",
+    "potential_energy": "dynamics.energy",
+    "power_balance": "dynamics.energy",
     "mass_matrix": "dynamics.mass_matrix",
-    "drive_torques": "dynamics.newton_euler",
-    "DriveTorques": "dynamics.newton_euler",
-    "gravity_torque": "dynamics.newton_euler",
-    "inverse_dynamics": "dynamics.newton_euler",
-    "joint_loads": "dynamics.newton_euler",
-    "sweep_ratio": "dynamics.ratio_sweep",
-    "symbolic_dynamics": "dynamics.symbolic",
+    "drive_torques": "dynamics.inverse",
+    "DriveTorques": "dynamics.inverse",
+    "gravity_torque": "dynamics.inverse",
+    "inverse_dynamics": "dynamics.inverse",
+    "joint_loads": "dynamics.inverse",
+    "sweep_ratio": "dynamics.book.ratio_sweep",
+    "symbolic_dynamics": "dynamics.book.symbolic",
     "task_space_dynamics": "dynamics.task_space",
     "Backlash": "effects.backlash",
     "CascadeLoop": "effects.cascade_loop",

@@ -12,7 +12,7 @@ import pytest
 import drivetrain.modern_robotics as ours
 from drivetrain.arm.book_lists import book_lists
 from drivetrain.arm.load import load_arm
-from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError, PhysicsWarning
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import pose

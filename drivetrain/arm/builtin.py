@@ -16,8 +16,8 @@ from drivetrain.arm.bodies import with_payload
 from drivetrain.arm.checks import triangle_doubt
 from drivetrain.arm.dh import DHConvention, DHRow, arm_from_dh
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.urdf import arm_from_model
-from drivetrain.arm.urdf_model import read_model
+from drivetrain.arm.urdf.model import read_model
+from drivetrain.arm.urdf.read import arm_from_model
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError

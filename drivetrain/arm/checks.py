@@ -1,4 +1,7 @@
-"""The checks at the door of an arm: each says every fault it finds, and mends what rounding has spoilt."""
+"""The checks at the door of an arm: each says every fault it finds, and mends what rounding has spoilt.
+
+Doubtful are inertias that no body could have, or not this one: too wide and too thin for where its joints are.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ import numpy as np
 
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError, PhysicsWarning
-from drivetrain.spatial.inertia import triangle_excess
+from drivetrain.spatial.inertia import RigidBody, half_axes, triangle_excess
 from drivetrain.spatial.rotations import is_rotation, nearest_rotation
 
 TOLERANCE = 1e-6  # on unit axes and orthogonal frames: six printed digits, then made exact
@@ -34,8 +37,7 @@ class Faults:
     def attempt(self, check: Callable[..., T], *values: Any) -> T | None:
         """What a check returns, or None with its faults noted.
 
-        Returns:
-            The checked value, or None.
+        The checked value, or None.
         """
         try:
             return check(*values)
@@ -44,11 +46,7 @@ class Faults:
             return None
 
     def raise_any(self) -> None:
-        """Raise what was found, if anything.
-
-        Raises:
-            InputError: With every fault noted.
-        """
+        """Raise what was found, if anything."""
         if self.found:
             raise InputError(self.found)
 
@@ -56,14 +54,7 @@ class Faults:
 def checked_pose(value: Any, name: str) -> Array:
     """A pose whose rotation is one, made exactly orthogonal.
 
-    Args:
-        value: Homogeneous matrix, (4, 4).
-
-    Returns:
-        The pose, (4, 4); unchanged to the bit when it is orthogonal to rounding.
-
-    Raises:
-        InputError: Another shape, not finite, no rotation, or a last row other than 0 0 0 1.
+    The pose, (4, 4); unchanged to the bit when it is orthogonal to rounding.
     """
     matrix = checked_array(value, (4, 4), name)
     faults = []
@@ -83,14 +74,7 @@ def checked_pose(value: Any, name: str) -> Array:
 def checked_screw(value: Any, name: str) -> Array:
     """A screw axis made exactly unit.
 
-    Args:
-        value: (6,), (angular [-], linear [m or -]): unit angular part, or zero angular and unit linear part.
-
-    Returns:
-        The screw, (6,).
-
-    Raises:
-        InputError: Another shape, not finite, or not unit.
+    The screw, (6,).
     """
     screw = checked_array(value, (6,), name)
     angular, linear = float(np.linalg.norm(screw[:3])), float(np.linalg.norm(screw[3:]))
@@ -106,14 +90,7 @@ def checked_screw(value: Any, name: str) -> Array:
 def checked_inertia(value: Any, name: str) -> Array:
     """A symmetric inertia tensor.
 
-    Args:
-        value: About the centre of mass [kg m^2], (3, 3).
-
-    Returns:
-        The tensor, exactly symmetric, (3, 3).
-
-    Raises:
-        InputError: Another shape, not finite, not symmetric, or with a negative moment on its diagonal.
+    The tensor, exactly symmetric, (3, 3).
     """
     tensor = checked_array(value, (3, 3), name)
     if np.abs(tensor - tensor.T).max() > TOLERANCE * max(float(np.abs(tensor).max()), 1e-12):
@@ -124,30 +101,18 @@ def checked_inertia(value: Any, name: str) -> Array:
 
 
 def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, faults: Faults) -> Array:
-    """Every entry of a list, checked one by one.
-
-    Args:
-        name: Of the list; entries are called ``name[i]``.
-    """
+    """Every entry of a list, checked one by one."""
     checked = [faults.attempt(check, value, f"{name}[{i}]") for i, value in enumerate(values)]
     return np.array([value for value in checked if value is not None])
 
 
 def called(link: str) -> str:
-    """What to call a link in a sentence: "link forearm", but not "link link_1".
-
-    Returns:
-        The phrase [-].
-    """
+    """What to call a link in a sentence: "link forearm", but not "link link_1"."""
     return link if link.lower().startswith("link") else f"link {link}"
 
 
 def triangle_doubt(inertia: Array, link: str) -> str:
-    """What to say of an inertia that no body can have.
-
-    Args:
-        inertia: About the centre of mass [kg m^2], (3, 3).
-    """
+    """What to say of an inertia that no body can have."""
     if triangle_excess(inertia) <= TRIANGLE_TOLERANCE:
         return ""
     moments = ", ".join(f"{moment:.6g}" for moment in np.linalg.eigvalsh(inertia))
@@ -156,14 +121,53 @@ def triangle_doubt(inertia: Array, link: str) -> str:
 
 
 def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
-    """Warn of every link whose inertia no body can have.
-
-    Args:
-        inertias: About the centres of mass [kg m^2], (n, 3, 3).
-        links: Whose they are, (n,).
-    """
+    """Warn of every link whose inertia no body can have."""
     doubts = [triangle_doubt(tensor, link) for tensor, link in zip(inertias, links, strict=True)]
     texts = [doubt for doubt in doubts if doubt]
     for text in texts:
         warnings.warn(text, PhysicsWarning, stacklevel=3)
     return texts
+
+
+REACH_FACTOR = 2.0  # a radius of gyration may pass the link's own size, by covers and by joints drawn at one point
+DENSITY = 20.0  # kg/m^3: packing foam; the clean arms known to us lie above 50, the faulty UR5 wrists at 1 and 8
+THINNEST = 0.1  # of the widest half axis: thin plates and rods count as this thick
+
+
+def doubts(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
+    """What is hard to believe of a link's mass and inertia.
+
+    Two tests. No body breaks the triangle inequality of the principal moments. And no link is both much wider than
+    the distances between its joints and its centre of mass, and lighter than foam would be if it were so wide: the
+    usual trace of a radius or unit wrong by a factor of ten, or of a placeholder of 1 kg m^2. Either sign alone has
+    innocent causes (thin links, joints drawn at one point, large covers).
+
+    Args:
+        body: In the link's frame [kg, m, kg m^2].
+        points: Origins of the link's own and its children's joints in the link's frame [m], (3,) each.
+    """
+    if body.mass <= 0.0:
+        return []
+    found = [doubt for doubt in [triangle_doubt(body.inertia, name)] if doubt]
+    all_points = np.array([*points, body.com])
+    size = float(np.linalg.norm(all_points[:, np.newaxis] - all_points, axis=2).max())
+    largest = float(np.linalg.eigvalsh(body.inertia)[2])
+    gyration = float(np.sqrt(max(largest, 0.0) / body.mass))
+    density = mean_density(body)
+    if gyration > REACH_FACTOR * size and density < DENSITY:
+        found.append(
+            f"{called(name)}: {largest:.4g} kg m^2 with {body.mass:.4g} kg is a radius of gyration of {gyration:.3g} m"
+            f", but its joints and centre of mass lie within {size:.3g} m, and a body so wide would have a density of "
+            f"{density:.2g} kg/m^3: check its inertia"
+        )
+    return found
+
+
+def mean_density(body: RigidBody) -> float:
+    """The density of the uniform ellipsoid with a body's mass and inertia.
+
+    [kg/m^3]; infinite for a point mass.
+    """
+    axes = half_axes(body.mass, body.inertia)
+    volume = 4.0 / 3.0 * np.pi * float(np.prod(np.maximum(axes, THINNEST * axes[0])))
+    return body.mass / volume if volume > 0.0 else float("inf")

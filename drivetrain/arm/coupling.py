@@ -41,11 +41,7 @@ def with_coupling(arm: Arm, coupling: Any) -> Arm:
 def checked_coupling(coupling: Any, n: int) -> Array | None:
     """A coupling that can be inverted.
 
-    Returns:
-        C, read-only, (n, n); None when it is the identity.
-
-    Raises:
-        InputError: As of with_coupling.
+    C, read-only, (n, n); None when it is the identity.
     """
     matrix = checked_array(coupling, (n, n), "coupling").copy()
     if np.array_equal(matrix, np.eye(n)):
@@ -68,30 +64,21 @@ def checked_coupling(coupling: Any, n: int) -> Array | None:
 def rotor_turns(arm: Arm) -> Array:
     """N, the rotors' speeds for a unit speed of each joint.
 
-    Returns:
-        N [-; rad/m where a joint is prismatic], (n, n): row i is ``ratio_i`` times that of the coupling.
+    N [-; rad/m where a joint is prismatic], (n, n): row i is ``ratio_i`` times that of the coupling.
     """
     ratios = np.array([1.0 if rotor is None else rotor.ratio for rotor in arm.rotors])
     return np.asarray(np.diag(ratios) if arm.coupling is None else ratios[:, None] * arm.coupling)
 
 
 def shaft_motion(arm: Arm, motion: Array) -> Array:
-    """What the shafts behind the gears do in a motion of the joints.
-
-    Args:
-        motion: Positions, speeds or accelerations of the joints [rad or m, and per s, s^2], (n,) or (N, n).
-    """
+    """What the shafts behind the gears do in a motion of the joints."""
     return motion if arm.coupling is None else np.asarray(motion @ arm.coupling.T)
 
 
 def shaft_torques(arm: Arm, torque: Array) -> Array:
     """The torques of the shafts that make given torques at the joints.
 
-    Args:
-        torque: At the joints [N m or N], (n,) or (N, n).
-
-    Returns:
-        At the shafts [N m or N]: ``C^-T`` times each; the array itself where nothing is coupled.
+    At the shafts [N m or N]: ``C^-T`` times each; the array itself where nothing is coupled.
     """
     return torque if arm.coupling is None else np.asarray(np.linalg.solve(arm.coupling.T, torque.T).T)
 
@@ -153,11 +140,7 @@ def belts_over(passes: Sequence[float]) -> Array:
 def placed(coupling: Array, joints: Sequence[int], n: int) -> Array:
     """The coupling of a whole arm from that of some of its joints.
 
-    Args:
-        coupling: Of the shafts and joints listed [-], (k, k).
-
-    Returns:
-        The identity but for those rows and columns, (n, n).
+    The identity but for those rows and columns, (n, n).
     """
     result = np.eye(n)
     result[np.ix_(joints, joints)] = coupling

@@ -66,11 +66,7 @@ class SprungArm:
     def widened(self, values: Array) -> Array:
         """Positions, speeds or anything else of the driven joints, with zeros for the springs.
 
-        Args:
-            values: Of the driven joints [rad, m or any unit], (n,) or (N, n).
-
-        Returns:
-            Of all joints, (m,) or (N, m).
+        Of all joints, (m,) or (N, m).
         """
         given = np.asarray(values, dtype=np.float64)
         wide = np.zeros((*given.shape[:-1], self.arm.n))

@@ -13,10 +13,9 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_arm, builtin_names
 from drivetrain.arm.coupling import placed, with_coupling
 from drivetrain.arm.rotors import Rotor
-from drivetrain.arm.urdf import arm_from_model, warn_each
-from drivetrain.arm.urdf_couplings import UrdfCoupling
-from drivetrain.arm.urdf_drives import UrdfDrive
-from drivetrain.arm.urdf_model import read_model
+from drivetrain.arm.urdf.drives import UrdfCoupling, UrdfDrive
+from drivetrain.arm.urdf.model import read_model
+from drivetrain.arm.urdf.read import arm_from_model, warn_each
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.errors import Fault, InputError, nearest
 

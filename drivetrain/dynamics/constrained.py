@@ -26,13 +26,19 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, batch
-from drivetrain.dynamics.bias import bias_torque
 from drivetrain.dynamics.constraints import Constraint, checked_constraints, stacked_rows
 from drivetrain.dynamics.core import factor
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.doors import finite_samples
-from drivetrain.dynamics.factors import mass_factor, no_inertia, solve_lower, solve_upper
-from drivetrain.dynamics.mass_matrix import mass_matrices, mass_matrix
+from drivetrain.dynamics.inverse import bias_torque
+from drivetrain.dynamics.mass_matrix import (
+    mass_factor,
+    mass_matrices,
+    mass_matrix,
+    no_inertia,
+    solve_lower,
+    solve_upper,
+)
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 
 RANK = 1e-9  # a singular value that counts as none, over the largest: above rounding, below any workshop
@@ -250,14 +256,7 @@ def closed_position(arm: Arm, constraints: Constraints, q: Any, *, tolerance: fl
 def closed_speed(arm: Arm, constraints: Constraints, q: Any, qd: Any) -> Array:
     """The speeds nearest to qd, in the metric of M, that the constraints allow.
 
-    Args:
-        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
-
-    Returns:
-        Speeds [rad/s or m/s], as qd: ``P_theta qd``, what is left after a shock that the constraints take.
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    Speeds [rad/s or m/s], as qd: ``P_theta qd``, what is left after a shock that the constraints take.
     """
     several = checked_constraints(arm, constraints)
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})

@@ -61,11 +61,7 @@ class Constraint(ABC):
 
     @abstractmethod
     def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
-        """The rows at given samples.
-
-        Args:
-            q, qd: Positions and speeds [rad or m, and per s], (N, n), C order.
-        """
+        """The rows at given samples."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -407,11 +403,7 @@ def _positive(value: Any, name: str) -> float:
 
 
 def stacked_rows(arm: Arm, constraints: Sequence[Constraint], q: Array, qd: Array) -> Rows:
-    """The rows of several constraints, one under the other.
-
-    Args:
-        q, qd: Positions and speeds [rad or m, and per s], (N, n), C order.
-    """
+    """The rows of several constraints, one under the other."""
     if len(constraints) == 1:
         return constraints[0].rows(arm, q, qd)
     parts = [constraint.rows(arm, q, qd) for constraint in constraints]
@@ -419,11 +411,7 @@ def stacked_rows(arm: Arm, constraints: Sequence[Constraint], q: Array, qd: Arra
 
 
 def checked_constraints(arm: Arm, constraints: Any) -> tuple[Constraint, ...]:
-    """Constraints as a tuple, each of which is one and fits the arm.
-
-    Raises:
-        InputError: None, something else, or one that names a link which the arm does not have.
-    """
+    """Constraints as a tuple, each of which is one and fits the arm."""
     if isinstance(constraints, Constraint):
         several: tuple[Any, ...] = (constraints,)
     elif isinstance(constraints, Iterable):

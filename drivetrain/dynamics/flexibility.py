@@ -19,9 +19,9 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, real_array
-from drivetrain.dynamics.doors import finite_samples
-from drivetrain.dynamics.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
+from drivetrain.dynamics.kinematics import link_poses, space_jacobian, tip_jacobian, tip_pose
 from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import LARGEST, Fault, InputError
 from drivetrain.spatial.beams import Beam, beam_compliance
 from drivetrain.spatial.inertia import RigidBody
@@ -155,31 +155,10 @@ def tip_compliance(arm: Arm, q: Any, stiffness: Any, *, beams: Mapping[int, Beam
     return result if np.ndim(q) == 2 else result[0]
 
 
-def tip_jacobian(arm: Arm, q: Any) -> Array:
-    """The matrix that takes small joint motions to those of the tip, about the tip in axes of the base.
-
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        Columns (rotation [-], displacement of the tip's origin [m or -]) a joint, (6, n) or (N, 6, n).
-
-    Raises:
-        InputError: Wrong shape, or a NaN or infinity.
-    """
-    rotation = tip_pose(arm, q)[..., :3, :3]
-    body = body_jacobian(arm, q)
-    return np.concatenate([rotation @ body[..., :3, :], rotation @ body[..., 3:, :]], axis=-2)
-
-
 def carried_to(levers: Array) -> Array:
     """The matrices that carry a small motion of one point of a rigid body to another point of it, same axes.
 
-    Args:
-        levers: From the one point to the other [m], (N, 3).
-
-    Returns:
-        They act on (rotation [rad], displacement [m]), (N, 6, 6); their transposes carry wrenches back.
+    They act on (rotation [rad], displacement [m]), (N, 6, 6); their transposes carry wrenches back.
     """
     x, y, z = np.asarray(levers).T
     result = np.tile(np.eye(6), (len(x), 1, 1))
@@ -190,14 +169,7 @@ def carried_to(levers: Array) -> Array:
 
 
 def check_beams(arm: Arm, beams: Mapping[int, Beam]) -> None:
-    """That every beam belongs to a link of the arm.
-
-    Args:
-        beams: By link index, ends in the base frame with every joint at zero [m].
-
-    Raises:
-        InputError: An index that is none.
-    """
+    """That every beam belongs to a link of the arm."""
     faults = [
         Fault(f"beams[{link}]", f"is no link of the arm: 0 to {arm.n - 1}", link)
         for link in beams

@@ -20,9 +20,8 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.core.articulated import articulated_accelerations
 from drivetrain.dynamics.core.factor import solve
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.doors import NO_TIP, finite_samples, run, tip_samples
-from drivetrain.dynamics.factors import no_inertia
-from drivetrain.dynamics.mass_matrix import mass_matrices
+from drivetrain.dynamics.mass_matrix import mass_matrices, no_inertia
+from drivetrain.dynamics.samples import NO_TIP, finite_samples, run, tip_samples
 from drivetrain.errors import Fault, InputError
 
 UNDEFINED = ": accelerations are not defined there"
@@ -96,12 +95,8 @@ def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
 def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
     """``articulated_body`` for one sample after another, for solvers: a third of the time, nothing checked.
 
-    Returns:
-        A function of q, qd and tau [rad or m, per s, N m or N], contiguous float64, (n,), that gives accelerations
-        [rad/s^2 or m/s^2], (n,); not finite ones where the input is not finite.
-
-    Raises:
-        InputError: The function, where a joint moves no inertia.
+    A function of q, qd and tau [rad or m, per s, N m or N], contiguous float64, (n,), that gives accelerations
+    [rad/s^2 or m/s^2], (n,); not finite ones where the input is not finite.
     """
     model, n = packed(arm), arm.n
 

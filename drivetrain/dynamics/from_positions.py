@@ -16,7 +16,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, axes_of, checked_array
-from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.smoothing import Parabolas, Smoothing, SmoothingSpline, chosen_smoothing, detected_resolution
 

@@ -1,6 +1,10 @@
 """Where the links and the tip are, and how they move: products of exponentials, over batches.
 
-Reference: Modern Robotics, chapters 4 and 5.
+Where the book slips: exercise 8.6, how fast the Jacobians change, writes ``dJ_i/dtheta_j = ad_Ji(J_j)`` for both. That
+is right for the body Jacobian (i < j). For the space Jacobian (i > j) it has the wrong sign: joint j carries axis i
+along, which makes it ``ad_Jj(J_i) = -ad_Ji(J_j)``.
+
+Reference: Modern Robotics, chapters 4 and 5, exercise 8.6.
 """
 
 from __future__ import annotations
@@ -11,7 +15,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.samples import finite_samples
 
 
 def link_poses(arm: Arm, q: Any) -> Array:
@@ -109,12 +113,8 @@ def _displacements(arm: Arm, q: Any) -> Array:
 def screw_displacements(screw: Array, angles: Array) -> Array:
     """The displacements along one screw: its exponentials.
 
-    Args:
-        screw: Unit, (angular [-], linear [m or -]), (6,).
-        angles: How far [rad, or m where the angular part is zero], (N,).
+    Homogeneous matrices, translation [m], (N, 4, 4).
 
-    Returns:
-        Homogeneous matrices, translation [m], (N, 4, 4).
     Reference: Modern Robotics, proposition 3.25.
     """
     axis, linear = screw[:3], screw[3:]
@@ -140,3 +140,110 @@ def _columns(displacements: Array, screws: Array) -> Array:
     angular = (rotation @ screws[:, :3, None])[..., 0]
     linear = (rotation @ screws[:, 3:, None])[..., 0] + np.cross(place, angular)
     return np.swapaxes(np.concatenate([angular, linear], axis=-1), 1, 2)
+
+
+def space_jacobian_rate(arm: Arm, q: Any, qd: Any) -> Array:
+    """The time derivative of the space Jacobian.
+
+    Args:
+        arm: The arm.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+
+    Returns:
+        Columns (angular [1/s], linear [m/s or 1/s]) a joint, (6, n) or (N, 6, n).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, exercise 8.6 (a), its sign put right.
+    """
+    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
+    columns = space_jacobian(arm, positions)
+    moved = columns * speeds[:, None]
+    # The twist of the link before each joint, which carries the joint's axis along.
+    before = np.cumsum(moved, axis=2) - moved
+    rate = _brackets(before, columns)
+    return rate if np.ndim(q) == 2 else rate[0]
+
+
+def body_jacobian_rate(arm: Arm, q: Any, qd: Any) -> Array:
+    """The time derivative of the body Jacobian.
+
+    Args:
+        arm: The arm.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+
+    Returns:
+        Columns (angular [1/s], linear [m/s or 1/s]) a joint, (6, n) or (N, 6, n).
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: Modern Robotics, exercise 8.6 (b).
+    """
+    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
+    columns = body_jacobian(arm, positions)
+    moved = columns * speeds[:, None]
+    # The twist of the tip against the link after each joint.
+    after = np.cumsum(moved[:, :, ::-1], axis=2)[:, :, ::-1] - moved
+    rate = _brackets(columns, after)
+    return rate if np.ndim(q) == 2 else rate[0]
+
+
+def _brackets(a: Array, b: Array) -> Array:
+    """Lie brackets of twists, column by column, (N, 6, n)."""
+    angular = np.cross(a[:, :3], b[:, :3], axis=1)
+    linear = np.cross(a[:, 3:], b[:, :3], axis=1) + np.cross(a[:, :3], b[:, 3:], axis=1)
+    return np.concatenate([angular, linear], axis=1)
+
+
+def tip_jacobian(arm: Arm, q: Any) -> Array:
+    """The matrix that takes joint rates to the angular velocity of the tip and the velocity of its origin, base axes.
+
+    ``space_jacobian`` gives the velocity of the point of the tip's body that passes the base's origin instead.
+
+    Columns (angular [-], linear [m or -]) a joint, (6, n) or (N, 6, n).
+
+    Reference: Modern Robotics, the J of equation 8.20 for any arm.
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    columns = space_jacobian(arm, positions)
+    place = tip_pose(arm, positions)[:, :3, 3, None]
+    columns[:, 3:] -= np.cross(place, columns[:, :3], axis=1)
+    return columns if np.ndim(q) == 2 else columns[0]
+
+
+def tip_acceleration_terms(arm: Arm, q: Any, qd: Any) -> Array:
+    """The accelerations that the tip has at constant joint speeds, one for each pair of speeds.
+
+    Entry j, j is the centripetal acceleration by joint j alone; entries j, k and k, j together are the Coriolis
+    acceleration of that pair. All entries together are the acceleration of the tip when no joint accelerates.
+
+    Base axes [m/s^2], (n, n, 3) or (N, n, n, 3), symmetric in j and k.
+
+    Reference: Modern Robotics, equation 8.12 and figure 8.2, for any arm.
+    """
+    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
+    jacobian = tip_jacobian(arm, positions)
+    angular, linear = np.swapaxes(jacobian[:, :3], 1, 2), np.swapaxes(jacobian[:, 3:], 1, 2)
+    # Joint j turns all that joints from j on do to the tip: d(J_k)/dq_j = w_j x J_k for j <= k.
+    turned = np.cross(angular[:, :, None], linear[:, None, :])
+    earlier = np.triu(np.ones((arm.n, arm.n)))[:, :, None]
+    later = np.triu(np.ones((arm.n, arm.n)), 1)[:, :, None]
+    slopes = turned * earlier + np.swapaxes(turned * later, 1, 2)
+    terms = slopes * (speeds[:, :, None] * speeds[:, None, :])[..., None]
+    return np.asarray(terms if np.ndim(q) == 2 else terms[0])
+
+
+def skeleton(arm: Arm, q: Any) -> Array:
+    """Where the joints and the tip are: the corners of the arm as a stick figure.
+
+    Joints by their ``joint_points``, then the tip, base frame [m], (n + 1, 3) or (N, n + 1, 3).
+    """
+    (positions,) = finite_samples(arm.n, {"q": q})
+    poses = link_poses(arm, positions)
+    turn, centre = arm.home[:, :3, :3], arm.home[:, :3, 3]
+    local = np.einsum("iba,ib->ia", turn, arm.joint_points - centre)
+    joints = np.einsum("niab,ib->nia", poses[..., :3, :3], local) + poses[..., :3, 3]
+    corners = np.concatenate([joints, tip_pose(arm, positions)[:, None, :3, 3]], axis=1)
+    return np.asarray(corners if np.ndim(q) == 2 else corners[0])

@@ -1,5 +1,7 @@
 """Dynamics in coordinates of the tip: the inertia that the tip shows, and the wrench that holds it on its way.
 
+A task asks for rows of a Jacobian: the tip's twist in some frame, or the rates of its coordinates. With fewer rows than
+six the rest of the tip's motion is free: (2, 3, 4) of a body twist is the plane of a planar arm that turns about z.
 For a task with Jacobian J, the torques are ``tau = J^T F`` plus what does not reach the task, and
 
     F = inertia Vd + bias + gravity,   inertia = (J M^-1 J^T)^-1,
@@ -23,12 +25,136 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, batch
-from drivetrain.dynamics.bias import velocity_torque
-from drivetrain.dynamics.doors import finite_samples
-from drivetrain.dynamics.factors import mass_factor, solve_lower
-from drivetrain.dynamics.newton_euler import gravity_torque
-from drivetrain.dynamics.tasks import BodyTwist, Task
+from drivetrain.dynamics.inverse import gravity_torque, velocity_torque
+from drivetrain.dynamics.kinematics import (
+    body_jacobian,
+    body_jacobian_rate,
+    space_jacobian,
+    space_jacobian_rate,
+    tip_jacobian,
+    tip_pose,
+)
+from drivetrain.dynamics.mass_matrix import mass_factor, solve_lower
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
+from drivetrain.spatial.rotation_coordinates import ROTATION_VECTOR, RotationCoordinates
+
+ALL = (0, 1, 2, 3, 4, 5)
+
+
+@dataclass(frozen=True)
+class Task(ABC):
+    """Base of the tasks.
+
+    Attributes:
+        rows: Which of the six rows count, (angular 0 to 2, linear 3 to 5).
+    """
+
+    rows: tuple[int, ...] = ALL
+
+    def __post_init__(self) -> None:
+        rows = tuple(self.rows)
+        if not rows or len(set(rows)) != len(rows) or not set(rows) <= set(ALL):
+            raise InputError(Fault(f"{type(self).__name__}.rows", "must be different numbers from 0 to 5", self.rows))
+        object.__setattr__(self, "rows", rows)
+
+    @abstractmethod
+    def _whole(self, arm: Arm, q: Array) -> Array:
+        """The Jacobian with all six rows, (N, 6, n)."""
+
+    @abstractmethod
+    def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
+        """Its time derivative, (N, 6, n)."""
+
+    def jacobian(self, arm: Arm, q: Array) -> Array:
+        """The matrix that takes joint rates to the rates of the task.
+
+        (N, k, n), rows in SI units.
+        """
+        return self._whole(arm, q)[:, self.rows]
+
+    def jacobian_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
+        """The time derivative of the Jacobian.
+
+        (N, k, n), rows in SI units per second.
+        """
+        return self._whole_rate(arm, q, qd)[:, self.rows]
+
+
+@dataclass(frozen=True)
+class BodyTwist(Task):
+    """The twist of the tip in the tip's frame."""
+
+    def _whole(self, arm: Arm, q: Array) -> Array:
+        return body_jacobian(arm, q)
+
+    def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
+        return body_jacobian_rate(arm, q, qd)
+
+
+@dataclass(frozen=True)
+class SpaceTwist(Task):
+    """The twist of the tip in the base frame: its linear part is that of the point that passes the base's origin."""
+
+    def _whole(self, arm: Arm, q: Array) -> Array:
+        return space_jacobian(arm, q)
+
+    def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
+        return space_jacobian_rate(arm, q, qd)
+
+
+@dataclass(frozen=True)
+class TipVelocity(Task):
+    """Angular velocity of the tip, and velocity of its origin, both along the base's axes."""
+
+    def _whole(self, arm: Arm, q: Array) -> Array:
+        return tip_jacobian(arm, q)
+
+    def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
+        turn, columns = tip_pose(arm, q)[:, :3, :3], body_jacobian(arm, q)
+        spin = columns[:, :3] @ qd[:, :, None]
+        rate = body_jacobian_rate(arm, q, qd)
+        halves = [turn @ (np.cross(spin, columns[:, k], axis=1) + rate[:, k]) for k in (slice(3), slice(3, 6))]
+        return np.concatenate(halves, axis=1)
+
+
+@dataclass(frozen=True)
+class PoseCoordinates(Task):
+    """Rates of coordinates of the tip's pose: three of its rotation, then its origin in the base frame.
+
+    Its Jacobian is the analytic one; wrenches that belong to it do work on these rates.
+
+    Attributes:
+        coordinates: Of the rotation.
+
+    Reference: Modern Robotics, section 5.1.5.
+    """
+
+    coordinates: RotationCoordinates = ROTATION_VECTOR
+
+    def values(self, arm: Arm, q: Array) -> Array:
+        """The coordinates themselves.
+
+        (N, k), [rad] and [m].
+        """
+        poses = tip_pose(arm, q)
+        turns = np.array([self.coordinates.values(pose[:3, :3]) for pose in poses])
+        return np.concatenate([turns, poses[:, :3, 3]], axis=1)[:, self.rows]
+
+    def _whole(self, arm: Arm, q: Array) -> Array:
+        turn, columns = tip_pose(arm, q)[:, :3, :3], body_jacobian(arm, q)
+        rates = np.array([self.coordinates.rate_matrix(one) for one in turn])
+        return np.concatenate([rates @ columns[:, :3], turn @ columns[:, 3:]], axis=1)
+
+    def _whole_rate(self, arm: Arm, q: Array, qd: Array) -> Array:
+        turn, columns, slopes = tip_pose(arm, q)[:, :3, :3], body_jacobian(arm, q), body_jacobian_rate(arm, q, qd)
+        spin = columns[:, :3] @ qd[:, :, None]
+        pairs = [self.coordinates.rate_matrix_rate(one, w[:, 0]) for one, w in zip(turn, spin, strict=True)]
+        rates = np.array([self.coordinates.rate_matrix(one) for one in turn])
+        angular = np.array(pairs) @ columns[:, :3] + rates @ slopes[:, :3]
+        linear = turn @ (np.cross(spin, columns[:, 3:], axis=1) + slopes[:, 3:])
+        return np.concatenate([angular, linear], axis=1)
+
 
 BODY = BodyTwist()
 
@@ -143,15 +269,7 @@ def task_space_dynamics(
 def task_wrench(arm: Arm, q: Any, tau: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED) -> Array:
     """The wrench that joint torques put into a task: ``J^-T tau``, for redundant arms the consistent part of it.
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-        tau: Generalised torques [N m; N at a prismatic joint], as q.
-
-    Returns:
-        (k,) or (N, k), [N m; N in linear rows].
-
-    Raises:
-        InputError: As ``task_space_dynamics``.
+    (k,) or (N, k), [N m; N in linear rows].
 
     Reference: Modern Robotics, equation 8.89, ``F = J^-T tau``.
     """
@@ -163,15 +281,7 @@ def task_wrench(arm: Arm, q: Any, tau: Any, *, task: Task = BODY, near_singular:
 def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
     """The joint torques that put a wrench into a task: ``J^T F``.
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-        wrench: On the tip, in the rows of the task [N m; N in linear rows], (k,) or (N, k).
-
-    Returns:
-        Torques [N m; N at a prismatic joint], (n,) or (N, n).
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    Torques [N m; N at a prismatic joint], (n,) or (N, n).
 
     Reference: Modern Robotics, equation 5.26.
     """
@@ -186,14 +296,7 @@ def wrench_torque(arm: Arm, q: Any, wrench: Any, *, task: Task = BODY) -> Array:
 def task_acceleration(arm: Arm, q: Any, qd: Any, qdd: Any, *, task: Task = BODY) -> Array:
     """How a task accelerates: ``J qdd + dJ/dt qd``.
 
-    Args:
-        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
-
-    Returns:
-        (k,) or (N, k), [rad/s^2; m/s^2 in linear rows].
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    (k,) or (N, k), [rad/s^2; m/s^2 in linear rows].
 
     Reference: Modern Robotics, equation 8.84.
     """
@@ -207,14 +310,7 @@ def task_acceleration(arm: Arm, q: Any, qd: Any, qdd: Any, *, task: Task = BODY)
 def null_space_projector(arm: Arm, q: Any, *, task: Task = BODY, near_singular: NearSingular = DAMPED) -> Array:
     """The matrix that leaves of joint torques what does not accelerate the task: ``1 - J^T (J^+)^T``.
 
-    Args:
-        q: Positions [rad or m], (n,) or (N, n).
-
-    Returns:
-        Acts on torques [-], (n, n) or (N, n, n), of rank n - k; ``J^+`` is the dynamically consistent inverse.
-
-    Raises:
-        InputError: As ``task_space_dynamics``.
+    Acts on torques [-], (n, n) or (N, n, n), of rank n - k; ``J^+`` is the dynamically consistent inverse.
 
     Reference: Khatib (1987), equation 51.
     """

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
-from drivetrain.dynamics.closed_form import closed_form
-from drivetrain.dynamics.stacked import stacked
+from drivetrain.dynamics.book.closed_form import closed_form, stacked
 from drivetrain.report.colours import FAINT, MUTED
 from drivetrain.report.svg import house_style
 

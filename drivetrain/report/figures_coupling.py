@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups, rotor_turns, with_coupling
 from drivetrain.arrays import Array
-from drivetrain.dynamics.newton_euler import drive_torques
+from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.colours import JOINT_COLOURS, MUTED
 from drivetrain.report.quantities import convert, printed_unit, shown_unit

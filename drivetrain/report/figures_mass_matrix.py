@@ -15,7 +15,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, batch, checked_array
-from drivetrain.dynamics.ellipsoids import (
+from drivetrain.dynamics.book.ellipsoids import (
     Ellipsoid,
     acceleration_ellipsoid,
     outline,
@@ -23,8 +23,8 @@ from drivetrain.dynamics.ellipsoids import (
     tip_force_ellipsoid,
     torque_ellipsoid,
 )
-from drivetrain.dynamics.ratio_sweep import RatioSweep, with_ratio
-from drivetrain.dynamics.tip_motion import skeleton, tip_acceleration_terms
+from drivetrain.dynamics.book.ratio_sweep import RatioSweep, with_ratio
+from drivetrain.dynamics.kinematics import skeleton, tip_acceleration_terms
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, VERMILLION
 from drivetrain.report.quantities import axis_name

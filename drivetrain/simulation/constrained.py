@@ -18,8 +18,8 @@ from drivetrain.dynamics.constrained import (
     least_change,
 )
 from drivetrain.dynamics.constraints import Constraint, checked_constraints, stacked_rows
-from drivetrain.dynamics.doors import run
 from drivetrain.dynamics.packed import packed
+from drivetrain.dynamics.samples import run
 from drivetrain.errors import InputError
 from drivetrain.simulation.passive import (
     BEYOND,

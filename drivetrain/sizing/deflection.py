@@ -18,10 +18,9 @@ from drivetrain.dynamics.flexibility import (
     check_beams,
     free_frequencies,
     locked_frequencies,
-    tip_jacobian,
 )
-from drivetrain.dynamics.kinematics import link_poses, tip_pose
-from drivetrain.dynamics.newton_euler import joint_loads
+from drivetrain.dynamics.inverse import joint_loads
+from drivetrain.dynamics.kinematics import link_poses, tip_jacobian, tip_pose
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.beams import Beam, end_deflection

@@ -79,15 +79,7 @@ def free_motion(inertia: Any, pose_s_b: Any, twist: Any, time: Any, *, wrench: W
 def space_momentum(inertia: Any, motion: FreeMotion) -> Array:
     """The momentum of a moving body as seen from space, which a free flight keeps.
 
-    Args:
-        inertia: Spatial inertia in the body's frame [kg m^2, kg m, kg], (6, 6).
-        motion: Of that frame.
-
-    Returns:
-        (angular about the origin of space [kg m^2/s], linear [kg m/s]), (N, 6).
-
-    Raises:
-        InputError: A wrong shape, or an inertia that is not symmetric.
+    (angular about the origin of space [kg m^2/s], linear [kg m/s]), (N, 6).
 
     Reference: Modern Robotics, equations 8.34 and 3.98.
     """

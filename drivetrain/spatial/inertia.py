@@ -111,11 +111,7 @@ class RigidBody:
 def combined(bodies: Iterable[RigidBody]) -> RigidBody:
     """The bodies fixed together, all given in one frame.
 
-    Args:
-        bodies: Each with mass [kg]; one with negative mass and inertia is taken away.
-
-    Returns:
-        One body in the same frame. Its centre of mass is that of the first body when the masses sum to zero.
+    One body in the same frame. Its centre of mass is that of the first body when the masses sum to zero.
     """
     parts = tuple(bodies)
     mass = sum(part.mass for part in parts)
@@ -131,12 +127,7 @@ def combined(bodies: Iterable[RigidBody]) -> RigidBody:
 def parallel_axis(mass: float, offset: Any) -> Array:
     """The inertia that a point mass has about a point at an offset: what Steiner's rule adds.
 
-    Args:
-        mass: [kg], negative to take away.
-        offset: From the point to the mass, or back [m], (3,).
-
-    Returns:
-        [kg m^2], (3, 3).
+    [kg m^2], (3, 3).
 
     Reference: Modern Robotics, equation 8.27, its second term.
     """
@@ -212,12 +203,8 @@ def triangle_excess(inertia: Any) -> float:
     of ``0.5 trace(I) E - I`` over half the trace: the second moment of the mass along the thinnest direction. A test
     of the diagonal entries alone misses a third of the impossible tensors.
 
-    Args:
-        inertia: About the centre of mass [kg m^2], (3, 3), symmetric.
-
-    Returns:
-        Excess [-]; 0 for a flat plate, -1/3 for a ball and for a point mass (zero tensor), infinite when the moments
-        sum to nothing or less.
+    Excess [-]; 0 for a flat plate, -1/3 for a ball and for a point mass (zero tensor), infinite when the moments
+    sum to nothing or less.
 
     Reference: Wensing, Kim and Slotine, Linear matrix inequalities for physically consistent inertial parameter
         identification, IEEE Robotics and Automation Letters 3 (2018) 60-67.
@@ -235,12 +222,7 @@ def triangle_excess(inertia: Any) -> float:
 def half_axes(mass: float, inertia: Any) -> Array:
     """The half axes of the uniform ellipsoid that has this mass and inertia.
 
-    Args:
-        mass: Positive [kg].
-        inertia: About the centre of mass [kg m^2], (3, 3).
-
-    Returns:
-        Half axes, largest first [m], (3,); zero along a direction in which the tensor has no (or negative) spread.
+    Half axes, largest first [m], (3,); zero along a direction in which the tensor has no (or negative) spread.
     """
     moments = np.linalg.eigvalsh(checked_array(inertia, (3, 3), "inertia"))
     spread = np.clip(0.5 * moments.sum() - moments, 0.0, None)

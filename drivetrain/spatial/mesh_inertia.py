@@ -40,17 +40,7 @@ class TriangleMesh:
 
 
 def mesh_volume(mesh: TriangleMesh) -> float:
-    """The volume inside a closed mesh.
-
-    Args:
-        mesh: Closed, every triangle facing outwards.
-
-    Returns:
-        [m^3]
-
-    Raises:
-        InputError: As ``mesh_body``.
-    """
+    """The volume inside a closed mesh."""
     return float(_moments(mesh)[0])
 
 

@@ -14,12 +14,7 @@ from drivetrain.spatial.rotations import exp_rotation, exp_series, log_rotation,
 def pose(rotation: Any | None = None, point: Any | None = None) -> Array:
     """The pose made of a rotation and an origin.
 
-    Args:
-        rotation: Rotation matrix [-], (3, 3); None: none.
-        point: Origin [m], (3,); None: zero.
-
-    Returns:
-        Homogeneous matrix, (4, 4).
+    Homogeneous matrix, (4, 4).
     """
     result = np.eye(4)
     if rotation is not None:
@@ -32,12 +27,7 @@ def pose(rotation: Any | None = None, point: Any | None = None) -> Array:
 def pose_from_xyz_rpy(xyz: Any, rpy: Any) -> Array:
     """The pose of a URDF ``origin``: an origin and roll, pitch, yaw about fixed axes.
 
-    Args:
-        xyz: Origin [m], (3,).
-        rpy: Roll, pitch, yaw [rad], (3,).
-
-    Returns:
-        Homogeneous matrix, (4, 4).
+    Homogeneous matrix, (4, 4).
     """
     return pose(rotation_from_rpy(rpy), xyz)
 
@@ -45,11 +35,7 @@ def pose_from_xyz_rpy(xyz: Any, rpy: Any) -> Array:
 def inverse_pose(pose_a_b: Any) -> Array:
     """The pose of a seen from b, given that of b seen from a.
 
-    Args:
-        pose_a_b: Homogeneous matrix, (4, 4).
-
-    Returns:
-        Homogeneous matrix, (4, 4); translation [m].
+    Homogeneous matrix, (4, 4); translation [m].
     """
     t = checked_array(pose_a_b, (4, 4), "pose_a_b")
     back = t[:3, :3].T
@@ -59,11 +45,7 @@ def inverse_pose(pose_a_b: Any) -> Array:
 def exp_pose(twist: Any) -> Array:
     """The pose reached by following a constant twist for one unit of time.
 
-    Args:
-        twist: Angular [rad] and linear [m] part, (6,): a screw axis times the joint's position.
-
-    Returns:
-        Homogeneous matrix, (4, 4).
+    Homogeneous matrix, (4, 4).
 
     Reference: Modern Robotics, proposition 3.25.
     """
@@ -77,11 +59,7 @@ def exp_pose(twist: Any) -> Array:
 def log_pose(pose_a_b: Any) -> Array:
     """The constant twist that reaches a pose in one unit of time.
 
-    Args:
-        pose_a_b: Homogeneous matrix, (4, 4).
-
-    Returns:
-        Angular [rad] and linear [m] part, (6,); angle at most pi.
+    Angular [rad] and linear [m] part, (6,); angle at most pi.
 
     Reference: Modern Robotics, section 3.3.3.2.
     """
@@ -106,11 +84,7 @@ def _log_factor(angle: float) -> float:
 def adjoint(pose_a_b: Any) -> Array:
     """The matrix that re-expresses a twist given in b as seen in a.
 
-    Args:
-        pose_a_b: Pose of b in a, (4, 4).
-
-    Returns:
-        (6, 6), for twists (angular, linear) [rad/s, m/s].
+    (6, 6), for twists (angular, linear) [rad/s, m/s].
 
     Reference: Modern Robotics, definition 3.20.
     """
@@ -125,12 +99,7 @@ def adjoint(pose_a_b: Any) -> Array:
 def axis_point(screw: Any, near: Any) -> Array:
     """The point of a screw's axis that is nearest to a given point.
 
-    Args:
-        screw: Screw with unit angular part, (6,), (angular [-], linear [m]).
-        near: The point to be near to [m], (3,).
-
-    Returns:
-        Point on the axis [m], (3,).
+    Point on the axis [m], (3,).
     """
     s = checked_array(screw, (6,), "screw")
     p = checked_array(near, (3,), "near")

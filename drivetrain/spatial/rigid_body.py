@@ -24,15 +24,7 @@ SINGULAR = 1e-12  # pivot of the inertia scaled to a unit diagonal; rounding lea
 def momentum(inertia: Any, twist: Any) -> Array:
     """The spatial momentum of a body.
 
-    Args:
-        inertia: Spatial inertia [kg m^2, kg m, kg], (6, 6), as from ``RigidBody.spatial_inertia``.
-        twist: (angular [rad/s], linear [m/s]), (6,) or (N, 6).
-
-    Returns:
-        (angular [kg m^2/s], linear [kg m/s]), (6,) or (N, 6).
-
-    Raises:
-        InputError: Wrong shapes, a NaN or infinity, or an inertia that is not symmetric.
+    (angular [kg m^2/s], linear [kg m/s]), (6,) or (N, 6).
 
     Reference: Modern Robotics, equation 8.34.
     """

@@ -28,40 +28,21 @@ class RotationCoordinates(ABC):
     def values(self, rotation: Array) -> Array:
         """The coordinates of a rotation.
 
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-
-        Returns:
-            [rad], (3,).
+        [rad], (3,).
         """
 
     @abstractmethod
     def rate_matrix(self, rotation: Array) -> Array:
         """The matrix that takes the angular velocity in the body frame to the rates of the coordinates.
 
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-
-        Returns:
-            [-], (3, 3).
-
-        Raises:
-            InputError: The coordinates are singular there.
+        [-], (3, 3).
         """
 
     @abstractmethod
     def rate_matrix_rate(self, rotation: Array, spin: Array) -> Array:
         """The time derivative of the rate matrix.
 
-        Args:
-            rotation: Rotation matrix [-], (3, 3).
-            spin: Angular velocity in the body frame [rad/s], (3,).
-
-        Returns:
-            [1/s], (3, 3).
-
-        Raises:
-            InputError: The coordinates are singular there.
+        [1/s], (3, 3).
         """
 
 

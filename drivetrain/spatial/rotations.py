@@ -13,11 +13,7 @@ from drivetrain.arrays import Array, checked_array
 def skew(vector: Any) -> Array:
     """The matrix that takes the cross product with a vector from the left.
 
-    Args:
-        vector: (3,), any unit.
-
-    Returns:
-        The skew-symmetric matrix, (3, 3), in the same unit.
+    The skew-symmetric matrix, (3, 3), in the same unit.
     """
     x, y, z = checked_array(vector, (3,), "vector")
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -26,11 +22,7 @@ def skew(vector: Any) -> Array:
 def exp_rotation(rotation_vector: Any) -> Array:
     """The rotation by |vector| about the vector.
 
-    Args:
-        rotation_vector: Axis times angle [rad], (3,).
-
-    Returns:
-        Rotation matrix [-], (3, 3), to a few units of rounding at every angle.
+    Rotation matrix [-], (3, 3), to a few units of rounding at every angle.
 
     Reference: Modern Robotics (Lynch and Park), equation 3.51 (Rodrigues).
     """
@@ -43,11 +35,7 @@ def exp_rotation(rotation_vector: Any) -> Array:
 def exp_series(angle: float) -> tuple[float, float, float]:
     """The factors sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3 of the exponential.
 
-    Args:
-        angle: x >= 0 [rad].
-
-    Returns:
-        The three factors [-], accurate at zero too.
+    The three factors [-], accurate at zero too.
     """
     if angle == 0.0:
         return 1.0, 0.5, 1.0 / 6.0
@@ -65,12 +53,8 @@ def log_rotation(rotation: Any) -> Array:
     By Shepperd's quaternion and atan2, which lose no digits at small angles nor near half a turn, where the textbook
     way by acos and division by the sine does.
 
-    Args:
-        rotation: Rotation matrix [-], (3, 3); taken as it is, not checked for orthogonality.
-
-    Returns:
-        Axis times angle [rad], (3,), angle between 0 and pi. At exactly half a turn, where both signs are right, the
-        one whose largest component is positive.
+    Axis times angle [rad], (3,), angle between 0 and pi. At exactly half a turn, where both signs are right, the
+    one whose largest component is positive.
 
     Reference: Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1 (1978) 223-224.
     """
@@ -84,11 +68,7 @@ def log_rotation(rotation: Any) -> Array:
 def quaternion(rotation: Any) -> tuple[float, Array]:
     """The unit quaternion of a rotation matrix, real part not negative.
 
-    Args:
-        rotation: Rotation matrix [-], (3, 3).
-
-    Returns:
-        Real part [-] and imaginary part [-], (3,).
+    Real part [-] and imaginary part [-], (3,).
     """
     r = checked_array(rotation, (3, 3), "rotation")
     trace = float(np.trace(r))
@@ -114,11 +94,7 @@ def _axial(r: Array) -> Array:
 def rotation_from_rpy(rpy: Any) -> Array:
     """The rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
 
-    Args:
-        rpy: Roll, pitch, yaw [rad], (3,); the convention of URDF.
-
-    Returns:
-        Rotation matrix [-], (3, 3).
+    Rotation matrix [-], (3, 3).
     """
     roll, pitch, yaw = checked_array(rpy, (3,), "rpy")
     cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
@@ -134,12 +110,8 @@ def rotation_from_rpy(rpy: Any) -> Array:
 def rpy_from_rotation(rotation: Any) -> Array:
     """Roll, pitch and yaw of a rotation matrix.
 
-    Args:
-        rotation: Rotation matrix [-], (3, 3).
-
-    Returns:
-        Roll, pitch, yaw [rad], (3,); pitch between -pi/2 and pi/2, and yaw zero where pitch is +-pi/2 (there only the
-        sum or difference of roll and yaw is defined).
+    Roll, pitch, yaw [rad], (3,); pitch between -pi/2 and pi/2, and yaw zero where pitch is +-pi/2 (there only the
+    sum or difference of roll and yaw is defined).
     """
     r = checked_array(rotation, (3, 3), "rotation")
     cos_pitch = hypot(r[0, 0], r[1, 0])
@@ -153,12 +125,8 @@ def rpy_from_rotation(rotation: Any) -> Array:
 def frame_along(axis: Any) -> Array:
     """The rotation that takes the z axis to a given direction by the shortest way.
 
-    Args:
-        axis: Unit direction [-], (3,).
-
-    Returns:
-        Rotation matrix [-], (3, 3): its third column is the direction; the identity when that is +z, half a turn
-        about x when it is -z.
+    Rotation matrix [-], (3, 3): its third column is the direction; the identity when that is +z, half a turn
+    about x when it is -z.
     """
     x, y, z = checked_array(axis, (3,), "axis")
     across = x * x + y * y
@@ -177,11 +145,7 @@ def frame_along(axis: Any) -> Array:
 def nearest_rotation(matrix: Any) -> Array:
     """The rotation matrix nearest to a matrix, in the sum of squares of the entries.
 
-    Args:
-        matrix: Nearly a rotation [-], (3, 3).
-
-    Returns:
-        Rotation matrix [-], (3, 3).
+    Rotation matrix [-], (3, 3).
     """
     left, _, right = np.linalg.svd(checked_array(matrix, (3, 3), "matrix"))
     if np.linalg.det(left @ right) < 0.0:
@@ -190,15 +154,7 @@ def nearest_rotation(matrix: Any) -> Array:
 
 
 def is_rotation(matrix: Any, tolerance: float = 1e-6) -> bool:
-    """Whether a matrix is a rotation: orthogonal, and not a reflection.
-
-    Args:
-        matrix: (3, 3), [-].
-        tolerance: Largest error allowed in any entry of ``R^T R`` [-].
-
-    Returns:
-        True when it is.
-    """
+    """Whether a matrix is a rotation: orthogonal, and not a reflection."""
     r = checked_array(matrix, (3, 3), "matrix")
     error = float(np.abs(r.T @ r - np.eye(3)).max())
     return error <= tolerance and float(np.linalg.det(r)) > 0.0
@@ -207,11 +163,7 @@ def is_rotation(matrix: Any, tolerance: float = 1e-6) -> bool:
 def unit(vector: Any) -> Array:
     """The vector made unit length.
 
-    Args:
-        vector: Not zero, any unit, (3,).
-
-    Returns:
-        Direction [-], (3,).
+    Direction [-], (3,).
     """
     v = checked_array(vector, (3,), "vector")
     return v / sqrt(float(v @ v))

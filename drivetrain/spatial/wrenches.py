@@ -15,11 +15,7 @@ from drivetrain.spatial.rotations import skew
 def bracket(twist: Any) -> Array:
     """The matrix that takes the Lie bracket with a twist from the left; its negative transpose does so for wrenches.
 
-    Args:
-        twist: (angular [rad/s], linear [m/s]), (6,).
-
-    Returns:
-        (6, 6): ``bracket(V1) @ V2`` is the rate at which V2, fixed in a body that moves with V1, changes.
+    (6, 6): ``bracket(V1) @ V2`` is the rate at which V2, fixed in a body that moves with V1, changes.
 
     Reference: Modern Robotics, definition 8.3.
     """
@@ -34,15 +30,8 @@ def bracket(twist: Any) -> Array:
 def lie_bracket(first: Any, second: Any) -> Array:
     """The Lie bracket of two twists: the rate at which the second, fixed in a body that moves with the first, changes.
 
-    Args:
-        first, second: (angular [rad/s], linear [m/s]), (6,) or (N, 6), both of one shape.
-
-    Returns:
-        ``bracket(first) @ second``, (6,) or (N, 6). It is bilinear and antisymmetric, and obeys Jacobi's identity:
-        the cyclic sum of ``[a, [b, c]]`` vanishes.
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    ``bracket(first) @ second``, (6,) or (N, 6). It is bilinear and antisymmetric, and obeys Jacobi's identity:
+    the cyclic sum of ``[a, [b, c]]`` vanishes.
 
     Reference: Modern Robotics, definition 8.3; exercise 8.5 for the identity.
     """
@@ -55,15 +44,7 @@ def lie_bracket(first: Any, second: Any) -> Array:
 def dual_bracket(twist: Any, wrench: Any) -> Array:
     """The transposed bracket: what a twist makes of a wrench or a momentum given in the frame that moves with it.
 
-    Args:
-        twist: (angular [rad/s], linear [m/s]), (6,) or (N, 6).
-        wrench: (moment [N m], force [N]), or a momentum, of the same shape.
-
-    Returns:
-        ``bracket(twist).T @ wrench``, (6,) or (N, 6).
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    ``bracket(twist).T @ wrench``, (6,) or (N, 6).
 
     Reference: Modern Robotics, equation 8.39.
     """
@@ -75,15 +56,7 @@ def dual_bracket(twist: Any, wrench: Any) -> Array:
 def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
     """Samples or batches of one shape, each as a batch.
 
-    Args:
-        width: Entries a sample.
-        named: What came in, by name [any unit], (width,) or (N, width) each.
-
-    Returns:
-        The values, (N, width) each; N = 1 for one sample.
-
-    Raises:
-        InputError: Wrong shapes, shapes that differ, or a NaN or infinity.
+    The values, (N, width) each; N = 1 for one sample.
     """
     arrays = [batch(value, width, name) for name, value in named.items()]
     lead, first = next(iter(named.items()))
@@ -100,12 +73,7 @@ def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
 def like(rows: Array, given: Any) -> Array:
     """A batch as it came in: without its leading axis where one sample was given.
 
-    Args:
-        rows: Results [any unit], (N, ...).
-        given: The input whose shape decides, (k,) or (N, k).
-
-    Returns:
-        ``rows``, or its only row.
+    ``rows``, or its only row.
     """
     return rows if np.ndim(given) == 2 else np.asarray(rows[0])
 
@@ -113,12 +81,7 @@ def like(rows: Array, given: Any) -> Array:
 def transform_twist(pose_a_b: Any, twist: Any) -> Array:
     """A twist given in frame b, as seen in frame a.
 
-    Args:
-        pose_a_b: Pose of b in a, (4, 4); translation [m].
-        twist: (angular [rad/s], linear [m/s]) in b, (6,).
-
-    Returns:
-        The twist in a, (6,).
+    The twist in a, (6,).
 
     Reference: Modern Robotics, definition 3.20.
     """
@@ -128,12 +91,7 @@ def transform_twist(pose_a_b: Any, twist: Any) -> Array:
 def transform_wrench(pose_a_b: Any, wrench: Any) -> Array:
     """A wrench given in frame b, as seen in frame a: the moment is then about the origin of a.
 
-    Args:
-        pose_a_b: Pose of b in a, (4, 4); translation [m].
-        wrench: (moment [N m], force [N]) in b, (6,).
-
-    Returns:
-        The wrench in a, (6,); its power with any twist is what it was.
+    The wrench in a, (6,); its power with any twist is what it was.
 
     Reference: Modern Robotics, equation 3.98.
     """

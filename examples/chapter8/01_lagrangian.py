@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 import drivetrain as dt
+from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2r_torque
+from drivetrain.dynamics.book.symbolic import symbolic_dynamics
 from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
-from drivetrain.dynamics.lagrange import kinetic_energy, potential_energy, power_balance
-from drivetrain.dynamics.planar_2r import Planar2R, planar_2r_arm, planar_2r_torque
-from drivetrain.dynamics.symbolic import symbolic_dynamics
+from drivetrain.dynamics.energy import kinetic_energy, potential_energy, power_balance
 from drivetrain.report.figures_mass_matrix import figure_velocity_accelerations
 from drivetrain.report.svg import house_style, png_bytes
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import drivetrain as dt
-from drivetrain.dynamics.ratio_sweep import sweep_ratio, with_ratio
-from drivetrain.dynamics.symbolic import symbolic_dynamics
+from drivetrain.dynamics.book.ratio_sweep import sweep_ratio, with_ratio
+from drivetrain.dynamics.book.symbolic import symbolic_dynamics
 from drivetrain.report.figures_mass_matrix import figure_ratio_sweep
 from drivetrain.report.svg import house_style, png_bytes
 

@@ -9,9 +9,8 @@ from time import perf_counter
 import numpy as np
 
 import drivetrain as dt
-from drivetrain.dynamics.bias import bias_torque, tip_torque, velocity_torque
-from drivetrain.dynamics.closed_form import closed_form, closed_form_torque, mass_matrix_rate
-from drivetrain.dynamics.stacked import stacked
+from drivetrain.dynamics.book.closed_form import closed_form, closed_form_torque, mass_matrix_rate, stacked
+from drivetrain.dynamics.inverse import bias_torque, tip_torque, velocity_torque
 from drivetrain.report.figures_closed_form import figure_stacked
 from drivetrain.report.svg import house_style, png_bytes
 

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import drivetrain as dt
-from drivetrain.dynamics.bias import bias_torque
-from drivetrain.dynamics.jacobian_rates import body_jacobian_rate
-from drivetrain.dynamics.kinematics import body_jacobian
+from drivetrain.dynamics.inverse import bias_torque
+from drivetrain.dynamics.kinematics import body_jacobian, body_jacobian_rate
 from drivetrain.dynamics.task_space import Damped, Reduced, task_space_dynamics
 from drivetrain.report.figures_task_space import figure_task_space
 from drivetrain.report.svg import house_style, png_bytes

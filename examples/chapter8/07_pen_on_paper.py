@@ -11,7 +11,7 @@ import drivetrain as dt
 from drivetrain.dynamics.constrained import constrained_inverse_dynamics, constraint_projectors
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.kinematics import tip_pose
-from drivetrain.dynamics.tasks import TipVelocity
+from drivetrain.dynamics.task_space import TipVelocity
 from drivetrain.report.figures_constrained import figure_held_arm
 from drivetrain.report.svg import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained

@@ -12,7 +12,7 @@ import numpy as np
 
 from drivetrain.arm.builtin import ROBOTS
 from drivetrain.arm.load import load_arm
-from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.export.urdf import write_urdf
 from drivetrain.report.figures_links import figure_links
 from drivetrain.spatial.inertia import RigidBody

@@ -10,7 +10,7 @@ import numpy as np
 
 import drivetrain as dt
 from drivetrain.arm.coupling import belts_over, placed, rotor_turns
-from drivetrain.dynamics.lagrange import power_balance
+from drivetrain.dynamics.energy import power_balance
 from drivetrain.export.urdf import write_urdf
 from drivetrain.report.figures_coupling import figure_coupled_motors
 from drivetrain.report.svg import house_style, png_bytes

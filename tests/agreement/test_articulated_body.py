@@ -14,7 +14,7 @@ from random_arms import EVERY_JOINT, balanced_rotor, error, motion, random_arm, 
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.forward import articulated_body, forward_dynamics
-from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
 
 TOLERANCE = 1e-12  # of the largest acceleration; the condition numbers here are up to 1e5, what is found is 1e-14

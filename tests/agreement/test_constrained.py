@@ -11,7 +11,6 @@ from random_arms import EVERY_JOINT, error, motion, pose, random_arm, rotors_of
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.with_rotors import with_rotors
-from drivetrain.dynamics.bias import bias_torque
 from drivetrain.dynamics.constrained import (
     closed_position,
     closed_speed,
@@ -33,6 +32,7 @@ from drivetrain.dynamics.constraints import (
     stacked_rows,
 )
 from drivetrain.dynamics.forward import forward_dynamics
+from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.dynamics.kinematics import link_poses, tip_pose
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.errors import InputError

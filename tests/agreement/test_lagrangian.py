@@ -8,8 +8,8 @@ from random_arms import balanced_rotor, coaxial_rotor, error, motion, random_arm
 
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
-from drivetrain.dynamics.newton_euler import inverse_dynamics
-from drivetrain.dynamics.symbolic import symbolic_dynamics
+from drivetrain.dynamics.book.symbolic import symbolic_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 
 # Sympy keeps 15 digits of each constant, and rotors turn 100 times faster than the joints.
 TOLERANCE = 1e-10

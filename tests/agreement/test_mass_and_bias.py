@@ -5,10 +5,10 @@ import pytest
 from random_arms import EVERY_JOINT, random_arm, rotors_of
 
 import drivetrain as dt
-from drivetrain.dynamics.bias import bias_torque
 from drivetrain.dynamics.core.equation_of_motion import mass_and_bias, moving_bodies
 from drivetrain.dynamics.core.packed import link_frames, packed
 from drivetrain.dynamics.flexibility import rotor_inertias
+from drivetrain.dynamics.inverse import bias_torque
 
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")
 

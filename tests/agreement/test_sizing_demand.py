@@ -15,8 +15,8 @@ from drivetrain.drive.drive import Drive, motor_torque
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
+from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.dynamics.newton_euler import joint_loads
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.demand.demand import joint_demand
 from drivetrain.study.model import ContainedDrive, DriveMass, JointTask, Mount, Payload, Safety, Study

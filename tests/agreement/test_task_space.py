@@ -13,21 +13,24 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
-from drivetrain.dynamics.bias import bias_torque
 from drivetrain.dynamics.forward import forward_dynamics
-from drivetrain.dynamics.jacobian_rates import body_jacobian_rate, space_jacobian_rate
-from drivetrain.dynamics.kinematics import body_jacobian, space_jacobian
+from drivetrain.dynamics.inverse import bias_torque
+from drivetrain.dynamics.kinematics import body_jacobian, body_jacobian_rate, space_jacobian, space_jacobian_rate
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.task_space import (
+    BodyTwist,
     Damped,
+    PoseCoordinates,
     Reduced,
+    SpaceTwist,
+    Task,
+    TipVelocity,
     null_space_projector,
     task_acceleration,
     task_space_dynamics,
     task_wrench,
     wrench_torque,
 )  # fmt: skip
-from drivetrain.dynamics.tasks import BodyTwist, PoseCoordinates, SpaceTwist, Task, TipVelocity
 from drivetrain.errors import InputError
 from drivetrain.spatial.rotation_coordinates import RollPitchYaw
 

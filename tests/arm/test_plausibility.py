@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.builtin import ROBOTS
-from drivetrain.arm.plausibility import doubts, mean_density
-from drivetrain.arm.urdf import read_urdf
+from drivetrain.arm.checks import doubts, mean_density
+from drivetrain.arm.urdf.read import read_urdf
 from drivetrain.errors import PhysicsWarning
 from drivetrain.spatial.inertia import RigidBody, cuboid, cylinder, ellipsoid
 from drivetrain.spatial.poses import pose

@@ -10,8 +10,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
+from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.dynamics.newton_euler import gravity_torque, inverse_dynamics
 from drivetrain.errors import InputError
 
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")

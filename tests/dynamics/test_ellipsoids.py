@@ -9,7 +9,7 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.with_rotors import with_rotors
-from drivetrain.dynamics.ellipsoids import (
+from drivetrain.dynamics.book.ellipsoids import (
     Ellipsoid,
     acceleration_ellipsoid,
     effective_mass,
@@ -18,10 +18,10 @@ from drivetrain.dynamics.ellipsoids import (
     tip_force_ellipsoid,
     torque_ellipsoid,
 )
+from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
 from drivetrain.dynamics.forward import forward_dynamics
-from drivetrain.dynamics.newton_euler import inverse_dynamics
-from drivetrain.dynamics.planar_2r import Planar2R, planar_2r_arm
-from drivetrain.dynamics.tip_motion import tip_jacobian
+from drivetrain.dynamics.inverse import inverse_dynamics
+from drivetrain.dynamics.kinematics import tip_jacobian
 from drivetrain.errors import InputError
 
 XY = np.eye(3)[:2]

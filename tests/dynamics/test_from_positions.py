@@ -7,7 +7,7 @@ import pytest
 
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.from_positions import torque_from_positions
-from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
 
 ARM = load_arm("ur5")

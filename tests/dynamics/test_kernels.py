@@ -7,7 +7,7 @@ import pytest
 from random_arms import motion, random_arm
 
 from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, sincos
-from drivetrain.dynamics.newton_euler import inverse_dynamics, joint_loads
+from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.errors import InputError
 
 

@@ -11,8 +11,8 @@ from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics import mass_matrix as module
 from drivetrain.dynamics.coriolis import coriolis_matrix
+from drivetrain.dynamics.inverse import gravity_torque
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.dynamics.newton_euler import gravity_torque
 from drivetrain.errors import InputError
 
 

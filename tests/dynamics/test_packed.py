@@ -11,7 +11,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.core.packed import axis_directions, link_frames, packed
-from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 
 
 def check(arm: Arm) -> None:

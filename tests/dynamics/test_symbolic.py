@@ -13,11 +13,11 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
-from drivetrain.dynamics.lagrange import kinetic_energy, potential_energy
-from drivetrain.dynamics.newton_euler import inverse_dynamics
-from drivetrain.dynamics.planar_2r import Planar2R, planar_2r_arm, planar_2r_torque
-from drivetrain.dynamics.ratio_sweep import with_ratio
-from drivetrain.dynamics.symbolic import SymbolicDynamics, symbolic_dynamics
+from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2r_torque
+from drivetrain.dynamics.book.ratio_sweep import with_ratio
+from drivetrain.dynamics.book.symbolic import SymbolicDynamics, symbolic_dynamics
+from drivetrain.dynamics.energy import kinetic_energy, potential_energy
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
 from drivetrain.spatial.poses import pose
 

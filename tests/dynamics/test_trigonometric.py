@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sympy import cos, diff, lambdify, sin, symbols
 
-from drivetrain.dynamics.trigonometric import Trigonometry, all_exact, exact
+from drivetrain.dynamics.book.trigonometric import Trigonometry, all_exact, exact
 
 X, Y = symbols("q1 q2", real=True)
 

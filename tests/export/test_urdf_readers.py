@@ -13,7 +13,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
-from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.export.urdf import urdf_text
 
 BUILT_IN = ("kr300", "panda", "planar-2r", "puma560", "ur5", "ur5-corrected")

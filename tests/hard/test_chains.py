@@ -16,8 +16,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.forward import articulated_body, forward_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.errors import InputError
 
 Forward = Callable[[Arm, np.ndarray, np.ndarray, np.ndarray], np.ndarray]

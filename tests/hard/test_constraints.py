@@ -11,7 +11,6 @@ from hard_case import Figure, hard_case
 from random_arms import error, motion, random_arm
 
 from drivetrain.arm.arm import Arm
-from drivetrain.dynamics.bias import bias_torque
 from drivetrain.dynamics.constrained import closed_position, constrained_forward_dynamics
 from drivetrain.dynamics.constraints import (
     Attachment,
@@ -21,6 +20,7 @@ from drivetrain.dynamics.constraints import (
     Plane,
     PointOnSurface,
 )
+from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import simulate_constrained

@@ -7,7 +7,7 @@ from hard_case import Figure, hard_case
 
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.from_positions import torque_from_positions
-from drivetrain.dynamics.newton_euler import inverse_dynamics
+from drivetrain.dynamics.inverse import inverse_dynamics
 
 ARM = load_arm("ur5")
 TIME = 1e-3 * np.arange(2000)

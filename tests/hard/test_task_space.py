@@ -9,8 +9,7 @@ from random_arms import error
 
 from drivetrain.arm.arm import Arm
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.dynamics.task_space import Damped, task_space_dynamics
-from drivetrain.dynamics.tasks import TipVelocity
+from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynamics
 
 TASK = TipVelocity((3, 4))
 

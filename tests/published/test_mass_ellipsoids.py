@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivetrain.dynamics.ellipsoids import (
+from drivetrain.dynamics.book.ellipsoids import (
     acceleration_ellipsoid,
     effective_mass,
     tip_acceleration_ellipsoid,
     tip_force_ellipsoid,
     torque_ellipsoid,
 )
-from drivetrain.dynamics.planar_2r import Planar2R, planar_2r_arm
+from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
 
 ARM = planar_2r_arm(Planar2R())
 XY = np.eye(3)[:2]

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from drivetrain.arm.load import load_arm
-from drivetrain.dynamics.closed_form import closed_form
+from drivetrain.dynamics.book.closed_form import closed_form, stacked
 from drivetrain.dynamics.from_positions import torque_from_positions
-from drivetrain.dynamics.newton_euler import inverse_dynamics
-from drivetrain.dynamics.stacked import stacked
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
 from drivetrain.report.figures_closed_form import figure_stacked
 from drivetrain.report.figures_readings import figure_torque_from_positions

@@ -10,7 +10,7 @@ from drivetrain.arm.coupling import differential, placed, rotor_turns, with_coup
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import with_rotors
-from drivetrain.dynamics.newton_euler import drive_torques
+from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError
 from drivetrain.report.figures_coupling import figure_coupled_motors
 from drivetrain.report.figures_links import figure_links

@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
 
 from drivetrain.arm.load import load_arm
-from drivetrain.dynamics.planar_2r import Planar2R, planar_2r_arm
-from drivetrain.dynamics.ratio_sweep import sweep_ratio
+from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
+from drivetrain.dynamics.book.ratio_sweep import sweep_ratio
 from drivetrain.errors import InputError
 from drivetrain.report.figures_mass_matrix import (
     figure_mass_ellipsoids,

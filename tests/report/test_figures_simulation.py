@@ -10,8 +10,7 @@ from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.kinematics import tip_pose
-from drivetrain.dynamics.task_space import Damped, task_space_dynamics
-from drivetrain.dynamics.tasks import TipVelocity
+from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynamics
 from drivetrain.report.figures_constrained import figure_drift, figure_held_arm
 from drivetrain.report.figures_recording import figure_recording, figure_step_study
 from drivetrain.report.figures_task_space import figure_task_space

@@ -14,8 +14,8 @@ from drivetrain.arm.coupling import with_coupling
 from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import wind_up
+from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.kinematics import tip_pose
-from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.errors import InputError
 from drivetrain.sizing.deflection import joint_stiffness, lost_motion, tip_deflection, vibration
 from drivetrain.sizing.judge.evaluate import evaluate

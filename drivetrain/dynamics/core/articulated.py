@@ -54,10 +54,8 @@ BODY = np.dtype(
         ("w", np.float64, (3,)),
         ("v", np.float64, (3,)),
         ("coriolis", np.float64, (6,)),
-        # Articulated inertia [[A, B], [B^T, C]] and bias force.
-        *((name, np.float64) for name in ("axx", "ayy", "azz", "axy", "axz", "ayz")),
-        *((f"b{row}{column}", np.float64) for row in "xyz" for column in "xyz"),
-        *((name, np.float64) for name in ("cxx", "cyy", "czz", "cxy", "cxz", "cyz")),
+        # Articulated inertia and bias force.
+        ("inertia", np.float64, (6, 6)),
         ("bias", np.float64, (6,)),
         # Momentum for a unit speed of the joint of rotors on this link, and on the link before; what eliminates the
         # joint's acceleration; the acceleration itself.
@@ -108,7 +106,7 @@ def articulated_accelerations(
     bodies, spinning, far = np.zeros(n + 1, BODY), np.zeros(1, BODY), np.zeros(m, FAR)  # the last body: the base
     # Open numbers at hand in row 0, those that joint i was coupled with in row 1 + i, up to a -1; gains of each.
     corner, live, gains = np.zeros((m, m)), np.full((n + 1, m), -1), np.zeros((n, m))
-    base = bodies[n]
+    base: Any = bodies[n]
     for j in range(3):
         base.rotation[j, j] = 1.0
         base.acceleration[3 + j] = -gravity[j]
@@ -190,21 +188,15 @@ def _times(t: Inertia, a: Vector) -> Vector:
 @exact
 def _add_body(body: Any, m: float, h: Vector, t: Inertia) -> None:
     """A body (mass, first moment, inertia about the origin) joins the articulated inertia and the plain sum of it."""
-    body.axx += t[0]
-    body.ayy += t[1]
-    body.azz += t[2]
-    body.axy += t[3]
-    body.axz += t[4]
-    body.ayz += t[5]
-    body.cxx += m
-    body.cyy += m
-    body.czz += m
-    body.bxy -= h[2]
-    body.bxz += h[1]
-    body.byx += h[2]
-    body.byz -= h[0]
-    body.bzx -= h[1]
-    body.bzy += h[0]
+    xx, yy, zz, xy, xz, yz = t
+    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    lever = ((0.0, -h[2], h[1]), (h[2], 0.0, -h[0]), (-h[1], h[0], 0.0))
+    for r in range(3):
+        for c in range(3):
+            body.inertia[r, c] += rows[r][c]
+            body.inertia[r, 3 + c] += lever[r][c]
+            body.inertia[3 + c, r] += lever[r][c]
+        body.inertia[3 + r, 3 + r] += m
     body.mass += m
     add(body.first, h)
     body.polar += 0.5 * (t[0] + t[1] + t[2])
@@ -232,11 +224,10 @@ def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, ca
     put(body.v, v)
     wz = cross(w, z)
     put_six(body.coriolis, times(turn, wz), plus(times(slide, wz), times(turn, cross(v, z))))
-    body.axx = body.ayy = body.azz = body.axy = body.axz = body.ayz = 0.0
-    body.cxx = body.cyy = body.czz = body.cxy = body.cxz = body.cyz = 0.0
-    body.bxx = body.bxy = body.bxz = body.byx = body.byy = body.byz = body.bzx = body.bzy = body.bzz = 0.0
     for j in range(6):
         body.on_self[j] = body.on_parent[j] = 0.0
+        for k in range(6):
+            body.inertia[j, k] = 0.0
     body.mass = body.polar = body.first[0] = body.first[1] = body.first[2] = 0.0
     h, inertia = _turned_moments(link, body)
     _add_body(body, link.mass, h, inertia)
@@ -312,75 +303,32 @@ def _spin_whole(
 @exact
 def _apply(o: Any, x: Array, y: Array) -> None:
     """The articulated inertia of a link, times x."""
-    a, b, c, d, e, f = x[0], x[1], x[2], x[3], x[4], x[5]
-    y[0] = o.axx * a + o.axy * b + o.axz * c + o.bxx * d + o.bxy * e + o.bxz * f
-    y[1] = o.axy * a + o.ayy * b + o.ayz * c + o.byx * d + o.byy * e + o.byz * f
-    y[2] = o.axz * a + o.ayz * b + o.azz * c + o.bzx * d + o.bzy * e + o.bzz * f
-    y[3] = o.bxx * a + o.byx * b + o.bzx * c + o.cxx * d + o.cxy * e + o.cxz * f
-    y[4] = o.bxy * a + o.byy * b + o.bzy * c + o.cxy * d + o.cyy * e + o.cyz * f
-    y[5] = o.bxz * a + o.byz * b + o.bzz * c + o.cxz * d + o.cyz * e + o.czz * f
+    for j in range(6):
+        y[j] = dot_six(o.inertia[j], x)
 
 
 @exact
 def _join(o: Any, x: Array, y: Array, factor: float) -> None:
     """``factor (x y^T + y x^T)`` joins the articulated inertia of a link."""
-    o.axx += factor * 2.0 * x[0] * y[0]
-    o.ayy += factor * 2.0 * x[1] * y[1]
-    o.azz += factor * 2.0 * x[2] * y[2]
-    o.axy += factor * (x[0] * y[1] + y[0] * x[1])
-    o.axz += factor * (x[0] * y[2] + y[0] * x[2])
-    o.ayz += factor * (x[1] * y[2] + y[1] * x[2])
-    o.bxx += factor * (x[0] * y[3] + y[0] * x[3])
-    o.bxy += factor * (x[0] * y[4] + y[0] * x[4])
-    o.bxz += factor * (x[0] * y[5] + y[0] * x[5])
-    o.byx += factor * (x[1] * y[3] + y[1] * x[3])
-    o.byy += factor * (x[1] * y[4] + y[1] * x[4])
-    o.byz += factor * (x[1] * y[5] + y[1] * x[5])
-    o.bzx += factor * (x[2] * y[3] + y[2] * x[3])
-    o.bzy += factor * (x[2] * y[4] + y[2] * x[4])
-    o.bzz += factor * (x[2] * y[5] + y[2] * x[5])
-    o.cxx += factor * 2.0 * x[3] * y[3]
-    o.cyy += factor * 2.0 * x[4] * y[4]
-    o.czz += factor * 2.0 * x[5] * y[5]
-    o.cxy += factor * (x[3] * y[4] + y[3] * x[4])
-    o.cxz += factor * (x[3] * y[5] + y[3] * x[5])
-    o.cyz += factor * (x[4] * y[5] + y[4] * x[5])
+    for j in range(6):
+        for k in range(6):
+            o.inertia[j, k] += factor * (x[j] * y[k] + y[j] * x[k])
 
 
 @exact
 def _hand_on(o: Any, to: Any) -> None:
     """Articulated inertia, bias force and body sums of a link join those of the link before, shifted to its origin."""
-    p = vector(o.step)
-    bx, by, bz = (o.bxx, o.bxy, o.bxz), (o.byx, o.byy, o.byz), (o.bzx, o.bzy, o.bzz)
-    rx, ry, rz = cross(p, bx), cross(p, by), cross(p, bz)
-    x, y, z = cross(p, (o.cxx, o.cxy, o.cxz)), cross(p, (o.cxy, o.cyy, o.cyz)), cross(p, (o.cxz, o.cyz, o.czz))
-    # Rows of B + [p] C; its column j is p x (column j of C), and C is symmetric.
-    bx = plus(bx, (x[0], y[0], z[0]))
-    by = plus(by, (x[1], y[1], z[1]))
-    bz = plus(bz, (x[2], y[2], z[2]))
-    # A + [p] B^T + ([p] B'^T)^T; column j of [p] B^T is p x (row j of B).
-    sx, sy, sz = cross(p, bx), cross(p, by), cross(p, bz)
-    to.axx += o.axx + rx[0] + sx[0]
-    to.ayy += o.ayy + ry[1] + sy[1]
-    to.azz += o.azz + rz[2] + sz[2]
-    to.axy += o.axy + ry[0] + sx[1]
-    to.axz += o.axz + rz[0] + sx[2]
-    to.ayz += o.ayz + rz[1] + sy[2]
-    to.bxx += bx[0]
-    to.bxy += bx[1]
-    to.bxz += bx[2]
-    to.byx += by[0]
-    to.byy += by[1]
-    to.byz += by[2]
-    to.bzx += bz[0]
-    to.bzy += bz[1]
-    to.bzz += bz[2]
-    to.cxx += o.cxx
-    to.cyy += o.cyy
-    to.czz += o.czz
-    to.cxy += o.cxy
-    to.cxz += o.cxz
-    to.cyz += o.cyz
+    p, inertia = vector(o.step), o.inertia
+    for j in range(6):
+        add(inertia[j], cross(p, linear(inertia[j])))
+    for k in range(6):
+        shift = cross(p, (inertia[3, k], inertia[4, k], inertia[5, k]))
+        inertia[0, k] += shift[0]
+        inertia[1, k] += shift[1]
+        inertia[2, k] += shift[2]
+    for j in range(6):
+        for k in range(6):
+            to.inertia[j, k] += inertia[j, k]
     force, first = linear(o.bias), vector(o.first)
     add_six(to.bias, plus(vector(o.bias), cross(p, force)), force)
     to.mass += o.mass

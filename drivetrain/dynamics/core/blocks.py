@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.dynamics.core.vectors import exact
 from drivetrain.jit import law
 
 BLOCK = 64  # samples; below 32 and above 128 slower
 FAR = 1e6  # rad; three-part reduction is exact below, libm takes over above
 TWO_OVER_PI = 2.0 / math.pi
 
+# The reduction of an angle, and the test for NaN, are ``exact``: void once sums may be reordered or NaN ruled out.
 fast = law(fastmath=True)
-# The reduction of an angle, and the test for NaN, are void once the compiler may reorder sums or rule NaN out.
-exact = law(fastmath={"contract"})
 
 
 def block_type(*names: str) -> np.dtype:

@@ -32,7 +32,7 @@ BODY = np.dtype(
 )
 
 
-def moving_bodies(links: int, rotors: int, base: Array, gravity: Array) -> Array:
+def moving_bodies(links: int, rotors: int, base: Array, gravity: Array) -> np.ndarray:
     """The bodies of an arm for ``mass_and_bias``: links, rotors, and the base, at rest.
 
     Args:

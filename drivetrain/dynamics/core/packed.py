@@ -5,8 +5,8 @@ A rotor that is balanced and axisymmetric moves its carrier as a body fixed to i
 mass and inertia join the carrier's, and the rest costs a few operations. Any other rotor is a body of its own.
 
 A rotor that follows several joints (``arm/coupling.py``) follows a stand-in: a joint at the end of the chain that moves
-nothing and weighs nothing, whose position is the rotor's angle. ``doors.py`` gives it that motion and takes its torque
-back to the joints, so the recursion knows nothing of couplings.
+nothing and weighs nothing, whose position is the rotor's angle. ``samples.py`` gives it that motion and takes its
+torque back to the joints, so the recursion knows nothing of couplings.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ def _joints(links: np.ndarray, arm: Arm, frames: Array) -> None:
     links["turn"] = turning
     links["slide"] = np.where(turning, pitch, 1.0)
     own = [frame[:, :2].T @ frame_along(frame[:, 2])[:, 0] for frame in frames[1:, :3, :3]]
-    _set(links, "cos_own sin_own", own)
+    _set(links, "cos_own sin_own", np.array(own))
 
 
 def _revolute(links: np.ndarray) -> np.ndarray:

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_type, exact, fast, sincos, sum_of_squares
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_type, fast, sincos, sum_of_squares
+from drivetrain.dynamics.core.vectors import exact
 from drivetrain.jit import kernel
 
 # A link over a block of samples: angular velocity, its rate, acceleration of the origin less gravity, then force and
@@ -67,7 +68,13 @@ def recursion(
             else:
                 spin(link, joint, joints[n], carrier, bodies[n + 1], size)
         if len(tip):
-            load_tip(bodies[n], tip, first, count)
+            last: Any = bodies[n]
+            add_column(last.nx, tip, np.int64(0), first, count)
+            add_column(last.ny, tip, np.int64(1), first, count)
+            add_column(last.nz, tip, np.int64(2), first, count)
+            add_column(last.fx, tip, np.int64(3), first, count)
+            add_column(last.fy, tip, np.int64(4), first, count)
+            add_column(last.fz, tip, np.int64(5), first, count)
         for i in range(n - 1, -1, -1):
             link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
             if link.slide != 0.0 or link.turn != 1.0:
@@ -342,17 +349,11 @@ def spin(link: Any, joint: Any, own: Any, carrier: Any, body: Any, size: float) 
 
 
 @fast
-def load_tip(body: Any, tip: Array, first: int, count: int) -> None:
-    """The wrench on the environment, one for all samples or one each, joins that of the last link."""
-    step = 1 if len(tip) > 1 else 0
+def add_column(row: Array, samples: Array, column: int, first: int, count: int) -> None:
+    """A column of samples, or its one number, joins a row."""
+    step = 1 if len(samples) > 1 else 0
     for k in range(count):
-        at = (first + k) * step
-        body.nx[k] += tip[at, 0]
-        body.ny[k] += tip[at, 1]
-        body.nz[k] += tip[at, 2]
-        body.fx[k] += tip[at, 3]
-        body.fy[k] += tip[at, 4]
-        body.fz[k] += tip[at, 5]
+        row[k] += samples[(first + k) * step, column]
 
 
 @fast

@@ -19,7 +19,7 @@ from drivetrain.arm.bodies import with_body
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
-from drivetrain.dynamics.newton_euler import inverse_dynamics, joint_loads
+from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.mounting import (
     carrier_link,

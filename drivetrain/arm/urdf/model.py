@@ -10,9 +10,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.checks import checked_inertia
-from drivetrain.arm.urdf_couplings import UrdfCoupling
-from drivetrain.arm.urdf_drives import UrdfDrive, read_drives
-from drivetrain.arm.urdf_xml import Reader, read_document
+from drivetrain.arm.urdf.drives import UrdfCoupling, UrdfDrive, read_drives
+from drivetrain.arm.urdf.xml import Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import nearest
 from drivetrain.spatial.inertia import RigidBody
@@ -95,14 +94,7 @@ class UrdfModel:
 
 
 def read_model(path: Path) -> UrdfModel:
-    """The contents of a URDF or xacro file.
-
-    Returns:
-        What it says [SI].
-
-    Raises:
-        InputError: Everything that is wrong with it, at once.
-    """
+    """The contents of a URDF or xacro file."""
     root = read_document(path)
     reader = Reader(str(path))
     reader.count_ignored(root, ("link", "joint", "transmission", "ros2_control"), ("name", "version"))

@@ -15,10 +15,9 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, batch, checked_array
 from drivetrain.dynamics.core.factor import factorise
-from drivetrain.dynamics.doors import finite_samples
-from drivetrain.dynamics.factors import solve_lower
-from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.dynamics.tip_motion import tip_jacobian
+from drivetrain.dynamics.kinematics import tip_jacobian
+from drivetrain.dynamics.mass_matrix import mass_matrix, solve_lower
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 
 BASE_AXES = np.eye(3)

@@ -14,8 +14,8 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, axes_of, checked_array
-from drivetrain.dynamics.doors import finite_samples
 from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 
 
@@ -36,14 +36,7 @@ class RatioSweep:
 
 
 def with_ratio(arm: Arm, ratio: float) -> Arm:
-    """The arm with one gear ratio at every joint that has a rotor; rotors stay as they are, and their sense of turning.
-
-    Args:
-        ratio: Its magnitude [- or rad/m], positive.
-
-    Raises:
-        InputError: A ratio that is not positive, or an arm without rotors.
-    """
+    """The arm with one gear ratio at every joint that has a rotor; rotors and their sense of turning stay."""
     size = float(checked_array(ratio, (), "ratio"))
     faults = [] if size > 0.0 else [Fault("ratio", "must be positive", size)]
     if all(rotor is None for rotor in arm.rotors):
@@ -57,14 +50,7 @@ def with_ratio(arm: Arm, ratio: float) -> Arm:
 def coupling(matrix: Any) -> Array:
     """How far a mass matrix is from diagonal, whatever the units of its rows: the largest ``|M_ij|/sqrt(M_ii M_jj)``.
 
-    Args:
-        matrix: Symmetric, positive definite [kg m^2, kg m or kg], (n, n) or (N, n, n).
-
-    Returns:
-        Share [-], () or (N,): 0 for a diagonal matrix, 1 for one in which two joints move the same inertia.
-
-    Raises:
-        InputError: Wrong shape, a NaN or infinity, or a diagonal that is not positive.
+    Share [-], () or (N,): 0 for a diagonal matrix, 1 for one in which two joints move the same inertia.
     """
     shape = (None, None) if axes_of(matrix) == 2 else (None, None, None)
     values = checked_array(matrix, shape, "matrix")

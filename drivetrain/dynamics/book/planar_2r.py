@@ -12,7 +12,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, frozen_array
-from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import pose
 
@@ -59,14 +59,7 @@ class MotionTerms(NamedTuple):
 def planar_2r_terms(chain: Planar2R, q: Any, qd: Any) -> MotionTerms:
     """Mass matrix, velocity-product torque and gravity torque of the 2R arm.
 
-    Args:
-        q, qd: Angles and speeds [rad, rad/s], (2,) or (N, 2).
-
-    Returns:
-        The terms [kg m^2, N m, N m].
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    The terms [kg m^2, N m, N m].
 
     Reference: Modern Robotics, equations 8.9 and 8.10.
     """
@@ -89,14 +82,7 @@ def planar_2r_terms(chain: Planar2R, q: Any, qd: Any) -> MotionTerms:
 def planar_2r_torque(chain: Planar2R, q: Any, qd: Any, qdd: Any) -> Array:
     """The joint torques of the 2R arm.
 
-    Args:
-        q, qd, qdd: Angles, speeds and accelerations [rad, rad/s, rad/s^2], (2,) or (N, 2).
-
-    Returns:
-        Torque [N m], (2,) or (N, 2).
-
-    Raises:
-        InputError: Wrong shapes, or a NaN or infinity.
+    Torque [N m], (2,) or (N, 2).
 
     Reference: Modern Robotics, equation 8.9.
     """
@@ -109,8 +95,8 @@ def planar_2r_torque(chain: Planar2R, q: Any, qd: Any, qdd: Any) -> Array:
 def planar_2r_arm(chain: Planar2R) -> Arm:
     """The 2R arm for all other functions of this package, without motors; the tip is at the second mass.
 
-    Returns:
-        The arm: stretched along x at zero angles [rad], base frame at joint 1.
+    The arm: stretched along x at zero angles [rad], base frame at joint 1.
+
     Reference: Modern Robotics, figure 8.1.
     """
     l1, l2 = (float(length) for length in chain.lengths)

@@ -18,13 +18,13 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
-from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.samples import finite_samples
 from drivetrain.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from sympy import Expr, ImmutableMatrix, Symbol
 
-    from drivetrain.dynamics.trigonometric import Trigonometry
+    from drivetrain.dynamics.book.trigonometric import Trigonometry
 
 Polynomials = Any  # object array of sympy's polynomials
 Torques = Callable[[Any, Any, Any], Array]
@@ -204,7 +204,7 @@ def _turning(arm: Arm) -> dict[int, MountedRotor]:
 
 def _trigonometry(arm: Arm, q: Sequence[Symbol]) -> Trigonometry:
     """One angle a joint, and then one a rotor that spins."""
-    from drivetrain.dynamics.trigonometric import Trigonometry, all_exact
+    from drivetrain.dynamics.book.trigonometric import Trigonometry, all_exact
 
     numbers: list[Any] = [arm.home, arm.screws, arm.masses, arm.inertias, arm.gravity]
     for r in arm.rotors:

@@ -29,14 +29,7 @@ TORQUE_ONLY = Outputs(np.empty((0, 1)), np.empty((0, 1)), np.empty((0, 1, 6)))
 def samples(n: int, named: dict[str, Any]) -> list[Array]:
     """Samples as arrays of one shape; that they are finite is left to the recursion, which sees it in passing.
 
-    Args:
-        named: What came in, by name [rad or m, and per s, s^2, or N m], (n,) or (N, n) each.
-
-    Returns:
-        The values, (N, n) each, C order; N = 1 for one sample. Not copied when they are so already.
-
-    Raises:
-        InputError: Not numbers, wrong shapes, or shapes that differ.
+    The values, (N, n) each, C order; N = 1 for one sample. Not copied when they are so already.
     """
     try:
         arrays = [real_array(value) for value in named.values()]
@@ -52,14 +45,7 @@ def samples(n: int, named: dict[str, Any]) -> list[Array]:
 def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
     """As ``samples``, and every number is finite and not too large.
 
-    Args:
-        named: What came in, by name [rad or m, and per s, s^2, or N m], (n,) or (N, n) each.
-
-    Returns:
-        The values, (N, n) each, C order; N = 1 for one sample.
-
-    Raises:
-        InputError: As ``samples``; or a NaN, an infinity, or a number too large to calculate with.
+    The values, (N, n) each, C order; N = 1 for one sample.
     """
     arrays = samples(n, named)
     if not all(within_reach(array) for array in arrays):

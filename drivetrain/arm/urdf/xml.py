@@ -23,12 +23,6 @@ def read_document(path: Path) -> ElementTree.Element:
     """The root element of a URDF file, or of a xacro file once expanded.
 
     Tags keep their prefix as written (``drake:gear_ratio``), whether or not the file declares it: many do not.
-
-    Returns:
-        The ``robot`` element [-].
-
-    Raises:
-        InputError: No such file, malformed XML, no robot, or a xacro file that cannot be expanded.
     """
     if not path.is_file():
         raise InputError(Fault(str(path), "no such file"))
@@ -101,11 +95,7 @@ class Reader:
         return float(self.numbers(element, attribute, place, [0.0])[0])
 
     def limit(self, element: ElementTree.Element, attribute: str, place: str, default: float) -> float:
-        """A limit, which may be infinite, also when written as the largest number there is.
-
-        Args:
-            default: Taken when it is missing [rad, m, rad/s or m/s].
-        """
+        """A limit, which may be infinite, also when written as the largest number there is."""
         written = element.get(attribute, str(default))
         try:
             value = float(written)

@@ -26,8 +26,7 @@ VANISHED = 1e-13  # of the largest coefficient that went in: what a sum of round
 def exact(value: float) -> Fraction | None:
     """The short decimal number or fraction that a float stands for.
 
-    Returns:
-        Such as 1/10, 0 or 1/3; None when it stands for no short number.
+    Such as 1/10, 0 or 1/3; None when it stands for no short number.
     """
     if abs(value) <= NOTHING:
         return Fraction(0)

@@ -1,18 +1,127 @@
-"""The tree of a URDF file: its root, the chain to a tip, and the bodies that ride on each link of the chain."""
+"""Arms from URDF files, read by ourselves: meshes are never opened, and what is not used is told.
+
+Of the tree in a file the chain from a root to a tip is taken, with the bodies that ride on each of its links.
+"""
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.urdf_model import MOVABLE, REFUSED, UrdfJoint, UrdfModel
+from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.checks import doubts
+from drivetrain.arm.urdf.drives import UrdfDrive
+from drivetrain.arm.urdf.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, UrdfModel, read_model
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.spatial.inertia import RigidBody
+from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
+from drivetrain.spatial.inertia import RigidBody, combined
 
 Children = dict[str, list[UrdfJoint]]
 USUAL_TIP = "tool0"  # what ROS-Industrial calls the flange frame
+
+
+def read_urdf(path: str | Path, *, tip: str | None = None, root: str | None = None, gravity: Any = None) -> Arm:
+    """The arm that a URDF file describes, without rotors.
+
+    Links on fixed joints, and on movable joints off the chain (held at zero), are lumped into the link that carries
+    them. Each joint sits at the origin of its URDF frame. What was ignored or is hard to believe stands in the arm's
+    notes; the latter is also a PhysicsWarning.
+    """
+    arm, doubtful = arm_from_model(read_model(Path(path)), tip=tip, root=root, gravity=gravity)
+    warn_each(doubtful)
+    return arm
+
+
+def read_urdf_drives(path: str | Path) -> dict[str, UrdfDrive]:
+    """What a URDF file says of its movable joints' friction, gears and rotors.
+
+    By joint name: friction [N m, N m s/rad], ratio and rotor inertia [kg m^2], None where the file is silent.
+    """
+    return read_model(Path(path)).drives
+
+
+def warn_each(texts: list[str]) -> None:
+    """Warn of each doubt, as if the caller's caller had."""
+    for text in texts:
+        warnings.warn(text, PhysicsWarning, stacklevel=3)
+
+
+def arm_from_model(
+    model: UrdfModel, *, tip: str | None = None, root: str | None = None, gravity: Any = None
+) -> tuple[Arm, list[str]]:
+    """The arm of a parsed file, and what is hard to believe of it; warns of nothing."""
+    chain = choose_chain(model, root, tip)
+    doubtful = _doubts(model, chain)
+    lumped = [_lump(frame, bodies) for frame, bodies in zip(chain.frames, chain.bodies, strict=True)]
+    screws = [_screw(joint.kind, joint.axis, frame) for joint, frame in zip(chain.joints, chain.frames, strict=True)]
+    arm = Arm.from_screws(
+        [home for home, _, _ in lumped],
+        screws,
+        [mass for _, mass, _ in lumped],
+        [inertia for _, _, inertia in lumped],
+        chain.tip_pose,
+        STANDARD_GRAVITY if gravity is None else gravity,
+        joint_points=[frame[:3, 3] for frame in chain.frames],
+        joint_names=[joint.name for joint in chain.joints],
+        link_names=[joint.child for joint in chain.joints],
+        lower=[joint.lower for joint in chain.joints],
+        upper=[joint.upper for joint in chain.joints],
+        speed_limits=[joint.speed_limit for joint in chain.joints],
+        name=model.name,
+        notes=[*model.notes, *_notes(chain, tip), *doubtful],
+        check_inertias=False,  # done above link by link, before lumping hides the culprit
+    )
+    return arm, doubtful
+
+
+def _lump(frame: Array, bodies: list[RigidBody]) -> tuple[Array, float, Array]:
+    """Home frame, mass and inertia of a moving link: the link's directions, at the common centre of mass."""
+    home = frame.copy()
+    if not bodies:
+        return home, 0.0, np.zeros((3, 3))
+    whole = combined(bodies)
+    home[:3, 3] = whole.com
+    rotation = frame[:3, :3]
+    inertia = rotation.T @ whole.inertia @ rotation
+    return home, whole.mass, 0.5 * (inertia + inertia.T)
+
+
+def _screw(kind: str, axis: Array, frame: Array) -> Array:
+    direction = frame[:3, :3] @ axis
+    if kind in REVOLUTE:
+        return np.concatenate([direction, np.cross(frame[:3, 3], direction)])
+    return np.concatenate([np.zeros(3), direction])
+
+
+def _notes(chain: Chain, wanted_tip: str | None) -> list[str]:
+    """What was chosen or assumed on the way to the chain."""
+    notes = [] if wanted_tip else [f"tip: {chain.tip}, as none was named"]
+    if chain.locked:
+        notes.append("held at zero, off the chain: " + ", ".join(chain.locked))
+    notes += [f"joint {j.name}: said to mimic {j.mimics}, taken as free" for j in chain.joints if j.mimics]
+    notes += [f"joint {joint.name}: {joint.unsaid}" for joint in chain.joints if joint.unsaid]
+    massless = [
+        joint.child
+        for joint, bodies in zip(chain.joints, chain.bodies, strict=True)
+        if not sum(body.mass for body in bodies)
+    ]
+    if massless:
+        notes.append("moving links without mass: " + ", ".join(massless))
+    return notes
+
+
+def _doubts(model: UrdfModel, chain: Chain) -> list[str]:
+    """What is hard to believe of the links that move."""
+    found = []
+    for name in (rider for riders in chain.riders for rider in riders):
+        body = model.links[name].body
+        points = [np.zeros(3), *(j.origin[:3, 3] for j in model.joints.values() if j.parent == name)]
+        found += [] if body is None else doubts(name, body, points)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,20 +148,7 @@ class Chain:
 
 
 def choose_chain(model: UrdfModel, root: str | None, tip: str | None) -> Chain:
-    """The chain from a root link to a tip link.
-
-    Args:
-        root: Name of the link that stands still; None: the one that hangs on nothing.
-        tip: Name of the link that is the end effector; None: the end of the longest chain, if the others are part
-            of it.
-
-    Returns:
-        The chain [m, kg, kg m^2].
-
-    Raises:
-        InputError: Unknown names, several roots, several chains and no tip, no movable joint, or a joint of a
-            kind that a serial arm has not.
-    """
+    """The chain from a root link to a tip link."""
     children: Children = {name: [] for name in model.links}
     for joint in model.joints.values():
         children[joint.parent].append(joint)

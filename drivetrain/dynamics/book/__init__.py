@@ -1,0 +1,1 @@
+"""What the chapter shows beside the algorithms that the package runs on."""
