@@ -29,9 +29,9 @@ from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.inverse import demanded
+from drivetrain.simulation.mechanics import coupling_of, ratios_of
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.mechanics import coupling_of, ratios_of
 from drivetrain.simulation.study_scene import Wishes, scene_of, with_feed_forward
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
