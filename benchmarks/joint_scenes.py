@@ -18,7 +18,7 @@ import numpy as np
 
 from drivetrain.solvers.compiled_function import compiled
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events
-from drivetrain.solvers.layout import EITHER
+from drivetrain.solvers.records import EITHER
 
 # States: link [rad, rad/s], rotor [rad, rad/s], current [A], voltage of the current loop's integrator [V],
 # winding and housing [C], integral of the squared current [A^2 s].

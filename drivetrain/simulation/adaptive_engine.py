@@ -22,7 +22,7 @@ from drivetrain.simulation.engine import Engine, Outcome, Wish, column_names
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event
-from drivetrain.solvers import layout as at
+from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks, column_groups
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
 from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
@@ -57,7 +57,7 @@ class AdaptiveStep(Engine):
             first, kept = 0.0, None
         else:
             _fits(wish.resume, plan, words)
-            first, kept = float(wish.resume["clock"][at.TIME]), wish.resume
+            first, kept = float(wish.resume["clock"].view(at.CLOCK)["time"][0]), wish.resume
         words[f.HELD_MODES], words[f.MOVING] = 1, plan.memory.moving
         place = int(words[f.AT_STATE])
         start = numbers[place : place + plan.memory.moving].copy()
@@ -217,11 +217,11 @@ def _kept(done: Checkpoint, plan: Plan) -> dict[str, Array]:
         "numbers": done.numbers[: plan.memory.kept].copy(),
         "modes": words[modes : modes + 3 * words[f.COORDINATES]].copy(),
         "samples": words[samples : samples + 4 * words[f.SAMPLES]][3::4].copy(),
-        "block": done.block.ravel(),
-        "values": done.values.ravel(),
+        "states": done.states.view(np.float64),
+        "values": done.values,
         "jacobian": done.jacobian.ravel(),
-        "clock": done.clock.copy(),
-        "count": done.count.copy(),
+        "clock": done.clock.view(np.float64),
+        "count": done.count.view(np.int64),
     }
 
 
@@ -229,8 +229,8 @@ def _fits(kept: dict[str, Array], plan: Plan, words: Any) -> None:
     """Refuse what another scene, or another engine, has kept."""
     size, c = plan.memory.moving, int(words[f.COORDINATES])
     fits = {
-        "numbers": plan.memory.kept, "modes": 3 * c, "samples": int(words[f.SAMPLES]), "block": at.BLOCK_ROWS * size,
-        "jacobian": size * size, "clock": at.CLOCK_SIZE, "count": at.COUNT_SIZE,
+        "numbers": plan.memory.kept, "modes": 3 * c, "samples": int(words[f.SAMPLES]), "states": size * len(at.STATE),
+        "jacobian": size * size, "clock": len(at.CLOCK), "count": len(at.COUNT),
     }  # fmt: skip
     if any(name not in kept or len(kept[name]) != length for name, length in fits.items()):
         hint = "resume with the same effects, joints and engine"
@@ -244,10 +244,9 @@ def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
     numbers[: plan.memory.kept] = kept["numbers"]
     words[modes : modes + 3 * c] = kept["modes"]
     words[samples : samples + 4 * words[f.SAMPLES]][3::4] = kept["samples"]
-    size, clock, count = plan.memory.moving, kept["clock"].copy(), kept["count"].astype(np.int64)
+    size, clock, count = plan.memory.moving, kept["clock"].view(at.CLOCK), kept["count"].astype(np.int64)
     # Segments and rows count from here; the first row is where the earlier run ended, and is not told again.
-    count[at.SEGMENT], count[at.ROWS] = 0, 1
+    count.view(at.COUNT)["segment"], count.view(at.COUNT)["rows"] = 0, 1
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
-    block, jacobian = kept["block"].reshape(-1, size), kept["jacobian"].reshape(size, size)
-    values = np.asarray(kept["values"]).reshape(4, -1)
-    return Checkpoint(block, values, clock, count, jacobian, numbers, words, rows)
+    states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size, size)
+    return Checkpoint(states, jacobian, kept["values"], clock, count.view(at.COUNT), numbers, words, rows)

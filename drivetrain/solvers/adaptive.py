@@ -11,8 +11,8 @@ from scipy.integrate import DOP853, LSODA, RK45, Radau
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.solvers.layout import DORMAND_PRINCE
-from drivetrain.solvers.solver import Rates, Solver, SolverStopped, Stepper, Work, check_positive
+from drivetrain.solvers import tableaux
+from drivetrain.solvers.solver import CompiledSettings, Rates, Solver, SolverStopped, Stepper, Work, check_positive
 
 SMALLEST_RTOL = 100.0 * float(np.finfo(np.float64).eps)  # below this scipy raises it, with a warning
 
@@ -39,11 +39,6 @@ class _ScipyStepper(Stepper):
         )
 
     def step(self) -> None:
-        """One step further.
-
-        Raises:
-            SolverStopped: No step is short enough for the tolerance.
-        """
         message = self._inner.step()
         if self._inner.status == "failed":
             hint = "loosen rtol and atol, or look for a jump in the right-hand side: jumps belong into breakpoints"
@@ -106,10 +101,9 @@ class DormandPrince54(Adaptive):
     def _method(self) -> Any:
         return RK45
 
-    def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
-        """What the compiled loop needs to know."""
+    def compiled_settings(self, size: int) -> CompiledSettings:
         largest = np.inf if self.largest_step is None else self.largest_step
-        return DORMAND_PRINCE, np.full(size, self.atol), np.array([self.rtol, largest, 0.0, 0.0, 0.0, 0.0])
+        return tableaux.DORMAND_PRINCE, np.full(size, self.atol), {"rtol": self.rtol, "largest_step": largest}
 
 
 @dataclass(frozen=True)

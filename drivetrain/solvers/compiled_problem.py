@@ -11,7 +11,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array, frozen_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers.compiled_function import address_of, evaluate
-from drivetrain.solvers.layout import EITHER, FALLING, GUARD, RISING
+from drivetrain.solvers.records import EITHER, FALLING, GUARD, RISING
 from drivetrain.solvers.solver import Rates
 
 
@@ -110,7 +110,6 @@ class CompiledProblem:
     declares_smooth: bool = True
     may_jump: bool = False
     differences: int = 0
-    _groups: Any = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
         address_of(self.rates, "problem.rates", needed=True)
@@ -139,25 +138,17 @@ class CompiledProblem:
         return f"state {self.names[index]!r}" if self.names else f"state {index}"
 
     def pattern(self) -> tuple[Any, ...]:
-        """Columns that are differenced together, see ``column_groups``, and states in the order of elimination."""
-        if self._groups is None:
-            sparse = None if self.sparsity is None else np.asarray(self.sparsity, dtype=bool)
-            kept = _pattern(None if sparse is None else sparse.tobytes(), self.size, self.jacobian is not None)
-            object.__setattr__(self, "_groups", kept)
-        found: tuple[Any, ...] = self._groups
-        return found
+        """States in the order of elimination, the place of each there, and ``column_groups`` for differences."""
+        sparse = None if self.sparsity is None else np.asarray(self.sparsity, dtype=bool).tobytes()
+        return _pattern(sparse, self.size, self.jacobian is not None)
 
-    def addresses(self) -> Any:
-        """Where its functions lie.
-
-        Returns:
-            In the order of ``layout``; 0 for none; (7,) of int64.
-        """
+    def addresses(self) -> dict[str, int]:
+        """Where its functions lie, by their names in ``records.CALLS``; 0 for none."""
         events, hooks = self.events, self.hooks or Hooks()
         functions = {"rates": self.rates, "jacobian": self.jacobian}
         functions |= {"values": events.values if events else None, "handler": events.handler if events else None}
         functions |= {"account": hooks.account, "tell": hooks.tell, "opens": hooks.opens}
-        return np.array([address_of(function, name) for name, function in functions.items()], dtype=np.int64)
+        return {name: address_of(function, name) for name, function in functions.items()}
 
 
 def _own_numbers(given: Any) -> Array:
@@ -213,7 +204,11 @@ def _pattern(sparsity: bytes | None, size: int, known: bool) -> tuple[Any, ...]:
     full = None if sparsity is None else np.frombuffer(sparsity, dtype=bool).reshape(size, size)
     none = np.zeros(1, dtype=np.int64), *(np.zeros(0, dtype=np.int64),) * 3
     states = elimination_order(full, size)
-    return *(none if known else column_groups(full, size)), states, np.argsort(states)
+    return (
+        states.astype(np.uint64),
+        np.argsort(states).astype(np.uint64),
+        *(none if known else column_groups(full, size)),
+    )
 
 
 def elimination_order(sparsity: Any, size: int) -> Any:

@@ -14,8 +14,8 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.solvers.layout import EULER, RUNGE_KUTTA
-from drivetrain.solvers.solver import Rates, Solver, Stepper, Work, check_positive
+from drivetrain.solvers import tableaux
+from drivetrain.solvers.solver import CompiledSettings, Rates, Solver, Stepper, Work, check_positive
 
 MOST_STEPS = 1e9  # from one breakpoint to the next
 
@@ -106,21 +106,13 @@ class Euler(Solver):
     step: float
 
     def __post_init__(self) -> None:
-        check_positive("Euler.step", self.step, "s")
-
-    def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
-        """What the compiled loop needs to know.
-
-        Args:
-            size: Number of states.
-
-        Returns:
-            Method, atol a state, settings; see ``layout``.
-        """
-        return EULER, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step, 0.0])
+        check_positive(f"{type(self).__name__}.step", self.step, "s")
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _EulerStepper(rates, t, y, end, work, self.step)
+
+    def compiled_settings(self, size: int) -> CompiledSettings:
+        return tableaux.EULER, np.ones(size), {"rtol": 1.0, "fixed_step": self.step}
 
 
 @dataclass(frozen=True)
@@ -136,8 +128,7 @@ class SemiImplicitEuler(Solver):
 
     step: float
 
-    def __post_init__(self) -> None:
-        check_positive("SemiImplicitEuler.step", self.step, "s")
+    __post_init__ = Euler.__post_init__
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _SemiImplicitStepper(rates, t, y, end, work, self.step)
@@ -155,19 +146,10 @@ class RungeKutta4(Solver):
 
     step: float
 
-    def __post_init__(self) -> None:
-        check_positive("RungeKutta4.step", self.step, "s")
-
-    def compiled_settings(self, size: int) -> tuple[int, Array, Array]:
-        """What the compiled loop needs to know.
-
-        Args:
-            size: Number of states.
-
-        Returns:
-            Method, atol a state, settings; see ``layout``.
-        """
-        return RUNGE_KUTTA, np.ones(size), np.array([1.0, np.inf, 0.0, 0.0, self.step, 0.0])
+    __post_init__ = Euler.__post_init__
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _RungeKuttaStepper(rates, t, y, end, work, self.step)
+
+    def compiled_settings(self, size: int) -> CompiledSettings:
+        return tableaux.RUNGE_KUTTA, np.ones(size), {"rtol": 1.0, "fixed_step": self.step}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,6 +12,8 @@ import numpy as np
 
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError
+from drivetrain.solvers.compiled_function import in_c
+from drivetrain.solvers.rosenbrock import Rodas4
 from drivetrain.solvers.solver import Rates, Solver, SolverStopped, Stepper, Work
 
 Correct = Callable[[float, Array], Array | None]
@@ -70,6 +73,8 @@ def integrate(
         problem = "must be a solver, such as RungeKutta4(0.001) or DormandPrince853()"
         raise InputError(Fault("solver", problem, solver))
     wanted, state = wanted_and_start(times, start)
+    if isinstance(solver, Rodas4):
+        return _by_compiled_loop(solver, rates, state, wanted, breakpoints, correct, most_steps)
     inner = inner_points(breakpoints, wanted[0], wanted[-1])
     work, rows = Work(), [state]
     ends = [*inner, float(wanted[-1])]
@@ -88,6 +93,31 @@ def integrate(
             return Solution(wanted[: len(rows)], np.array(rows), work, stopped, stepper.t, culprit)
         t, state = end, stepper.y
     return Solution(wanted, np.array(rows), work, stopped_at=t)
+
+
+def _by_compiled_loop(
+    solver: Rodas4,
+    rates: Rates,
+    start: Array,
+    times: Array,
+    breakpoints: Sequence[float],
+    correct: Correct | None,
+    most_steps: int,
+) -> Solution:
+    """The compiled loop asks a right-hand side in Python."""
+    from drivetrain.solvers.compiled_problem import CompiledProblem
+    from drivetrain.solvers.integrate_compiled import integrate_compiled
+
+    if correct is not None:
+        hint = "take one such as RungeKutta4(0.001) or DormandPrince853()"
+        raise InputError(Fault("solver", "cannot have its states corrected after each step", solver, hint))
+    function, raised = in_c(rates, len(start))
+    problem = CompiledProblem(ctypes.cast(function, ctypes.c_void_p).value, len(start))
+    found = integrate_compiled(problem, solver, start, times, breakpoints=breakpoints, most_steps=most_steps)
+    if raised:
+        raise raised[0]
+    culprit = found.culprit if found.stopped else None
+    return Solution(found.times, found.states, found.work, found.stopped, found.stopped_at, culprit)
 
 
 def _run(stepper: Stepper, wanted: Array, rows: list[Array], correct: Correct | None, most_steps: int) -> str:

@@ -1,22 +1,22 @@
-"""Integration of a right-hand side given by address: the compiled twin of ``integrate``, with events and resumption."""
+"""Integration of a right-hand side given by address, with events and resumption."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.solvers import layout as at
-from drivetrain.solvers.compiled_events import VALUE_ROWS
-from drivetrain.solvers.compiled_problem import CompiledProblem
+from drivetrain.solvers import records as r
+from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate import MOST_STEPS, inner_points, wanted_and_start
+from drivetrain.solvers.jump import jump_stays
 from drivetrain.solvers.solver import Solver, Work
-from drivetrain.solvers.steppers import stepper
+from drivetrain.solvers.tableaux import Tableau
 
 _LOG = 4096
 _BATCH = 200_000  # steps between two looks at the progress
@@ -27,18 +27,20 @@ class Checkpoint:
     """All that a run knows between two steps; a run that goes on from it gives the same bits as one never stopped.
 
     Attributes:
-        block, values, clock, count: See ``rosenbrock_kernel.advance``.
+        states: One record a state, see ``records``, (n,).
         jacobian: The last one, which a refused step uses again, (n, n).
+        values: Event values at the state, (m,).
+        clock, count: One record each, see ``records``, (1,).
         numbers, words: The data of the problem, as its handler has left them.
         rows: States at the wanted instants, as far as it came.
         log: Instants [s] and indices of the events so far.
     """
 
-    block: Array
-    values: Array
-    clock: Array
-    count: Any
+    states: Any
     jacobian: Array
+    values: Array
+    clock: Any
+    count: Any
     numbers: Array
     words: Any
     rows: Array
@@ -75,43 +77,36 @@ class CompiledSolution:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
-    """The arrays of a run in the order in which the kernel takes them; see ``rosenbrock_kernel.advance``."""
+class _Job:
+    """The arguments of ``loop.advance``, and the events of all its calls."""
 
-    method: int
-    addresses: Any
-    data: tuple[Array, Any]
-    block: Array
-    matrices: tuple[Array, Array, Array, Array]
-    order: Any
-    pattern: tuple[Any, ...]
-    carried: Any
-    atol: Array
-    settings: Array
-    segments: tuple[Array, Array]
-    wanted: Array
-    rows: Array
-    kinds: Any
-    terminal: Any
-    values: Array
-    log: tuple[Array, Any]
-    clock: Array
-    count: Any
-    events: tuple[list[float], list[int]] = field(default_factory=lambda: ([], []))
+    sizes: Any
+    tableau: Tableau
+    run: r.Run
+    linear: r.Linear
+    events: r.EventRoom
+    output: r.Output
+    segments: r.Segments
+    kept: Checkpoint
+    times: list[float]
+    indices: list[int]
 
     def advance(self) -> int:
-        from drivetrain.solvers.rosenbrock_kernel import advance  # compiles, or is read from disk: only when needed
+        from drivetrain.solvers.loop import loop  # compiles, or is read from disk: only when needed
 
-        code = int(advance(
-            self.method, self.addresses, self.data, self.block, self.matrices, self.order, self.pattern,
-            self.carried, self.atol,
-            self.settings, self.segments, self.wanted, self.rows, self.kinds, self.terminal, self.values, self.log,
-            self.clock, self.count,
-        ))  # fmt: skip
-        logged = int(self.count[at.LOGGED])
-        self.events[0].extend(self.log[0][:logged].tolist())
-        self.events[1].extend(self.log[1][:logged].tolist())
-        self.count[at.LOGGED] = 0
+        code = r.SUSPECT
+        parts = (*self.tableau, *self.run, *self.linear, *self.events, *self.output, *self.segments)
+        given = [one.ctypes.data if isinstance(one, np.ndarray) else one for one in parts]
+        while code == r.SUSPECT:
+            code = int(loop()(self.sizes.ctypes.data, *given))
+            if code == r.SUSPECT and jump_stays(self.run, self.kept.numbers, self.kept.words):
+                code = r.JUMP
+            elif code == r.SUSPECT and self.run.count[0].ends:
+                code = r.TOO_SHORT
+        logged = int(self.run.count[0].logged)
+        self.times.extend(self.events.log_times[:logged].tolist())
+        self.indices.extend(self.events.log_indices[:logged].tolist())
+        self.run.count[0].logged = 0
         return code
 
 
@@ -144,114 +139,144 @@ def integrate_compiled(
         InputError: Times that do not rise, a start that is no finite vector, a solver that does not run compiled, a
             problem that does not declare itself smooth given to an adaptive method.
     """
-    run = _prepared(problem, solver, start, times, breakpoints, resume)
-    run.count[at.MOST_STEPS] = most_steps
+    job = _prepared(problem, solver, start, times, breakpoints, most_steps, resume)
     left = math.inf if pause_after is None else pause_after
-    code = at.PAUSED
-    while code == at.PAUSED and left > 0:
+    code, count = r.PAUSED, job.run.count[0]
+    while code == r.PAUSED and left > 0:
         batch = int(min(left, _BATCH))
-        run.count[at.BUDGET] = batch
-        code = run.advance()
-        left -= batch - int(run.count[at.BUDGET])
+        count.budget = batch
+        code = job.advance()
+        left -= batch - int(count.budget)
         if progress:
-            progress(float(run.clock[at.TIME]))
-    return _solution(problem, run, code)
+            progress(float(job.run.clock[0].time))
+    return _solution(problem, job, code)
 
 
 def _prepared(
-    problem: CompiledProblem, solver: Solver, start: Any, times: Any, breakpoints: Sequence[float], resume: Any
-) -> _Run:
-    if not hasattr(solver, "compiled_settings"):
-        problem_told = "must be a solver that runs compiled: Rodas4, Rodas5P, DormandPrince54, RungeKutta4 or Euler"
-        raise InputError(Fault("solver", problem_told, solver))
-    method, atol, settings = solver.compiled_settings(problem.size)
-    settings[at.MAY_JUMP] = problem.may_jump
-    if method <= at.DORMAND_PRINCE and not problem.declares_smooth:
+    problem: CompiledProblem,
+    solver: Solver,
+    start: Any,
+    times: Any,
+    breakpoints: Sequence[float],
+    most_steps: int,
+    resume: Checkpoint | None,
+) -> _Job:
+    tableau, atol, settings = solver.compiled_settings(problem.size)
+    if tableau.adaptive and not problem.declares_smooth:
         hint = "turn the jump into a breakpoint or an event with a handler, or step with a set-valued method"
         what = "an adaptive method needs rates that do not jump between breakpoints and events"
         raise InputError(Fault("problem.declares_smooth", what, False, hint))
     wanted, state = wanted_and_start(times, start)
-    n, m = problem.size, len(problem.events.kinds) if problem.events else 0
+    n = problem.size
     if len(state) != n:
         raise InputError(Fault("start", f"must have {n} entries, one a state", f"{len(state)} entries"))
     ends = np.array([*inner_points(breakpoints, wanted[0], wanted[-1]), wanted[-1]])
     limits = np.nextafter(ends, -np.inf)
     limits[-1] = ends[-1]
-    carried = np.array(problem.hooks.carried if problem.hooks else (), dtype=np.int64)
-    pattern = problem.pattern()
-    events, kept = problem.events, resume or _fresh(problem, wanted, state, m)
-    return _Run(
-        method, np.append(problem.addresses(), stepper(method).address), (kept.numbers.copy(), kept.words.copy()),
-        kept.block.copy(),
-        (kept.jacobian.copy(), np.empty((n, n)), np.zeros((n + 1, n)), np.empty(n * n)),
-        np.concatenate([np.empty(n * n + 2 * n + 1, dtype=np.int64), pattern[4]]), pattern, carried,
-        atol, settings, (ends, limits), wanted, kept.rows.copy(),
-        np.array(events.kinds if events else (), dtype=np.int64),
-        np.array((events.terminal or (False,) * m) if events else (), dtype=np.int64),
-        kept.values.copy(), (np.empty(max(_LOG, 2 * m)), np.empty(max(_LOG, 2 * m), dtype=np.int64)),
-        kept.clock.copy(), kept.count.copy(), (list(kept.log[0]), list(kept.log[1])),
+    kept = _copied(resume) if resume is not None else _fresh(problem, wanted, state)
+    told = {**settings, "may_jump": problem.may_jump, "segment_word": problem.segment_word}
+    told |= {"differences": problem.differences, "most_steps": most_steps}
+    stages, data = len(tableau.times), {"numbers": kept.numbers.ctypes.data, "words": kept.words.ctypes.data}
+    calls = problem.addresses() | data
+    kept.states["atol"] = atol
+    run = r.Run(
+        kept.states, np.empty((n, stages)), np.empty((n, 4)), np.empty(n), np.empty(n), _record(r.CALLS, calls),
+        _record(r.SETTINGS, told), kept.clock.view(np.recarray), kept.count.view(np.recarray),
+    )  # fmt: skip
+    places = np.empty((n + 3, n), dtype=np.uint64)
+    linear = r.Linear(
+        kept.jacobian, np.zeros((n + 1, n)), np.empty((n, n)), places[n], places[:n], *places[n + 1 :], np.empty(n),
+        *problem.pattern(),
+    )  # fmt: skip
+    events = _event_room(problem.events, kept.values)
+    carried = np.array((problem.hooks or Hooks()).carried, dtype=np.int64)
+    sizes = {
+        "states": n, "stages": stages, "groups": len(linear.starts) - 1, "grouped": len(linear.columns),
+        "entries": len(linear.row_indices), "events": len(kept.values), "log": len(events.log_times),
+        "wanted": len(wanted), "width": kept.rows.shape[1], "carried": len(carried), "segments": len(ends),
+        "words": len(kept.words),
+    }  # fmt: skip
+    output, segments = r.Output(wanted, kept.rows, carried), r.Segments(ends, limits, kept.words)
+    return _Job(_record(r.SIZES, sizes), tableau, run, linear, events, output, segments, kept, *map(list, kept.log))
+
+
+def _record(kind: Any, values: dict[str, Any]) -> Any:
+    """A record of some of its fields; the others are 0."""
+    made = np.zeros(1, dtype=kind).view(np.recarray)
+    for name, value in values.items():
+        made[name] = value
+    return made
+
+
+def _event_room(events: Events | None, old: Array) -> r.EventRoom:
+    m, whole = len(old), np.int64
+    terminal = (events.terminal if events else None) or (False,) * m
+    room = max(_LOG, 2 * m)
+    return r.EventRoom(
+        np.array(events.kinds if events else (), dtype=whole), np.array(terminal, dtype=whole), old,
+        *np.zeros((3, m)), np.empty(room), np.empty(room, dtype=whole),
     )  # fmt: skip
 
 
-def _fresh(problem: CompiledProblem, wanted: Array, state: Array, m: int) -> Checkpoint:
-    block = np.zeros((at.BLOCK_ROWS, problem.size))
-    block[at.X] = state
-    clock, count = np.zeros(at.CLOCK_SIZE), np.zeros(at.COUNT_SIZE, dtype=np.int64)
-    clock[at.TIME], clock[at.LAST_EVENT] = wanted[0], -np.inf
-    clock[at.LAST_JUMP] = -np.inf
-    count[at.SEGMENT_WORD], count[at.DIFFERENCES] = problem.segment_word, problem.differences
-    rows = np.zeros((len(wanted), problem.hooks.width if problem.hooks and problem.hooks.tell else problem.size))
-    jacobian, values = np.zeros((problem.size, problem.size)), np.zeros((VALUE_ROWS, m))
-    return Checkpoint(block, values, clock, count, jacobian, problem.numbers, problem.words, rows)
+def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
+    n, m = problem.size, len(problem.events.kinds) if problem.events else 0
+    clock, count = np.zeros(1, dtype=r.CLOCK), np.zeros(1, dtype=r.COUNT)
+    clock["time"], clock["last_event"], clock["last_jump"] = wanted[0], -np.inf, -np.inf
+    rows = np.zeros((len(wanted), problem.hooks.width if problem.hooks and problem.hooks.tell else n))
+    states = np.zeros(n, dtype=r.STATE)
+    states["x"] = x
+    own = problem.numbers.copy(), problem.words.copy()
+    return Checkpoint(states, np.zeros((n, n)), np.zeros(m), clock, count, *own, rows)
 
 
-def _solution(problem: CompiledProblem, run: _Run, code: int) -> CompiledSolution:
-    count, clock = run.count, run.clock
-    done, log = int(count[at.ROWS]), (tuple(run.events[0]), tuple(run.events[1]))
-    work = Work(*(int(count[k]) for k in (at.RATES, at.STEPS, at.RESTARTS)))
-    work = replace(
-        work, rejected=int(count[at.REJECTED]), jacobians=int(count[at.JACOBIANS]),
-        factorisations=int(count[at.FACTORISATIONS]), event_values=int(count[at.EVENT_VALUES]),
-    )  # fmt: skip
-    stopped = _reason(problem, run, code)
-    culprit = int(count[at.CULPRIT]) if code >= at.NO_NUMBER or code == at.TERMINAL else None
-    kept = Checkpoint(run.block, run.values, clock, count, run.matrices[0], *run.data, run.rows, log)
+def _copied(kept: Checkpoint) -> Checkpoint:
+    """A checkpoint of its own arrays, so that one can be gone on from twice."""
+    values = {one.name: getattr(kept, one.name) for one in fields(kept)}
+    return Checkpoint(**{name: v.copy() if isinstance(v, np.ndarray) else v for name, v in values.items()})
+
+
+def _solution(problem: CompiledProblem, job: _Job, code: int) -> CompiledSolution:
+    clock, count = job.run.clock[0], job.run.count[0]
+    done = int(count.rows)
+    work = Work(**{one.name: int(count[one.name]) for one in fields(Work)})
+    culprit = int(count.culprit) if code >= r.NO_NUMBER or code == r.TERMINAL else None
     return CompiledSolution(
-        run.wanted[:done].copy(), run.rows[:done].copy(), work, stopped, float(clock[at.TIME]), culprit,
-        run.block[at.X].copy(), np.array(log[0]), np.array(log[1], dtype=np.int64), kept,
+        job.output.wanted[:done].copy(), job.output.rows[:done].copy(), work, _reason(problem, job.run, code),
+        float(clock.time), culprit, job.run.states["x"].copy(), np.array(job.times),
+        np.array(job.indices, dtype=np.int64), replace(job.kept, log=(tuple(job.times), tuple(job.indices))),
     )  # fmt: skip
 
 
-def _reason(problem: CompiledProblem, run: _Run, code: int) -> str:
+def _reason(problem: CompiledProblem, run: r.Run, code: int) -> str:
     """Why it ended early, and what could help."""
-    t, culprit = float(run.clock[at.TIME]), int(run.count[at.CULPRIT])
-    if code == at.DONE:
+    t, culprit = float(run.clock[0].time), int(run.count[0].culprit)
+    if code == r.DONE:
         return ""
-    if code == at.PAUSED:
+    if code == r.PAUSED:
         return f"paused at {t:.9g} s; go on from its checkpoint"
-    if code == at.TOO_MANY:
-        return f"{int(run.count[at.MOST_STEPS])} steps taken at {t:.9g} s; allow more, or a looser tolerance"
-    if code in (at.TERMINAL, at.ZENO) and problem.events:
+    if code == r.TOO_MANY:
+        return f"{int(run.settings[0].most_steps)} steps taken at {t:.9g} s; allow more, or a looser tolerance"
+    if code in (r.TERMINAL, r.ZENO) and problem.events:
         name = problem.events.name(culprit)
-        if code == at.TERMINAL:
+        if code == r.TERMINAL:
             return f"{name} at {t:.9g} s ends it"
         return f"{name} happens again and again at {t:.9g} s and time does not pass; its handler must force a change"
     name = problem.name(culprit)
-    if code == at.NO_NUMBER:
+    if code == r.NO_NUMBER:
         return f"the rate of {name} is no number at {t:.9g} s"
-    if code == at.RUNS_AWAY:
+    if code == r.RUNS_AWAY:
         return f"{name} runs away at {t:.9g} s: no step is short enough to stay among the numbers; it diverges"
-    if code == at.JUMP:
+    if code == r.JUMP:
         return _jump(problem, run, name)
     return f"no step is short enough for the tolerance of {name} at {t:.9g} s; loosen it, or look for a jump there"
 
 
-def _jump(problem: CompiledProblem, run: _Run, name: str) -> str:
-    clock, argument = run.clock, int(run.count[at.ARGUMENT])
-    sizes = f"from {clock[at.BEFORE]:.6g} to {clock[at.AFTER]:.6g}"
+def _jump(problem: CompiledProblem, run: r.Run, name: str) -> str:
+    clock, argument = run.clock[0], int(run.count[0].argument)
+    sizes = f"from {clock.before:.6g} to {clock.after:.6g}"
     if argument < 0:
-        mend = "make that instant a breakpoint"
-        return f"the right-hand side jumps at {clock[at.JUMP_AT]:.12g} s: the rate of {name} {sizes}; {mend}"
-    where = f"{problem.name(argument)} = {run.block[at.X, argument]:.6g}"
-    mend = "make the jump an event with a handler, or use a set-valued method; sign() is no right-hand side"
-    return f"the right-hand side jumps at {clock[at.JUMP_AT]:.12g} s, {where}: the rate of {name} {sizes}; {mend}"
+        fix = "make that instant a breakpoint"
+        return f"the right-hand side jumps at {clock.jump_at:.12g} s: the rate of {name} {sizes}; {fix}"
+    where = f"{problem.name(argument)} = {run.states['x'][argument]:.6g}"
+    fix = "make the jump an event with a handler, or use a set-valued method; sign() is no right-hand side"
+    return f"the right-hand side jumps at {clock.jump_at:.12g} s, {where}: the rate of {name} {sizes}; {fix}"

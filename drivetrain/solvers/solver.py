@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from drivetrain.arrays import Array
 from drivetrain.errors import DrivetrainError, Fault, InputError
+from drivetrain.solvers.tableaux import Tableau
 
 Rates = Callable[[float, Array], Array]
 
@@ -56,15 +57,7 @@ class Stepper(ABC):
         self._rates = rates
 
     def rates(self, t: float, y: Array) -> Array:
-        """The right-hand side, counted.
-
-        Args:
-            t: Instant [s].
-            y: State [its own units].
-
-        Returns:
-            Rates of the state [per s].
-        """
+        """The right-hand side, counted [per s]."""
         self.work.rates += 1
         return self._rates(t, y)
 
@@ -78,37 +71,31 @@ class Stepper(ABC):
 
     @abstractmethod
     def within(self, t: float) -> Array:
-        """The state at an instant of the last step.
-
-        Args:
-            t: Instant [s], between the beginning and the end of the last step.
-
-        Returns:
-            The state [its own units].
-        """
+        """The state at an instant of the last step."""
 
     @abstractmethod
     def resume(self, y: Array) -> None:
-        """Go on from another state at the same instant.
-
-        Args:
-            y: The state [its own units].
-        """
+        """Go on from another state at the same instant."""
 
 
-class Solver(ABC):
-    """A method and its settings."""
+CompiledSettings = tuple[Tableau, Array, dict[str, float]]
 
-    @abstractmethod
+
+class Solver:
+    """A method and its settings; it offers one of these two, or both."""
+
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
-        """A stepper from (t, y) towards ``end``.
+        """A stepper in Python from (t, y) towards ``end``."""
+        raise NotImplementedError
 
-        Args:
-            rates: The right-hand side f(t, y) [per s].
-            t: Where to start [s].
-            y: State to start from [its own units], (m,).
-            end: Where to stop [s], later than t.
+    def compiled_settings(self, size: int) -> CompiledSettings:
+        """Tableau, absolute tolerances and settings (``records.SETTINGS``) for the compiled loop and so many states.
+
+        Raises:
+            InputError: It does not run compiled.
         """
+        problem = "must be a solver that runs compiled: Rodas4, Rodas5P, DormandPrince54, RungeKutta4 or Euler"
+        raise InputError(Fault("solver", problem, self))
 
 
 def check_positive(place: str, value: float, unit: str) -> None:

@@ -13,7 +13,7 @@ from drivetrain.solvers.compiled_function import compiled
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events
 from drivetrain.solvers.explicit import RungeKutta4
 from drivetrain.solvers.integrate_compiled import integrate_compiled
-from drivetrain.solvers.layout import EITHER, FALLING, GUARD, RISING
+from drivetrain.solvers.records import EITHER, FALLING, GUARD, RISING
 from drivetrain.solvers.rosenbrock import Rodas4
 
 SOLVERS = [Rodas4(1e-8, 1e-10), DormandPrince54(1e-8, 1e-10), RungeKutta4(0.01)]

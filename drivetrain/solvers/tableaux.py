@@ -1,0 +1,186 @@
+"""The methods as data: one form for Rosenbrock methods and for explicit Runge-Kutta methods.
+
+A Rosenbrock method, in the form that multiplies by no matrix, with W = 1/(h gamma) - J:
+
+    W u_s = f(t + times_s h, x + sum_j a_sj u_j) + sum_j c_sj u_j / h + gammas_s h df/dt.
+
+An explicit one has gamma 0 and u_s = h f(t + times_s h, x + sum_j a_sj u_j). For both the result is
+x + sum_j a_Sj u_j with the last row of a, its error sum_j error_j u_j, and the polynomial between the ends of a step
+has the coefficients curve @ u. A test holds the tables against the conditions of order.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import RK45
+
+from drivetrain.arrays import Array
+
+
+class Tableau(NamedTuple):
+    """A method with S stages.
+
+    Attributes:
+        adaptive: Whether it knows its error.
+        order: Power of the step with which the error grows; what step control takes the root of.
+        reuses: Whether the last stage's rates are those at the end of the step.
+        gamma: 0 for an explicit method.
+        times, gammas: (S,).
+        error: (1, S).
+        a: (S + 1, S).
+        c: (S, S).
+        curve: (4, S).
+    """
+
+    adaptive: bool
+    order: float
+    reuses: bool
+    gamma: float
+    times: Array
+    gammas: Array
+    error: Array
+    a: Array
+    c: Array
+    curve: Array
+
+
+Rows = tuple[tuple[float, ...], ...]
+
+
+def _filled(rows: Rows, count: int, width: int) -> Array:
+    """A lower triangle whose last rows are given; zeros elsewhere."""
+    table = np.zeros((count, width))
+    for i, row in enumerate(rows, start=count - len(rows)):
+        table[i, : len(row)] = row
+    return table
+
+
+def _rosenbrock(
+    order: float, gamma: float, times: tuple[float, ...], gammas: tuple[float, ...], a: Rows, c: Rows, d: Rows
+) -> Tableau:
+    """A stiffly accurate method whose last stage is its error.
+
+    Its last stages start from the one before plus that one's own u. Between the ends of a step
+    y(s) = (1-s) y_0 + s (y_1 + (1-s) (B_1 + s (B_2 + ...))), where B_k = sum_j d_kj u_j.
+
+    Args:
+        times, gammas: Of the first stages, those of the others are 1 and 0.
+        a: Rows of stages 2 on, as far as they are not the one before plus a 1.
+        c: Rows of stages 2 on.
+        d: Rows of the polynomial.
+    """
+    stages = len(c) + 1
+    while len(a) < stages:
+        a = (*a, (*a[-1], 1.0))
+    ends, bends = _filled(a, stages + 1, stages), np.zeros((5, stages))
+    bends[0] = ends[-1]
+    for k, row in enumerate(d):
+        bends[k, : len(row)] += row
+        bends[k + 1, : len(row)] -= row
+    error = np.zeros((1, stages))
+    error[0, -1] = 1.0
+    late = np.array([*times, *[1.0] * (stages - len(times))])
+    slopes = np.array([*gammas, *[0.0] * (stages - len(gammas))])
+    return Tableau(True, order, False, gamma, late, slopes, error, ends, _filled(c, stages, stages), bends[:4].copy())
+
+
+def _explicit(order: float, times: Array, a: Array, error: Array, curve: Array, *, reuses: bool) -> Tableau:
+    stages = len(times)
+    nothing = np.zeros((stages, stages))
+    adaptive = bool(error.any())
+    return Tableau(adaptive, order, reuses, 0.0, times, np.zeros(stages), error.reshape(1, -1), a, nothing, curve)
+
+
+RODAS4 = _rosenbrock(
+    4.0, 0.25, (0.0, 0.386, 0.21, 0.63), (0.25, -0.1043, 0.1035, -0.03620000000000023),
+    (
+        (1.544,),
+        (0.9466785280815826, 0.2557011698983284),
+        (3.314825187068521, 2.896124015972201, 0.9986419139977817),
+        (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950),
+    ),
+    (
+        (-5.6688,),
+        (-2.430093356833875, -0.2063599157091915),
+        (-0.1073529058151375, -9.594562251023355, -20.47028614809616),
+        (7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160),
+        (8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054),
+    ),
+    (
+        (10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662),
+        (-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872),
+    ),
+)  # fmt: skip
+"""Order 4 with a check of order 3, L-stable.
+
+Reference: Hairer, Wanner, Solving Ordinary Differential Equations II (1996), section IV.7 and the program RODAS.
+"""
+
+RODAS5P = _rosenbrock(
+    5.0, 0.21193756319429014,
+    (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664),
+    (0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069),
+    (
+        (3.0,),
+        (2.849394379747939, 0.45842242204463923),
+        (-6.954028509809101, 2.489845061869568, -10.358996098473584),
+        (2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641),
+        (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946),
+    ),
+    (
+        (-14.155112264123755,),
+        (-17.97296035885952, -2.859693295451294),
+        (147.12150275711716, -1.41221402718213, 71.68940251302358),
+        (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
+        (24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471),
+        (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
+         -28.087943162872662),
+        (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
+         -54.66780262877968, -9.48861652309627),
+    ),
+    (
+        (25.948786856663858, -2.5579724845846235, 10.433815404888879, -2.3679251022685204, 0.524948541321073,
+         1.1241088310450404, 0.4272876194431874, -0.17202221070155493),
+        (-9.91568850695171, -0.9689944594115154, 3.0438037242978453, -24.495224566215796, 20.176138334709044,
+         15.98066361424651, -6.789040303419874, -6.710236069923372),
+        (11.419903575922262, 2.8879645146136994, 72.92137995996029, 80.12511834622643, -52.072871366152654,
+         -59.78993625266729, -0.15582684282751913, 4.883087185713722),
+    ),
+)  # fmt: skip
+"""Order 5 with a check of order 4, L-stable; its polynomial is of order 4.
+
+Reference: Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical benchmarks within the Julia
+Differential Equations package, BIT Numerical Mathematics 63 (2023) 27; the digits as its author's code ships them.
+"""
+
+DORMAND_PRINCE = _explicit(
+    5.0, np.append(RK45.C, 1.0), np.pad(np.vstack([np.pad(RK45.A, ((0, 0), (0, 1))), RK45.B, RK45.B]),
+    ((0, 0), (0, 1))), RK45.E.copy(), np.ascontiguousarray(RK45.P.T), reuses=True,
+)  # fmt: skip
+"""Order 5 with a check of order 4, as scipy ships it.
+
+Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.5.2.
+"""
+
+_WEIGHTS = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
+RUNGE_KUTTA = _explicit(
+    4.0, np.array([0.0, 0.5, 0.5, 1.0, 1.0]),
+    _filled(((0.5,), (0.0, 0.5), (0.0, 0.0, 1.0), _WEIGHTS, _WEIGHTS), 6, 5), np.zeros(5),
+    np.array([
+        (1.0, 0.0, 0.0, 0.0, 0.0),
+        (-1.5, 1.0, 1.0, 0.5, -1.0),
+        (2.0 / 3.0, -2.0 / 3.0, -2.0 / 3.0, -1.0 / 3.0, 1.0),
+        (0.0, 0.0, 0.0, 0.0, 0.0),
+    ]), reuses=True,
+)  # fmt: skip
+"""The classical method of order 4, between the ends of a step a cubic with the right slopes.
+
+Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.1.2.
+"""
+
+EULER = _explicit(
+    1.0, np.zeros(1), np.array([(0.0,), (1.0,)]), np.zeros(1), np.array([(1.0,), (0.0,), (0.0,), (0.0,)]), reuses=False
+)
+"""Reference: Modern Robotics, section 8.5, Euler integration algorithm."""
