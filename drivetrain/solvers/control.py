@@ -80,7 +80,7 @@ def choose(adaptive: bool, run: Run, end: float) -> float:
 def propose(order: float, run: Run, h: float, error: float) -> None:
     """The step proposed after one that was kept, with its error in units of what is allowed."""
     clock, power, small = run.clock, 1.0 / order, max(error, 1e-10)
-    factor = _SAFETY * small**-power
+    factor = _SAFETY / small**power
     if clock.last_step > 0.0:
         trend = (clock.last_error / (small * small)) ** power
         factor = min(factor, _SAFETY * (h / clock.last_step) * trend)

@@ -71,12 +71,12 @@ def take_step(tableau: Tableau, run: Run, linear: Linear, h: float) -> None:
     for s in range(count):
         if s > 0:
             for i in range(n):
-                asked[i] = states[i].x + weighted(tableau.a, s, stages, i, s)
+                asked[i] = weighted(states[i].x, 1.0, tableau.a, s, stages, i, s)
             ask_rates(run, t + tableau.times[s] * h)
         if implicit:
             slope, over = h * tableau.gammas[s], 1.0 / h
             for i in range(n):
-                answer[i] += slope * states[i].drift + over * weighted(tableau.c, s, stages, i, s)
+                answer[i] = weighted(answer[i], over, tableau.c, s, stages, i, s) + slope * states[i].drift
             solve(matrix, rows, places, lower, filled, order, solved, answer)
             for i in range(n):
                 stages[i, s] = answer[i]
@@ -84,18 +84,18 @@ def take_step(tableau: Tableau, run: Run, linear: Linear, h: float) -> None:
             for i in range(n):
                 stages[i, s], states[i].next_rates = h * answer[i], answer[i]
     for i in range(n):
-        states[i].next = states[i].x + weighted(tableau.a, count, stages, i, count)
-        states[i].error = weighted(tableau.error, _NONE, stages, i, count)
+        states[i].next = weighted(states[i].x, 1.0, tableau.a, count, stages, i, count)
+        states[i].error = weighted(0.0, 1.0, tableau.error, _NONE, stages, i, count)
+        rise = states[i].next - states[i].x
         for k in range(np.uint64(4)):
-            run.curve[i, k] = weighted(tableau.curve, k, stages, i, count)
+            run.curve[i, k] = weighted(rise if k == _NONE else 0.0, 1.0, tableau.curve, k, stages, i, count)
 
 
 @law
-def weighted(table: Array, row: int, stages: Array, i: int, count: int) -> float:
-    """The first stages of one state, with the weights in a row of a table."""
-    total = 0.0
+def weighted(total: float, scale: float, table: Array, row: int, stages: Array, i: int, count: int) -> float:
+    """A number and the first stages of one state, with the scaled weights in a row of a table."""
     for s in range(count):
-        total += table[row, s] * stages[i, s]
+        total += (scale * table[row, s]) * stages[i, s]
     return total
 
 
@@ -156,7 +156,7 @@ def solve(
         i = n - _ONE - back
         value = solved[i]
         for e in range(lower[i], filled[i]):
-            j = places[i, e]
+            j = places[i, filled[i] + lower[i] - _ONE - e]
             value -= matrix[i, j] * solved[j]
         solved[i] = value * matrix[i, i]
     for i in range(n):

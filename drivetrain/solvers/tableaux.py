@@ -6,7 +6,8 @@ A Rosenbrock method, in the form that multiplies by no matrix, with W = 1/(h gam
 
 An explicit one has gamma 0 and u_s = h f(t + times_s h, x + sum_j a_sj u_j). For both the result is
 x + sum_j a_Sj u_j with the last row of a, its error sum_j error_j u_j, and the polynomial between the ends of a step
-has the coefficients curve @ u. A test holds the tables against the conditions of order.
+has the coefficients curve @ u, the rise from end to end on top of the first. A test holds the tables against the
+conditions of order.
 """
 
 from __future__ import annotations
@@ -75,7 +76,6 @@ def _rosenbrock(
     while len(a) < stages:
         a = (*a, (*a[-1], 1.0))
     ends, bends = _filled(a, stages + 1, stages), np.zeros((5, stages))
-    bends[0] = ends[-1]
     for k, row in enumerate(d):
         bends[k, : len(row)] += row
         bends[k + 1, : len(row)] -= row
@@ -87,6 +87,8 @@ def _rosenbrock(
 
 
 def _explicit(order: float, times: Array, a: Array, error: Array, curve: Array, *, reuses: bool) -> Tableau:
+    curve = curve.copy()
+    curve[0] -= a[-1]
     stages = len(times)
     nothing = np.zeros((stages, stages))
     adaptive = bool(error.any())
