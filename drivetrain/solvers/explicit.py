@@ -94,7 +94,15 @@ class _RungeKuttaStepper(FixedStepper):
 
 
 @dataclass(frozen=True)
-class Euler(Solver):
+class _FixedStep(Solver):
+    step: float
+
+    def __post_init__(self) -> None:
+        check_positive(f"{type(self).__name__}.step", self.step, "s")
+
+
+@dataclass(frozen=True)
+class Euler(_FixedStep):
     """Euler's method, the book's: first order, gains energy in swinging motions. One evaluation a step.
 
     Attributes:
@@ -102,11 +110,6 @@ class Euler(Solver):
 
     Reference: Modern Robotics, section 8.5, Euler integration algorithm.
     """
-
-    step: float
-
-    def __post_init__(self) -> None:
-        check_positive(f"{type(self).__name__}.step", self.step, "s")
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _EulerStepper(rates, t, y, end, work, self.step)
@@ -116,7 +119,7 @@ class Euler(Solver):
 
 
 @dataclass(frozen=True)
-class SemiImplicitEuler(Solver):
+class SemiImplicitEuler(_FixedStep):
     """Euler's method with positions that follow the new speeds: first order, but energy stays bounded in swings.
 
     The state must be positions, then as many speeds; an odd number after them is stepped as by Euler. One evaluation a
@@ -126,16 +129,12 @@ class SemiImplicitEuler(Solver):
         step: [s].
     """
 
-    step: float
-
-    __post_init__ = Euler.__post_init__
-
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _SemiImplicitStepper(rates, t, y, end, work, self.step)
 
 
 @dataclass(frozen=True)
-class RungeKutta4(Solver):
+class RungeKutta4(_FixedStep):
     """The classical Runge-Kutta method: fourth order, four evaluations a step.
 
     Attributes:
@@ -143,10 +142,6 @@ class RungeKutta4(Solver):
 
     Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), table II.1.2.
     """
-
-    step: float
-
-    __post_init__ = Euler.__post_init__
 
     def start(self, rates: Rates, t: float, y: Array, end: float, work: Work) -> Stepper:
         return _RungeKuttaStepper(rates, t, y, end, work, self.step)

@@ -10,14 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers.compiled_function import in_c
+from drivetrain.solvers.compiled_problem import CompiledProblem
+from drivetrain.solvers.integrate_compiled import integrate_compiled
 from drivetrain.solvers.rosenbrock import Rodas4
-from drivetrain.solvers.solver import Rates, Solver, SolverStopped, Stepper, Work
+from drivetrain.solvers.solver import (
+    MOST_STEPS,
+    Rates,
+    Solver,
+    SolverStopped,
+    Stepper,
+    Work,
+    inner_points,
+    wanted_and_start,
+)
 
 Correct = Callable[[float, Array], Array | None]
-MOST_STEPS = 100_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +115,6 @@ def _by_compiled_loop(
     most_steps: int,
 ) -> Solution:
     """The compiled loop asks a right-hand side in Python."""
-    from drivetrain.solvers.compiled_problem import CompiledProblem
-    from drivetrain.solvers.integrate_compiled import integrate_compiled
-
     if correct is not None:
         hint = "take one such as RungeKutta4(0.001) or DormandPrince853()"
         raise InputError(Fault("solver", "cannot have its states corrected after each step", solver, hint))
@@ -137,50 +144,6 @@ def _run(stepper: Stepper, wanted: Array, rows: list[Array], correct: Correct | 
         while len(rows) < len(wanted) and wanted[len(rows)] <= stepper.t + slack:
             rows.append(stepper.y)
     return ""
-
-
-def wanted_and_start(times: Any, start: Any) -> tuple[Array, Array]:
-    """The wanted instants and a copy of the start, checked.
-
-    Args:
-        times: Wanted instants, rising [s], (N,), N >= 2.
-        start: State at the first instant [its own units], (m,).
-
-    Raises:
-        InputError: Times that do not rise, a start that is no finite vector.
-    """
-    faults: list[Fault] = []
-    wanted = state = np.empty(0)
-    try:
-        wanted = checked_array(times, (None,), "times")
-        if len(wanted) < 2 or not (np.diff(wanted) > 0.0).all():
-            faults.append(Fault("times", "must be at least two instants that rise [s]", wanted[:5].tolist()))
-    except InputError as error:
-        faults.extend(error.faults)
-    try:
-        state = checked_array(start, (None,), "start").copy()
-    except InputError as error:
-        faults.extend(error.faults)
-    if faults:
-        raise InputError(faults)
-    return wanted, state
-
-
-def inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
-    """The breakpoints that split an interval.
-
-    Args:
-        breakpoints: In any order, also twice [s].
-        first, last: Ends of the interval [s].
-
-    Returns:
-        Those strictly inside, rising, each once [s].
-
-    Raises:
-        InputError: Breakpoints that are no finite numbers.
-    """
-    points = checked_array(np.asarray(breakpoints, dtype=np.float64).reshape(-1), (None,), "breakpoints")
-    return [float(point) for point in np.unique(points) if first < point < last]
 
 
 def _pinned(rates: Rates, end: float, last: bool) -> Rates:

@@ -13,9 +13,8 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers import records as r
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
-from drivetrain.solvers.integrate import MOST_STEPS, inner_points, wanted_and_start
 from drivetrain.solvers.jump import jump_stays
-from drivetrain.solvers.solver import Solver, Work
+from drivetrain.solvers.solver import MOST_STEPS, Solver, Work, inner_points, wanted_and_start
 from drivetrain.solvers.tableaux import Tableau
 
 _LOG = 4096
@@ -185,7 +184,7 @@ def _prepared(
     )  # fmt: skip
     places = np.empty((n + 3, n), dtype=np.uint64)
     linear = r.Linear(
-        kept.jacobian, np.zeros((n + 1, n)), np.empty((n, n)), places[n], places[:n], *places[n + 1 :], np.empty(n),
+        kept.jacobian, np.zeros((n + 1, n)), np.empty((n, n)), places[n], places[:n], places[n + 1], places[n + 2], np.empty(n),
         *problem.pattern(),
     )  # fmt: skip
     events = _event_room(problem.events, kept.values)
@@ -197,7 +196,18 @@ def _prepared(
         "words": len(kept.words),
     }  # fmt: skip
     output, segments = r.Output(wanted, kept.rows, carried), r.Segments(ends, limits, kept.words)
-    return _Job(_record(r.SIZES, sizes), tableau, run, linear, events, output, segments, kept, *map(list, kept.log))
+    return _Job(
+        _record(r.SIZES, sizes),
+        tableau,
+        run,
+        linear,
+        events,
+        output,
+        segments,
+        kept,
+        list(kept.log[0]),
+        list(kept.log[1]),
+    )
 
 
 def _record(kind: Any, values: dict[str, Any]) -> Any:
@@ -214,7 +224,7 @@ def _event_room(events: Events | None, old: Array) -> r.EventRoom:
     room = max(_LOG, 2 * m)
     return r.EventRoom(
         np.array(events.kinds if events else (), dtype=whole), np.array(terminal, dtype=whole), old,
-        *np.zeros((3, m)), np.empty(room), np.empty(room, dtype=whole),
+        np.zeros(m), np.zeros(m), np.zeros(m), np.empty(room), np.empty(room, dtype=whole),
     )  # fmt: skip
 
 
@@ -231,7 +241,7 @@ def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
 
 def _copied(kept: Checkpoint) -> Checkpoint:
     """A checkpoint of its own arrays, so that one can be gone on from twice."""
-    values = {one.name: getattr(kept, one.name) for one in fields(kept)}
+    values: dict[str, Any] = {one.name: getattr(kept, one.name) for one in fields(kept)}
     return Checkpoint(**{name: v.copy() if isinstance(v, np.ndarray) else v for name, v in values.items()})
 
 

@@ -93,7 +93,7 @@ def loop() -> Any:
         number, *[place] * 2, *[word] * 6, *[number] * 5, word,
         number, number, word, number, number, word,
     ]  # fmt: skip
-    as_c = {types.boolean: ctypes.c_bool, types.float64: ctypes.c_double}
+    as_c: dict[Any, Any] = {types.boolean: ctypes.c_bool, types.float64: ctypes.c_double}
     made = callback(types.int64(*kinds), _advance)
     return ctypes.CFUNCTYPE(ctypes.c_int64, *(as_c.get(kind, ctypes.c_void_p) for kind in kinds))(made.address)
 

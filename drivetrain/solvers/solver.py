@@ -12,14 +12,18 @@ gives a ``Stepper``. The stepper must
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from drivetrain.arrays import Array
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import DrivetrainError, Fault, InputError
 from drivetrain.solvers.tableaux import Tableau
 
 Rates = Callable[[float, Array], Array]
+MOST_STEPS = 100_000_000
 
 
 class SolverStopped(DrivetrainError):
@@ -110,3 +114,47 @@ def check_positive(place: str, value: float, unit: str) -> None:
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or not 0.0 < value < float("inf"):
         raise InputError(Fault(place, f"must be a positive number [{unit}]", value))
+
+
+def wanted_and_start(times: Any, start: Any) -> tuple[Array, Array]:
+    """The wanted instants and a copy of the start, checked.
+
+    Args:
+        times: Wanted instants, rising [s], (N,), N >= 2.
+        start: State at the first instant [its own units], (m,).
+
+    Raises:
+        InputError: Times that do not rise, a start that is no finite vector.
+    """
+    faults: list[Fault] = []
+    wanted = state = np.empty(0)
+    try:
+        wanted = checked_array(times, (None,), "times")
+        if len(wanted) < 2 or not (np.diff(wanted) > 0.0).all():
+            faults.append(Fault("times", "must be at least two instants that rise [s]", wanted[:5].tolist()))
+    except InputError as error:
+        faults.extend(error.faults)
+    try:
+        state = checked_array(start, (None,), "start").copy()
+    except InputError as error:
+        faults.extend(error.faults)
+    if faults:
+        raise InputError(faults)
+    return wanted, state
+
+
+def inner_points(breakpoints: Sequence[float], first: float, last: float) -> list[float]:
+    """The breakpoints that split an interval.
+
+    Args:
+        breakpoints: In any order, also twice [s].
+        first, last: Ends of the interval [s].
+
+    Returns:
+        Those strictly inside, rising, each once [s].
+
+    Raises:
+        InputError: Breakpoints that are no finite numbers.
+    """
+    points = checked_array(np.asarray(breakpoints, dtype=np.float64).reshape(-1), (None,), "breakpoints")
+    return [float(point) for point in np.unique(points) if first < point < last]

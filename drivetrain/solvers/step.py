@@ -13,7 +13,8 @@ from drivetrain.solvers.records import Linear, Run
 from drivetrain.solvers.tableaux import Tableau
 
 # Indices without a sign: numba asks of others whether they count from the end.
-_NONE, _ONE = np.uint64(0), np.uint64(1)
+_NONE: Any = np.uint64(0)
+_ONE: Any = np.uint64(1)
 _DIAGONAL = 10.0  # so many times smaller than another entry a diagonal may be and stay the pivot
 
 
