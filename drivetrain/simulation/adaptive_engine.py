@@ -229,8 +229,9 @@ def _fits(kept: dict[str, Array], plan: Plan, words: Any) -> None:
     """Refuse what another scene, or another engine, has kept."""
     size, c = plan.memory.moving, int(words[f.COORDINATES])
     fits = {
-        "numbers": plan.memory.kept, "modes": 3 * c, "samples": int(words[f.SAMPLES]), "states": size * at.STATE.itemsize // 8,
-        "jacobian": size * size, "clock": at.CLOCK.itemsize // 8, "count": at.COUNT.itemsize // 8,
+        "numbers": plan.memory.kept, "modes": 3 * c, "samples": int(words[f.SAMPLES]),
+        "states": size * at.STATE.itemsize // 8, "jacobian": size * size,
+        "clock": at.CLOCK.itemsize // 8, "count": at.COUNT.itemsize // 8,
     }  # fmt: skip
     if any(name not in kept or len(kept[name]) != length for name, length in fits.items()):
         hint = "resume with the same effects, joints and engine"
