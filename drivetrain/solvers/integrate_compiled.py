@@ -184,8 +184,8 @@ def _prepared(
     )  # fmt: skip
     places = np.empty((n + 3, n), dtype=np.uint64)
     linear = r.Linear(
-        kept.jacobian, np.zeros((n + 1, n)), np.empty((n, n)), places[n], places[:n], places[n + 1], places[n + 2], np.empty(n),
-        *problem.pattern(),
+        kept.jacobian, np.zeros((n + 1, n)), np.empty((n, n)), places[n], places[:n], places[n + 1], places[n + 2],
+        np.empty(n), *problem.pattern(),
     )  # fmt: skip
     events = _event_room(problem.events, kept.values)
     carried = np.array((problem.hooks or Hooks()).carried, dtype=np.int64)
@@ -242,7 +242,7 @@ def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
 def _copied(kept: Checkpoint) -> Checkpoint:
     """A checkpoint of its own arrays, so that one can be gone on from twice."""
     values: dict[str, Any] = {one.name: getattr(kept, one.name) for one in fields(kept)}
-    return Checkpoint(**{name: v.copy() if isinstance(v, np.ndarray) else v for name, v in values.items()})
+    return replace(kept, **{name: value.copy() for name, value in values.items() if name != "log"})
 
 
 def _solution(problem: CompiledProblem, job: _Job, code: int) -> CompiledSolution:
