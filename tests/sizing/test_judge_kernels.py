@@ -16,7 +16,6 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.load_basis import drive_numbers
 from drivetrain.sizing.judge.check_numbers import MOTOR_TORQUE, NAMES, UNCHECKED
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.old_judge import is_direct, judge
 from drivetrain.sizing.judge.judge_kernels import (
     ASK,
     FALLS,
@@ -33,6 +32,7 @@ from drivetrain.sizing.judge.judge_kernels import (
     new_load,
     pair_power,
 )
+from drivetrain.sizing.judge.old_judge import is_direct, judge
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.packed_task import chosen_numbers, pack
 from drivetrain.sizing.results import Fallen

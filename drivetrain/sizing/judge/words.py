@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from drivetrain.drive.heat import rms_rule_validity
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
-
-if TYPE_CHECKING:
-    from drivetrain.sizing.judge.operation import Operation
 
 NO_SHORT_TIME = "the sheet prints no short-time limit"
 
@@ -33,7 +30,7 @@ class Words(NamedTuple):
     silent: bool = False
 
 
-def printed(op: Operation, row: Any) -> Words:
+def printed(op: Any, row: Any) -> Words:
     """Of a limit that stands on a sheet or in the study."""
     part = row.limit.partition(".")[0]
     lacks = not known(op.number(row.limit))
@@ -45,7 +42,7 @@ def printed(op: Operation, row: Any) -> Words:
     )
 
 
-def repeated_peak(op: Operation, row: Any) -> Words:
+def repeated_peak(op: Any, row: Any) -> Words:
     """The continuous torque holds where no repeated peak is printed."""
     gear = op.drive.gear
     if gear.repeated_peak_torque is None and gear.continuous_torque is not None:
@@ -55,7 +52,7 @@ def repeated_peak(op: Operation, row: Any) -> Words:
     return Words(f"repeated peak torque of {sheet_name(gear)}", lack)
 
 
-def average_torque(op: Operation, row: Any) -> Words:
+def average_torque(op: Any, row: Any) -> Words:
     """The same of the average, with the exponent by which it is made."""
     gear = op.drive.gear
     source, remark = f"average torque limit of {sheet_name(gear)}", f"average with exponent {torque_exponent(gear):.3g}"
@@ -67,7 +64,7 @@ def average_torque(op: Operation, row: Any) -> Words:
     return Words(f"continuous torque of {sheet_name(gear)}", f"{remark}; {lack}")
 
 
-def gear_life(op: Operation, row: Any) -> Words:
+def gear_life(op: Any, row: Any) -> Words:
     """Only told when the study wants none."""
     if not known(op.number(row.limit)):
         return Words("", "the sheet has no rated life, torque and speed together")
@@ -75,7 +72,7 @@ def gear_life(op: Operation, row: Any) -> Words:
     return Words(f"rated life of {sheet_name(op.drive.gear)}", remark)
 
 
-def bearing(op: Operation, row: Any) -> Words:
+def bearing(op: Any, row: Any) -> Words:
     """Only where the loads across the axis are known."""
     if op.demand.wrench is not None:
         return printed(op, row)
@@ -87,7 +84,7 @@ def bearing(op: Operation, row: Any) -> Words:
     return Words("", reason, silent=True)
 
 
-def inertia_ratio(op: Operation, row: Any) -> Words:
+def inertia_ratio(op: Any, row: Any) -> Words:
     """The span over the motion; judged only where the study sets a limit."""
     inertia = op.demand.load_inertia
     if inertia is None:
@@ -102,7 +99,7 @@ def inertia_ratio(op: Operation, row: Any) -> Words:
     )
 
 
-def short_time(op: Operation, row: Any) -> Words:
+def short_time(op: Any, row: Any) -> Words:
     """Printed peak torque, else what the printed peak current makes, else what nominal voltage makes at stall."""
     motor = op.drive.motor
     if motor.peak_torque is not None:
@@ -115,13 +112,13 @@ def short_time(op: Operation, row: Any) -> Words:
     return Words(f"stall torque of {sheet_name(motor)}", remark)
 
 
-def voltage(op: Operation, row: Any) -> Words:
+def voltage(op: Any, row: Any) -> Words:
     """What reaches the terminals."""
     remark = "" if op.drive.motor.inductance is not None else "inductance unknown: its share is left out"
     return Words(f"supply {op.supply.voltage:g} V x modulation {op.task.amplifier.modulation:g}", remark)
 
 
-def rms_current(op: Operation, row: Any) -> Words:
+def rms_current(op: Any, row: Any) -> Words:
     """The smaller of nominal and thermal limit, and why the RMS rule may mislead here."""
     limit = op.continuous_current
     if limit.value is None:
@@ -133,7 +130,7 @@ def rms_current(op: Operation, row: Any) -> Words:
     return Words(limit.source, said or _hot_parts(op, limit.value))
 
 
-def _hot_parts(op: Operation, continuous: float) -> str:
+def _hot_parts(op: Any, continuous: float) -> str:
     """Which parts of a mix overload the motor if they are run for long."""
     cycle, square = op.demand.cycle, op.current**2
     if len(cycle.parts) == 1:
@@ -145,7 +142,7 @@ def _hot_parts(op: Operation, continuous: float) -> str:
     return told if hot else ""
 
 
-def winding(op: Operation, row: Any) -> Words:
+def winding(op: Any, row: Any) -> Words:
     """The winding's limit less the margin."""
     limit, margin, found = op.drive.motor.max_winding_temperature, op.safety.temperature_margin, op.number(row.required)
     if limit is None:

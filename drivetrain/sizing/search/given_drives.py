@@ -58,12 +58,12 @@ def _excused(packed: Packed, joint: int) -> Packed:
     task, pair = packed.task, int(packed.task.first[joint])
     motor, gear = task.pairs[pair]
     m, g = task.motors[joint, motor].copy(), task.gears[gear].copy()
-    if essential_lack.py_func(m, g) < 0:  # compiled it can be called by compiled code only
+    if essential_lack(m, g) < 0:
         return packed
     motors, tasks, pairs = task.motors.copy(), task.tasks.copy(), task.pairs.copy()
     if np.isnan(g[REPEATED]):
         g[REPEATED] = OUT_OF_REACH
-    unknown = torque_unknown.py_func(m, g)
+    unknown = torque_unknown(m, g)
     if unknown:
         _without_motor(m, g, tasks[joint])
     for column in (PEAK_TORQUE, CONTINUOUS):

@@ -246,7 +246,7 @@ def _rate_factors(demand: JointDemand) -> tuple[Array, Array, Array]:
 def _numbers(op: Operation) -> list[float]:
     """Numbers of one joint, in the order of the columns."""
     motor, gear, safety = op.drive.motor, op.drive.gear, op.safety
-    network = thermal_network(motor, op.ambient, housing_to_ambient=op.task.housing_to_ambient)
+    network = thermal_network(motor, op.study.ambient, housing_to_ambient=op.task.housing_to_ambient)
     inner, outer, winding, housing, kind = (math.nan,) * 4 + (float(NO_HEAT),)
     if network is not None:
         inner, outer = network.resistance_winding_housing, network.resistance_housing_ambient
@@ -287,7 +287,7 @@ def _loose(law: Friction, way: float) -> float:
 
 
 def _efficiency(op: Operation) -> float:
-    given = op.computed.gear.efficiency
+    given = op.drive.gear.efficiency
     return 1.0 if given is None else given
 
 
