@@ -15,6 +15,7 @@ from drivetrain.drive import heat_state
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.load_basis import drive_numbers
 from drivetrain.sizing.judge.check_numbers import MOTOR_TORQUE, NAMES, UNCHECKED
+from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.judge_kernels import (
     ASK,
@@ -38,8 +39,9 @@ from drivetrain.sizing.judge.packed_task import chosen_numbers, pack
 from drivetrain.sizing.results import Fallen
 from drivetrain.sizing.search.fallen import beside, fallen_table
 from drivetrain.study.load import load_study
-from drivetrain.study.verdicts import ESSENTIAL, Verdict
+from drivetrain.study.verdicts import Verdict
 
+ESSENTIAL = tuple(row.name for row in CHECKS if row.essential)
 PACKAGE = Path(heat_state.__file__).parents[1]
 EXAMPLES = PACKAGE.parent / "examples"
 CLOSE = 1e-9  # relative; both sum the same terms in another order
@@ -87,7 +89,7 @@ class Road:
 def essential_lack(op, checks):
     made = {check.name for check in checks if check.verdict is not Verdict.NOT_CHECKED}
     skipped = ESSENTIAL[:1] if is_direct(op) else ()
-    return [name for name in ESSENTIAL[:4] if name not in made and name not in skipped]  # those of one drive
+    return [name for name in ESSENTIAL if name not in made and name not in skipped]  # those of one drive
 
 
 def agree(road, joint, pair):
@@ -129,7 +131,7 @@ def agree(road, joint, pair):
     if not op.missing:
         power = np.empty(len(op.demand.time))
         energy = pair_power(road.task, joint, pair, road.load, power)
-        expected = op.balance.electrical
+        expected = op.power
         np.testing.assert_allclose(power, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
         scale = float(np.abs(expected) @ op.demand.weights)  # what comes in and goes out may nearly cancel
         assert energy == pytest.approx(float(expected @ op.demand.weights), abs=CLOSE * scale)
