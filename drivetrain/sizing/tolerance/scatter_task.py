@@ -165,7 +165,7 @@ def _inertia(op: Operation, added: Array) -> Array:
 def _bearing_limits(op: Operation) -> list[float]:
     gear = op.drive.gear
     limits = (gear.tilting_moment_limit, gear.axial_load_limit, gear.radial_load_limit)
-    unknown = op.demand.bearing is None
+    unknown = op.demand.wrench is None
     return [math.nan if limit is None or unknown else limit / op.safety.peak_torque for limit in limits]
 
 
