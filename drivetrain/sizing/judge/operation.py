@@ -182,7 +182,8 @@ class Operation:
         """At the terminals, with magnets and winding of some temperatures [C]."""
         motion = self.judgement.work.motion
         current = self.judgement.work.traces.torque / torque_constant(self.drive.motor, magnets)
-        rate = motion.rate_before * current[:-2] + motion.rate_at * current[1:-1] + motion.rate_after * current[2:]
+        steps = np.diff(current)
+        rate = motion.rate_after * steps[1:] - motion.rate_before * steps[:-1]  # no digits lost where steps are tiny
         return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)
 
     def instant(self, series: str) -> float | None:

@@ -51,6 +51,12 @@ class Parts:
         motor, gear = self.pairs[joint][pair]
         return self.motor_keys[motor], self.gear_keys[gear]
 
+    def drive(self, joint: int, pair: int) -> Drive:
+        """A pair as a drive."""
+        motor, gear = self.pairs[joint][pair]
+        task = self.study.joints[joint]
+        return Drive(self.motors[motor], self.gears[gear], task.friction, task.motor_friction)
+
     def cases(self, joint: int, demand: JointDemand, chosen: Any = slice(None)) -> Any:
         """Pairs of a joint as records for the judge, all or some, (P,)."""
         friction = self.study.joints[joint].motor_friction

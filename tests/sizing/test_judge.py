@@ -1,0 +1,154 @@
+"""The judge against the public laws of the drive, its quick verdicts against all figures, and a check that is added."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from dataclasses import make_dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.drive.drive import motor_torque, power_balance
+from drivetrain.drive.heat import Mix, mixed_temperature
+from drivetrain.drive.motor import torque_constant
+from drivetrain.records import as_numbers, as_record
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.demand.series import own_amounts, own_work
+from drivetrain.sizing.judge import checks
+from drivetrain.sizing.judge.checks import CHECKS, GEAR, Requirement, table
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.judge import judge_cases
+from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.parts import parts_of
+from drivetrain.sizing.judge.verdicts import check_of, checks_of
+from drivetrain.study.verdicts import Verdict
+
+CLOSE = 1e-9  # relative; both sum the same terms in another order
+
+
+def _random_tasks():
+    """The file beside this one; test folders are no packages."""
+    name = "random_tasks"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("random_tasks.py"))
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
+TASKS = _random_tasks()
+
+
+def some_operations(study, seed, count=3):
+    """Drives drawn from a study's candidates, at work."""
+    rng, work, parts = np.random.default_rng(seed), workload(study), parts_of(study)
+    for _ in range(count):
+        rows = [int(rng.integers(len(pairs))) for pairs in parts.pairs]
+        shelf = {j: parts.drive(j, row) for j, row in enumerate(rows)}
+        for joint, drive in shelf.items():
+            yield operation(study, joint, work.at(joint, shelf).demand(drive), drive)
+
+
+@pytest.mark.parametrize("kind", TASKS.KINDS)
+def test_the_judge_says_what_the_public_laws_say(make, kind):
+    """Array by array from the drive's own functions, without the judge's loops."""
+    for op in some_operations(TASKS.random_study(make, 4, kind), 4):
+        if op.missing:
+            continue
+        demand, cycle = op.demand, op.demand.cycle
+        torque = motor_torque(
+            op.drive, demand.gear_torque, demand.speed, demand.acceleration, demand.carrier_acceleration,
+            standstill=demand.at_rest, parts=cycle.parts,
+        )  # fmt: skip
+        scale = np.abs(torque.total).max()
+        np.testing.assert_allclose(op.motor_torque, torque.total, rtol=CLOSE, atol=CLOSE * scale)
+        peak = np.abs(torque.starting if demand.moves else torque.total).max()
+        assert op.figures.motor_torque == pytest.approx(peak, rel=CLOSE)
+        winding, magnets = op.winding_temperature, float(op.figures.magnet_temperature)
+        balance = power_balance(op.drive, demand.gear_torque, demand.speed, torque, winding, magnets)
+        np.testing.assert_allclose(op.power, balance.electrical, rtol=CLOSE, atol=CLOSE * np.abs(op.power).max())
+        if op.network is None:
+            continue
+        loss = balance.motor_friction - (op.drive.gear.no_load_torque or 0.0) * np.abs(op.motor_speed)
+        heat = mixed_temperature(
+            op.network, op.drive.motor, demand.time, torque.total, Mix(cycle.parts, cycle.shares), housing_loss=loss
+        )
+        assert heat.runaway == op.runaway
+        assert op.figures.winding_temperature == pytest.approx(heat.peak_winding, rel=1e-7)
+        if not heat.runaway:
+            rms = np.sqrt(demand.mean((torque.total / torque_constant(op.drive.motor, heat.magnet_temperature)) ** 2))
+            assert op.figures.rms_current == pytest.approx(rms, rel=1e-7)
+
+
+@pytest.mark.parametrize("kind", TASKS.KINDS)
+def test_quick_verdicts_are_those_of_all_figures(make, kind):
+    """A look at some samples or at the cold motor rejects nothing that fits, and stages stop at their first failure."""
+    seen = set()
+    for seed in range(3):
+        study = TASKS.random_study(make, seed, kind)
+        work, parts = workload(study), parts_of(study)
+        for joint in range(len(study.joints)):
+            demand, own = own_work(work, joint, {})
+            cases, amounts = parts.cases(joint, demand), own_amounts(own, parts.amounts[joint])
+            count, power = len(cases), np.zeros((0, len(demand.time)))
+            answers = []
+            for until, quick in ((np.inf, False), (1.0, False), (1.0, True)):
+                found, binding, lacking = np.zeros(count), *np.zeros((2, count), dtype=np.int64)
+                used = np.zeros((count, len(CHECKS)))
+                judge_cases(
+                    cases, as_numbers(cases), table(), own, amounts, until, quick, power, used, found, binding, lacking
+                )
+                answers.append((found, binding, lacking, used))
+            whole, staged, quick = answers
+            feasible = (whole[0] <= 1.0) & (whole[2] < 0)
+            assert (((staged[0] <= 1.0) & (staged[2] < 0)) == feasible).all()
+            assert (((quick[0] <= 1.0) & (quick[2] < 0)) == feasible).all()
+            np.testing.assert_array_equal(staged[0][feasible], whole[0][feasible])
+            for row in np.flatnonzero(whole[0] > 1.0):
+                first = min(one.stage for one, share in zip(CHECKS, whole[3][row], strict=True) if share > 1.0)
+                shares = [u if one.stage <= first else 0.0 for one, u in zip(CHECKS, whole[3][row], strict=True)]
+                assert staged[1][row] == int(np.nanargmax(shares))
+            seen |= set(feasible.tolist())
+    assert seen == {True, False}
+
+
+def test_a_check_is_one_row(make, monkeypatch):
+    """A field of the gear, a row of the table: verdicts, filters and words have it."""
+    row = Requirement(
+        "gear largest load", "N m", "figures.load_torque", "gear.size", GEAR, "largest load", "safety.peak_torque",
+        peak=True, instant="loosening_torque",
+    )  # fmt: skip
+    monkeypatch.setattr(checks, "CHECKS", (*CHECKS, row))
+    for module in ("operation", "verdicts"):
+        monkeypatch.setattr(sys.modules[f"drivetrain.sizing.judge.{module}"], "CHECKS", checks.CHECKS)
+    study = make.study(make.sines(1), arm=make.planar_arm([0.4], [1.0]))
+    told = next(iter(evaluate(study).joints.values())).checks[-1]
+    assert told.name == "gear largest load" and told.verdict is Verdict.NOT_CHECKED
+    assert told.remark == "the sheet prints no largest load"
+    weak = replace(study, catalog=replace(study.catalog, gears={"g1": replace(make.gear, size=1e-3)}))
+    found = evaluate(weak)
+    told = next(iter(found.joints.values())).checks[-1]
+    assert told.verdict is Verdict.FAIL and not found.feasible
+    assert told.utilisation == pytest.approx(told.required / 1e-3)
+    assert told.source == "largest load of gear g1"
+    work, parts = workload(weak), parts_of(weak)
+    demand, own = own_work(work, 0, {})
+    cases, none = parts.cases(0, demand), np.zeros((0, len(demand.time)))
+    answer, whole = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
+    given = own_amounts(own, parts.amounts[0])
+    judge_cases(cases, as_numbers(cases), table(), own, given, 1.0, True, none, np.zeros((0, 0)), answer, *whole)
+    assert answer[0] > 1.0 and whole[0, 0] == len(CHECKS)
+
+
+def test_records_have_every_number_of_a_description():
+    described = make_dataclass("Described", [("a", float), ("b", float | None), ("c", str)], frozen=True)
+    record = as_record(described(1.5, None, "text"))
+    assert record.dtype.names == ("a", "b")
+    assert record.a == 1.5 and np.isnan(record.b)
+
+
+def test_a_check_by_its_name(make):
+    op = next(some_operations(make.study(make.sines(1), arm=make.planar_arm([0.4], [1.0])), 0))
+    assert check_of(op, "motor voltage") == next(one for one in checks_of(op) if one.name == "motor voltage")
