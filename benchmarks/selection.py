@@ -32,7 +32,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from matplotlib.figure import Figure
 from selection_random import random_met
-from selection_rivals import Compiled, Plainly, median_time, multiply_add_rate, random_sets, triad_rate
+from selection_rivals import Compiled, Plainly, median_time, random_sets
 from selection_tasks import (
     EXAMPLE,
     chain_study,
@@ -47,9 +47,9 @@ import drivetrain as dt
 from drivetrain.errors import PhysicsWarning
 from drivetrain.report.colours import BLUE, ORANGE
 from drivetrain.report.svg import house_style, png_bytes
-from drivetrain.sizing.judge.packed_task import Packed, pack
+from drivetrain.sizing.search.candidates import Candidates, candidates
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.search_tree import Tree
+from drivetrain.sizing.search.tree import Tree
 from drivetrain.study.study import Study
 
 CANDIDATES, SAMPLES, JOINTS = (100, 1000, 10_000), (500, 2000, 8000), (2, 3, 4, 5, 6, 7, 8)
@@ -147,27 +147,27 @@ def measure(found: list[Case], repeats: int) -> None:
     gc.disable()
     for turn in range(repeats + 1):
         for case in (found[i] for i in order.permutation(len(found))):
-            packed, reduced, searched = searched_once(case)
+            offered, reduced, searched = searched_once(case)
             if turn:
                 case.reduce.append(reduced)
                 case.search.append(searched)
-            del packed
+            del offered
         gc.collect()
     gc.enable()
 
 
-def searched_once(case: Case) -> tuple[Packed, float, float]:
-    """One run: the packed task, the time until then, and the time of the search."""
+def searched_once(case: Case) -> tuple[Candidates, float, float]:
+    """One run: the candidates, the time until then, and the time of the search."""
     start = time.process_time()
-    packed = pack(case.study)
+    offered = candidates(case.study)
     middle = time.process_time()
-    tree = Tree(problem(packed, replace(case.study.wanted, sets=1)))
+    tree = Tree(problem(offered, replace(case.study.wanted, sets=1)))
     tree.run(time.perf_counter() + 120.0, lambda done, total, text: None)
     end = time.process_time()
     case.nodes = tree.counters["nodes made"]
     best = f"{tree.best[0].objective:.3f} kg" if tree.best else "nothing fits"
     case.answer = f"{best}, {'proven' if tree.finished else f'bound {tree.bound:.3f}'}"
-    return packed, middle - start, end - middle
+    return offered, middle - start, end - middle
 
 
 def groups(found: list[Case]) -> dict[tuple[str, float], list[Case]]:
@@ -244,12 +244,12 @@ def searches_met(found: list[Case]) -> list[tuple[str, bool]]:
 def rivals(study: Study) -> list[tuple[str, bool]]:
     """Judging set by set, against the plain way and against what the machine can do."""
     start = time.process_time()
-    packed = pack(study)
+    offered = candidates(study)
     reduced = time.process_time() - start
-    Compiled(packed)  # compiles
-    ours, plain = Compiled(packed), Plainly(packed)
-    everything = [np.arange(low, high) for low, high in zip(packed.task.first, packed.task.first[1:], strict=False)]
-    hard = random_sets(ours.pools, 20_000, 1)
+    Compiled(offered)  # compiles
+    ours, plain = Compiled(offered), Plainly(offered)
+    everything = [np.arange(low, high) for low, high in zip(offered.first, offered.first[1:], strict=False)]
+    hard = random_sets(ours.pools, 2000, 1)
     fast, some = 0.0, np.zeros((0, len(everything)), dtype=np.int64)
     for part in range(JUDGED // AT_ONCE):
         sets = random_sets(everything, AT_ONCE, 2 + part)
@@ -267,42 +267,26 @@ def rivals(study: Study) -> list[tuple[str, bool]]:
         each.append(time.process_time() - start)
     slow, slow_end = float(np.mean(each[:PLAIN])), float(np.mean(each[PLAIN:])) if len(stand) else math.nan
     whole = fast + (ours.preparation + reduced) / JUDGED
-    from_scratch = median_time(lambda: ours.holds(sets[:5000], possible=False), 3) / 5000
+    from_scratch = median_time(lambda: ours.holds(sets[:500], possible=False), 3) / 500
     tough = median_time(lambda: ours.holds(hard), 3) / len(hard)
     end = median_time(lambda: ours.holds(np.repeat(stand, 10, axis=0)), 3) / max(10 * len(stand), 1)
     print(f"Sets of drives judged, {len(everything)} x {len(everything[0])} pairs, N = {len(study.cycle.time)}")
     print(f"{'':66} us a set   times the plain way")
     for name, seconds, rival in (
         ("pinocchio rnea at every sample, then the same checks: random sets", slow, slow),
-        (f"reduction {reduced:.2f} s, sieve {ours.preparation:.2f} s, {JUDGED:.0e} random sets", whole, slow),
-        ("the judge of them alone, its pairs sieved", fast, slow),
-        ("random sets, each from scratch, nothing sieved", from_scratch, slow),
-        ("sets of pairs that the sieve leaves", tough, slow),
+        (f"reduction {reduced:.2f} s, presolve filter {ours.preparation:.2f} s, {JUDGED:.0e} random sets", whole, slow),
+        ("the judge of them alone, after the filter", fast, slow),
+        ("random sets, each from scratch, no filter", from_scratch, slow),
+        ("sets of pairs that the filter leaves", tough, slow),
         ("pinocchio, sets that hold: every check to the end", slow_end, slow_end),
         ("sets that hold: every check to the end", end, slow_end),
     ):
         print(f"{name:66} {1e6 * seconds:8.3f}   {rival / seconds:10.0f}")
-    limits(ours, packed)
     agreed = found == wanted.tolist()
     return [
         (f"{slow / whole:.0f} times the plain way, everything counted (at least {FASTER:.0f})", slow / whole >= FASTER),
         (f"both ways agree on {len(some)} sets, {int(wanted.sum())} of which hold", agreed),
     ]
-
-
-def limits(ours: Compiled, packed: Packed) -> None:
-    """How far the torque of a joint, the bulk of judging a pair, is from the limits of memory and arithmetic."""
-    task, joint = packed.task, 0
-    samples, rows = task.force.shape[1], int((task.offsets[joint] >= 0).sum()) * task.numbers.shape[1]
-    seconds = median_time(lambda: ours.gather(joint), 199)
-    work = rows * samples
-    triad, peak = triad_rate(rows * samples // 3), multiply_add_rate()
-    far, flops = triad_rate(4_000_000), 2.0 * work / seconds
-    print(f"\ntorque of joint 1 over {samples} samples from {rows} rows: {1e6 * seconds:.1f} us")
-    print(f"  {flops / 1e9:.1f} GF/s, {100 * flops / peak:.0f} % of {peak / 1e9:.0f} GF/s (multiply-adds in registers)")
-    read = 8.0 * work / seconds
-    print(f"  {read / 1e9:.1f} GB/s read, {100 * read / triad:.0f} % of {triad / 1e9:.0f} GB/s (triad of that size)")
-    print(f"  (triad out of memory: {far / 1e9:.0f} GB/s)\n")
 
 
 # ---------------------------------------------------------------- the command, from file to report

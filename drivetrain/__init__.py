@@ -154,7 +154,7 @@ if TYPE_CHECKING:
     from drivetrain.sizing.search.front import Front as Front
     from drivetrain.sizing.search.front import pareto_front as pareto_front
     from drivetrain.sizing.search.search import select as select
-    from drivetrain.sizing.tolerance.robust_selection import robust_select as robust_select
+    from drivetrain.sizing.search.robust import robust_select as robust_select
     from drivetrain.sizing.tolerance.uncertainty import robustness as robustness
     from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
     from drivetrain.solvers.explicit import Euler as Euler
@@ -323,7 +323,7 @@ _HOME = {
     "ratio_studies": "sizing.answers.ratio",
     "ratio_study": "sizing.answers.ratio",
     "DriveSet": "sizing.results",
-    "robust_select": "sizing.tolerance.robust_selection",
+    "robust_select": "sizing.search.robust",
     "select": "sizing.search.search",
     "trade_offs": "sizing.answers.trade_offs",
     "robustness": "sizing.tolerance.uncertainty",

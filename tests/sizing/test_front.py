@@ -15,13 +15,10 @@ from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
-from drivetrain.sizing.judge.packed_task import pack
-from drivetrain.sizing.search import front_search
+from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search import front_tree
 from drivetrain.sizing.search.front import pareto_front
-from drivetrain.sizing.search.front_boxes import all_sets, only
-from drivetrain.sizing.search.front_kernels import USED
-from drivetrain.sizing.search.front_prune import weigh
-from drivetrain.sizing.search.front_search import NAMES, FrontSearch
+from drivetrain.sizing.search.front_tree import NAMES, USED, FrontTree
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.zones import Zones
 from drivetrain.study.study import Mount, Wanted
@@ -184,7 +181,7 @@ def tied_study(make, seed, coarse):
 def test_any_criteria_with_ties_agree_with_brute_force(make, seed, names, coarse, few):
     study = tied_study(make, seed, coarse)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(front_search, "FEW", few)  # 0: boxes are parted to the end, none is walked through
+        patch.setattr(front_tree, "FEW", few)  # 0: boxes are parted to the end, none is walked through
         front = pareto_front(study, names)
     assert front.complete
     np.testing.assert_allclose(vectors(front), brute_force(study, names), rtol=1e-7)
@@ -194,26 +191,29 @@ def test_any_criteria_with_ties_agree_with_brute_force(make, seed, names, coarse
 @pytest.mark.parametrize(("seed", "carrier"), [(29, "parent"), (0, "child"), (29, "child")])
 def test_costs_of_a_box_are_below_those_of_every_set_in_it(make, seed, carrier):
     study = random_study(make, seed, joints=3 if seed else 2, carrier=carrier)
-    packed = pack(study)
-    what = problem(packed, study.wanted)
-    search = FrontSearch(what, ("mass", "energy", "utilisation"))
+    what = problem(candidates(study), study.wanted)
+    search = FrontTree(what, ("mass", "energy", "utilisation"))
+    root = search.root()
+    search._weights = np.array([[0.0, 0.0, 1.0, 0.0]])
     rng, looked_at = np.random.default_rng(seed), 0
     for share in (1.0, 0.7, 0.4, 0.2):
-        whole = all_sets(what)
-        kept = rng.random(len(whole.pool)) < share
-        kept[whole.first] = True
-        box = only(whole, kept)
-        if not search._costed(box):
+        masks = [rng.random(len(domain)) < share for domain in root.domains]
+        for mask in masks:
+            mask[0] = True
+        kept = tuple(domain.kept(mask) for domain, mask in zip(root.domains, masks, strict=True))
+        part = search._costed(replace(root, domains=kept))
+        if part is None:
             continue
-        values = np.zeros((len(box.pool), 1))
-        weigh(box, packed.task.numbers, np.array([[0.0, 0.0, 1.0, 0.0]]), values)
+        values = search._weighed(part)
         for _ in range(25):
-            at = [int(rng.integers(a, a + k)) for a, k in zip(box.first, box.size, strict=True)]
-            evaluation = what.evaluation([int(pair) for pair in box.pool[at]])
+            at = [int(rng.integers(len(domain))) for domain in part.domains]
+            evaluation = what.evaluation([int(domain.pairs[i]) for domain, i in zip(part.domains, at, strict=True)])
             if evaluation.feasible:
                 looked_at += 1
-                assert values[at].sum() <= evaluation.criteria["energy"] + 1e-9
-                assert box.cost[at, USED].max() <= evaluation.criteria["utilisation"] * (1.0 + 1e-12)
+                least = sum(float(one[i, 0]) for one, i in zip(values, at, strict=True))
+                used = max(float(domain.cost[i, USED]) for domain, i in zip(part.domains, at, strict=True))
+                assert least <= evaluation.criteria["energy"] + 1e-9
+                assert used <= evaluation.criteria["utilisation"] * (1.0 + 1e-12)
     assert looked_at > 20
 
 

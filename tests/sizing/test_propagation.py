@@ -10,11 +10,11 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.packed_task import pack
-from drivetrain.sizing.search.choices import all_choices, segment
-from drivetrain.sizing.search.power_bound import power_range
+from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.propagation import OPEN, propagate
+from drivetrain.sizing.search.propagate import Propagation, Ranges
+from drivetrain.sizing.search.supply import power_range
+from drivetrain.sizing.search.tree import EVERY
 from drivetrain.study.study import Mount, Wanted
 
 
@@ -44,6 +44,12 @@ def study_of(make, seed: int, wanted: Wanted):
     return make.study(cycle, arm=arm, joints=tasks, catalog=Catalog(motors, gears), wanted=wanted)
 
 
+def propagated(problem, limit):
+    """What is left of all candidates, and the ranges of their numbers."""
+    ranges = Ranges.unknown(problem.n)
+    return Propagation(problem, list(problem.domains()), ranges, limit, EVERY, set()).run(), ranges
+
+
 def holding_sets(study):
     """Pairs by keys of every set whose joints hold, with its objective and its power."""
     for pairs in itertools.product(*(task.pairs for task in study.joints)):
@@ -57,20 +63,18 @@ def holding_sets(study):
 @pytest.mark.parametrize("seed", range(4))
 def test_no_part_of_a_set_that_holds_is_ruled_out(make, seed, weights):
     study = study_of(make, seed, Wanted(weights))
-    asked = problem(pack(study), study.wanted)
-    choices, task = all_choices(asked.known, asked.setting), asked.packed.task
-    code, _ = propagate(task, asked.setting, choices, np.inf, 10**9, 8, asked.memory)
+    asked = problem(candidates(study), study.wanted)
+    domains, ranges = propagated(asked, np.inf)
     sets = list(holding_sets(study))
-    if code != OPEN:
+    if domains is None:
         assert not sets
         return
-    total = np.empty((2, len(study.cycle.time)))
-    power_range(task, asked.setting, choices, asked.memory, True, total)
+    total = power_range(asked, domains, ranges, most=True)
     assert np.isfinite(total).all()
-    left = [{asked.packed.keys(int(pair)) for pair in segment(choices, joint)} for joint in range(2)]
+    left = [{asked.candidates.keys(int(pair)) for pair in domain.pairs} for domain in domains]
     for pairs, objective, power in sets:
         assert all(keys in there for keys, there in zip(pairs, left, strict=True))
-        assert choices.least.sum() <= objective * (1 + 1e-9)
+        assert sum(domain.least for domain in domains) <= objective * (1 + 1e-9)
         slack = 1e-6 * np.abs(power).max()
         assert (total[0] <= power + slack).all()
         assert (total[1] >= power - slack).all()
@@ -79,10 +83,9 @@ def test_no_part_of_a_set_that_holds_is_ruled_out(make, seed, weights):
 @pytest.mark.parametrize("seed", range(3))
 def test_a_limit_keeps_what_is_cheaper(make, seed):
     study = study_of(make, seed, Wanted())
-    asked = problem(pack(study), study.wanted)
+    asked = problem(candidates(study), study.wanted)
     sets = sorted(objective for _, objective, _ in holding_sets(study))
     for limit in sets[:5]:
-        choices = all_choices(asked.known, asked.setting)
-        code, _ = propagate(asked.packed.task, asked.setting, choices, limit * (1 + 1e-9), 10**9, 8, asked.memory)
-        assert code == OPEN
-        assert choices.least.sum() <= limit * (1 + 1e-9)  # equals are put in order by less than that
+        domains, _ = propagated(asked, limit * (1 + 1e-9))
+        assert domains is not None
+        assert sum(domain.least for domain in domains) <= limit * (1 + 1e-9)  # equals are put in order by less than that

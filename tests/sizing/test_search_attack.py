@@ -14,18 +14,16 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.packed_task import pack
-from drivetrain.sizing.search.choices import all_choices, segment
+from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.propagation import propagate
 from drivetrain.sizing.search.search import select
+from drivetrain.sizing.search.tree import EVERY, Tree
 from drivetrain.study.study import Study, Wanted, family
 
 WEIGHTS = (
     (("mass", 1.0),), (("price", 1.0),), (("energy", 1.0),), (("mass", 1.0), ("price", 0.01), ("energy", 0.02)),
     (("price", 1.0), ("energy", 1.0)), (("mass", 1.0), ("energy", 0.5)),
 )  # fmt: skip
-EVERY, AT_ONCE = 10**9, 8
 SEEDS = range(3)
 EACH = {1: 14, 2: 8, 3: 4}  # candidates of a joint, by joints
 
@@ -80,13 +78,12 @@ def stronger(study: Study, rng) -> Study:
 
 def fewer(study: Study, rng) -> Study:
     """The same study with few candidates a joint, most of which may hold, and sometimes a given drive."""
-    what = problem(pack(study), Wanted())
-    choices = all_choices(what.known, what.setting)
-    if choices.size.all():
-        propagate(what.packed.task, what.setting, choices, np.inf, EVERY, AT_ONCE, what.memory)
+    what = problem(candidates(study), Wanted())
+    node = Tree(what).narrowed(what.domains(), EVERY, None)
+    domains = what.domains() if node is None else node.domains
     tasks = []
     for joint, task in enumerate(study.joints):
-        left = [what.packed.keys(int(pair)) for pair in rng.permutation(segment(choices, joint))]
+        left = [what.candidates.keys(int(pair)) for pair in rng.permutation(domains[joint].pairs)]
         others = [task.pairs[i] for i in rng.permutation(len(task.pairs))]
         pairs = tuple(dict.fromkeys([*left[: EACH[len(study.joints)] - 1], *others]))[: EACH[len(study.joints)]]
         tasks.append(replace(task, pairs=pairs, drive=pairs[0] if rng.random() < 0.08 else None))

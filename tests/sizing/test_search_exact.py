@@ -17,10 +17,10 @@ from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
-from drivetrain.sizing.judge.packed_task import pack
+from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.search.search_tree import Tree
+from drivetrain.sizing.search.tree import Tree
 from drivetrain.study.load import load_study
 from drivetrain.study.study import DriveMass, JointTask, Mount, Safety, Study, Wanted
 from drivetrain.study.verdicts import Check, Verdict
@@ -207,14 +207,14 @@ def test_no_node_promises_too_little(make, weights, seed):
     """The bound of every node is below every set in it."""
     study = random_study(make, seed, Wanted(weights, sets=3))
     sets = every_set(study)
-    chosen_from = problem(pack(study), study.wanted)
+    chosen_from = problem(candidates(study), study.wanted)
     tree = Tree(chosen_from)
     while not tree.finished:
         for _, _, node in tree.open:
-            pools = [set(one.tolist()) for one in _pools(node.choices)]
+            pools = [set(one.tolist()) for one in _pools(node.domains)]
             inside = [
                 objective for objective, drives in sets
-                if all(any(chosen_from.packed.keys(p) == keys for p in pool)
+                if all(any(chosen_from.candidates.keys(p) == keys for p in pool)
                        for pool, keys in zip(pools, drives.values(), strict=True))
             ]  # fmt: skip
             assert all(node.bound <= objective * (1 + 1e-9) + 1e-9 for objective in inside)
@@ -222,8 +222,8 @@ def test_no_node_promises_too_little(make, weights, seed):
     assert [one.objective for one in tree.best] == pytest.approx([objective for objective, _ in sets[:3]], rel=1e-9)
 
 
-def _pools(choices):
-    return [choices.pool[first : first + size] for first, size in zip(choices.first, choices.size, strict=True)]
+def _pools(domains):
+    return [domain.pairs for domain in domains]
 
 
 def test_greedy_from_the_tip_misses_the_optimum(make):

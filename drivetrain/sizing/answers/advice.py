@@ -12,7 +12,7 @@ from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import gap_lines, gaps
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.nearest import SUPPLY, Nearest
+from drivetrain.sizing.search.rejected import SUPPLY, Nearest
 from drivetrain.sizing.tolerance.bench import Bench
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.verdicts import Check, Verdict

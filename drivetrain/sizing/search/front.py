@@ -9,16 +9,13 @@ from dataclasses import dataclass, replace
 
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.answers.advice import missing_words
-from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluated, evaluation_of, shared_checks
-from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.packed_task import pack
-from drivetrain.sizing.results import DriveSet, JointResult
-from drivetrain.sizing.search.front_chances import OftenEnough, chance_of, scatters
-from drivetrain.sizing.search.front_search import NAMES, FrontSearch
-from drivetrain.sizing.search.given_drives import as_given, stands
-from drivetrain.sizing.search.known_terms import SHEET, lacking_of, words_of
+from drivetrain.sizing.judge.evaluate import evaluated
+from drivetrain.sizing.results import DriveSet
+from drivetrain.sizing.search.asked import SHEET, lacking_of, satisfied, words_of
+from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search.front_tree import NAMES, FrontTree
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE
+from drivetrain.sizing.search.robust import CONFIDENCE, OftenEnough, chance_of, scatters
 from drivetrain.sizing.tolerance.scatter_ground import ground
 from drivetrain.sizing.tolerance.uncertainty import Chance
 from drivetrain.study.study import Study
@@ -59,7 +56,7 @@ class Front:
     gap: float
     counters: dict[str, int]
     notes: tuple[str, ...] = ()
-    state: FrontSearch | None = None
+    state: FrontTree | None = None
     chances: tuple[Chance, ...] = ()
     proven: bool = True
 
@@ -110,11 +107,13 @@ def pareto_front(
     if resume is not None:
         return _resumed(study, criteria, time_limit, resume, progress)
     names, left_out, notes = _known(study, criteria)  # told before anything is searched
-    packed = as_given(pack(study))
     weights = tuple((name, 1.0) for name in names if name in ("mass", "price"))
-    what = problem(packed, replace(study.wanted, weights=weights or (("mass", 1.0),)))
+    what = problem(candidates(study), replace(study.wanted, weights=weights or (("mass", 1.0),)))
     holds = study.wanted.holds if scatters(study) else None
-    search = FrontSearch(what, names, often=None if holds is None else OftenEnough(what, holds))
+    often = None
+    if holds is not None:
+        often = OftenEnough(what, ground(study, what.candidates.work), holds, seed=study.tolerances.seed)
+    search = FrontTree(what, names, often=often)
     return _searched(search, time_limit, progress, left_out, tuple(notes))
 
 
@@ -145,7 +144,7 @@ def _resumed(
 
 
 def _searched(
-    search: FrontSearch, time_limit: float, progress: Tell | None, left_out: dict[str, str], notes: tuple[str, ...]
+    search: FrontTree, time_limit: float, progress: Tell | None, left_out: dict[str, str], notes: tuple[str, ...]
 ) -> Front:
     """The front as far as a search comes."""
     tell = progress or (lambda done, total, text: None)
@@ -153,39 +152,39 @@ def _searched(
     search.run(time_limit, tell)
     points, wrong = _evaluated(search, tell)
     while wrong:  # compiled code and evaluation disagree on a set: an error in here, which must not hide other sets
-        search = FrontSearch(search.problem, search.names, search.excluded | wrong, search.often)
+        search = FrontTree(search.problem, search.names, search.excluded | wrong, search.often)
         search.counters["disagreements"] = len(search.excluded)
         search.run(max(end - time.perf_counter(), 0.1 * time_limit), tell)
         points, wrong = _evaluated(search, tell)
     points.sort(key=lambda one: tuple(one.criteria[name] for name in search.names))
     chances = _chances(search, points, tell)
     counters = dict(search.counters) | (dict(search.often.counters) if search.often is not None else {})
-    missing = missing_words(evaluated(search.problem.packed.work, points[0].drives)) if points else ()
+    missing = missing_words(evaluated(search.problem.candidates.work, points[0].drives)) if points else ()
     told = dict.fromkeys((*notes, *missing, *_told_of_scatter(search, chances)))
     return Front(
-        search.problem.packed.study, search.names, left_out, tuple(points), search.finished, search.gap(), counters,
+        search.problem.candidates.study, search.names, left_out, tuple(points), search.finished, search.gap(), counters,
         tuple(told), None if search.finished else search, chances, not missing,
     )  # fmt: skip
 
 
-def _chances(search: FrontSearch, points: Sequence[DriveSet], tell: Tell) -> tuple[Chance, ...]:
+def _chances(search: FrontTree, points: Sequence[DriveSet], tell: Tell) -> tuple[Chance, ...]:
     """With what probability each set holds; nothing where nothing scatters."""
-    packed = search.problem.packed
-    if not scatters(packed.study):
+    offered = search.problem.candidates
+    if not scatters(offered.study):
         return ()
     if search.often is not None:
-        by_keys = {tuple(search.problem.keys(dict(enumerate(p))).items()): one for p, one in search.often.told.items()}
+        by_keys = {tuple(search.problem.keys(dict(enumerate(p))).items()): one.chance for p, one in search.often.trials.items()}
         return tuple(by_keys[tuple(point.drives.items())] for point in points)
-    base, found = ground(packed.study, packed.work), []
+    base, found = ground(offered.study, offered.work), []
     for done, point in enumerate(points):
         tell(done, len(points), f"drawing arms of {len(points)} sets")
         found.append(chance_of(base, point.drives))
     return tuple(found)
 
 
-def _told_of_scatter(search: FrontSearch, chances: Sequence[Chance]) -> tuple[str, ...]:
+def _told_of_scatter(search: FrontTree, chances: Sequence[Chance]) -> tuple[str, ...]:
     """What tolerances mean for the front, in words."""
-    study = search.problem.packed.study
+    study = search.problem.candidates.study
     if not scatters(study):
         return ()
     if search.often is None:
@@ -233,29 +232,15 @@ def _known(study: Study, criteria: Sequence[str]) -> tuple[tuple[str, ...], dict
     return tuple(names), left_out, notes
 
 
-def _evaluated(search: FrontSearch, tell: Tell) -> tuple[list[DriveSet], frozenset[tuple[int, ...]]]:
-    """The sets as the authority sees them, and those of which it says that they do not hold.
-
-    What a joint shares with the set before, its own drive and those that load it, is not judged again.
-    """
-    packed, keys = search.problem.packed, sorted(search.zones.keys, key=lambda pairs: pairs[::-1])
-    study, loads = packed.study, packed.task.offsets >= 0
-    shelf, before = Shelf(study), dict[int, tuple[tuple[int, ...], JointResult]]()
-    sets, wrong = [], set()
+def _evaluated(search: FrontTree, tell: Tell) -> tuple[list[DriveSet], frozenset[tuple[int, ...]]]:
+    """The sets as they are evaluated, and those of which that says that they are not feasible."""
+    sets, wrong, keys = [], set(), search.zones.keys
     for done, pairs in enumerate(keys):
         if done % TELL_EVERY == 0:
             tell(done, len(keys), f"evaluating {len(keys)} sets")
-        drives = search.problem.keys(dict(enumerate(pairs)))
-        mounted = {i: shelf.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
-        results = {}
-        for joint, task in enumerate(study.joints):
-            same = tuple(pair for k, pair in enumerate(pairs) if k == joint or loads[joint, k])
-            if joint not in before or before[joint][0] != same:
-                before[joint] = same, evaluate_joint(packed.work, mounted, joint, drives[task.name])
-            results[task.name] = before[joint][1]
-        found = evaluation_of(study, results, shared_checks(study, results))
-        if stands(found):
-            sets.append(DriveSet(drives, found.objective, found.criteria))
+        found = search.problem.evaluation(pairs)
+        if satisfied(found):
+            sets.append(DriveSet(search.problem.keys(dict(enumerate(pairs))), found.objective, found.criteria))
         else:
             wrong.add(pairs)
     return sets, frozenset(wrong)

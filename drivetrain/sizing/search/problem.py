@@ -4,64 +4,60 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.evaluate import evaluated
-from drivetrain.sizing.judge.exact_road import judged
 from drivetrain.sizing.judge.objectives import weight_of
-from drivetrain.sizing.judge.packed_task import SPEED, WEIGHT, Packed, chosen_numbers
-from drivetrain.sizing.judge.verdicts import supply_checks
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.power_bound import power_range
-from drivetrain.sizing.search.propagation import (
-    Choices,
-    Indices,
-    Memory,
-    Setting,
-    compile_propagate,
-    compile_set_power,
-    new_memory,
-    set_power,
-)
-from drivetrain.sizing.search.spare_parts import Rule, rules_of
+from drivetrain.sizing.search.candidates import WIDER, Bounded, Candidates
+from drivetrain.sizing.search.common_parts import CommonParts, common_parts
+from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, Mask
 from drivetrain.study.mounting import mass_counts
 from drivetrain.study.study import Wanted
-from drivetrain.study.verdicts import Verdict
 
-CLOSE = 1e-9  # to the limit: what is nearer is asked of the exact road
 EQUAL = 5e-10  # of the objective: sets that differ by less are put in order by their reserve
 RANK, RANKS = 2e-5, 50  # of a utilisation: pairs that differ by less are put in order by the study, up to so many
+ROUNDING = 1e-9  # of a utilisation: a bound that asks so little more rules nothing out
+BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
+FIRST, AT_ONCE = 64, 4096  # candidates tested before it is seen whether one is feasible, and at most at once
+REMEMBERED = 10**6  # verdicts
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A packed study with what is wanted of it.
+    """The candidates of a study with what is wanted of it; P pairs of all joints, n joints.
 
     Attributes:
-        packed: The study.
+        candidates: Of the study.
         wanted: What is minimised and must be respected.
-        setting: What pairs add to the objective, and which drives load which joints.
+        share: What each pair adds to the objective whatever it does, (P,).
+        base: The same, and so little more that pairs of equal share come in the order of the study, (P,).
+        energy: What one joule a cycle adds.
+        tie_break: What a whole utilisation adds: so little that it only puts sets of equal objective in order.
+        loads: Whether the drive of joint k changes what is asked of joint j, (j, k).
         known: Pairs by joint that may be chosen, cheapest first.
         unknown: Pairs by joint whose share of the objective is not known.
         reach: Largest torque that one unit of each number of the drive of joint k makes on joint j, over the largest
             that the task alone asks there, (j, k, NUMBERS).
-        rules: For all joints together.
-        memory: That every step fills again.
+        constraints: For all joints together.
     """
 
-    packed: Packed
+    candidates: Candidates
     wanted: Wanted
-    setting: Setting
+    share: Array
+    base: Array
+    energy: float
+    tie_break: float
+    loads: Mask
     known: tuple[Indices, ...]
     unknown: tuple[Indices, ...]
     reach: Array
-    rules: tuple[Rule, ...]
-    memory: Memory
+    constraints: tuple[CommonParts, ...]
+    _judged: dict[tuple[int, bytes], dict[int, tuple[float, float]]] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -69,148 +65,184 @@ class Problem:
         return len(self.known)
 
     @property
-    def trifle(self) -> float:
+    def tie_breaks(self) -> float:
         """What puts equal sets in order adds less than this to their objective."""
-        return 1.1 * self.n * self.setting.reserve
+        return 1.1 * self.n * self.tie_break
 
-    def numbers(self, drives: Mapping[int, int]) -> Array:
-        """The numbers through which drives load joints.
+    def domains(self) -> Domains:
+        """All candidates, with nothing known of them."""
+        return tuple(self._domain(pairs) for pairs in self.known)
+
+    def _domain(self, pairs: Indices) -> Domain:
+        cost = np.full(len(pairs), UNPRICED) if self.energy else self.base[pairs]
+        return Domain(pairs, cost, np.zeros(len(pairs), dtype=np.bool_), float(cost.min(initial=np.inf)))
+
+    def ranges(self, domains: Sequence[Domain]) -> tuple[Array, Array]:
+        """Smallest and largest numbers of the candidates left at each joint, (n, NUMBERS) each."""
+        numbers = [self.candidates.numbers[domain.pairs] for domain in domains]
+        return np.array([one.min(axis=0) for one in numbers]), np.array([one.max(axis=0) for one in numbers])
+
+    def loads_of(self, joint: int, pairs: Sequence[int]) -> bytes:
+        """The numbers of the drives of a set that load a joint."""
+        return self.candidates.numbers[[pairs[k] for k in np.flatnonzero(self.loads[joint])]].tobytes()
+
+    def presolved(
+        self, joint: int, domain: Domain, limit: float, full: bool, low: Array, high: Array
+    ) -> tuple[Mask, Array, int]:
+        """Which candidates of a joint may be feasible and cost less than a limit, costs at least, how many were tested.
+
+        Args:
+            full: Whether all are tested, or only those that may be the cheapest.
+            low, high: Numbers of all joints' drives, (n, NUMBERS).
+        """
+        offer, cost, kept = self.candidates.joints[joint], domain.cost.copy(), domain.cost < limit
+        torque, penalty = offer.interval(low, high), 0.0
+        least, waiting, size, count = float(cost[kept & domain.exact].min(initial=math.inf)), np.flatnonzero(kept & ~domain.exact), AT_ONCE if full else FIRST, 0
+        while len(waiting):
+            some, waiting, size = waiting[:size], waiting[size:], min(2 * size, AT_ONCE)
+            if not full and cost[some[0]] >= least:
+                break
+            pairs = domain.pairs[some]
+            found = self.bounded(joint, pairs, torque, energies=self.energy != 0.0)
+            count += len(some)
+            kept[some] = found.used <= 1.0 + ROUNDING
+            if self.energy:
+                penalty = self._open_energy(joint, found.line, low, high)
+                drawn = found.energy - penalty
+                drawn *= np.where(drawn > 0.0, BELOW, 1.0 / BELOW)
+                cost[some] = np.maximum(cost[some], self.base[pairs] + self.energy * drawn)
+                kept &= cost < limit
+            left = some[kept[some]]
+            least = min(least, float(cost[left].min(initial=math.inf)))
+        return kept, cost, count
+
+    def _open_energy(self, joint: int, line: Array, low: Array, high: Array) -> float:
+        """What the line of a joint's energy takes over at most: its share of what is open in the load [J]."""
+        offer = self.candidates.joints[joint]
+        if not offer.others:
+            return 0.0
+        slopes = self.slopes(joint, line)
+        others = list(offer.others)
+        half, middle = 0.5 * (high[others] - low[others]), 0.5 * np.abs(low[others] + high[others])
+        return float(np.abs(slopes[others] * (half + np.where(half > 0.0, WIDER * (half + middle), 0.0))).sum())
+
+    def slopes(self, joint: int, line: Array) -> Array:
+        """Energy at a joint that a unit of each number of the drive of joint k answers for [J], (k, NUMBERS)."""
+        offer, found = self.candidates.joints[joint], np.zeros((self.n, NUMBERS))
+        found[list(offer.others)] = (offer.rows.torque @ (line * offer.work.motion.weight)).reshape(-1, NUMBERS)
+        return found
+
+    def bounded(self, joint: int, pairs: Indices, torque: tuple[Array, Array], *, energies: bool) -> Bounded:
+        """Candidates of a joint while its torque lies in an interval."""
+        offered = self.candidates
+        parts, own = offered.pairs[pairs], offered.numbers[pairs]
+        return offered.joints[joint].bounded(parts, own, torque, until=1.0 + ROUNDING, energies=energies)
+
+    def judged(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array]:
+        """Candidates of one joint beside chosen drives.
+
+        Args:
+            pairs: (K,).
+            numbers: Of all joints' drives, (n, NUMBERS).
 
         Returns:
-            (n, NUMBERS), the units of ``drive_numbers``; zeros where nothing is chosen.
+            Largest utilisation, infinite where one is not feasible, and energy a cycle [J], (K,).
         """
-        return chosen_numbers(self.packed, drives)
+        key = joint, numbers[self.loads[joint]].tobytes()
+        if key not in self._judged and sum(map(len, self._judged.values())) > REMEMBERED:
+            self._judged.clear()
+        known, offer = self._judged.setdefault(key, {}), self.candidates.joints[joint]
+        new = np.array([pair for pair in pairs.tolist() if pair not in known], dtype=np.int64)
+        if len(new):
+            power = np.zeros((1, len(offer.share)))
+            found = self.candidates.judge(joint, new, numbers, until=1.0, quick=not offer.given, power=power)
+            feasible = (found.used <= 1.0) & (offer.given | (found.lacking < 0))
+            energy = np.nan_to_num(found.cases["figures"]["energy"])
+            known.update(zip(new.tolist(), zip(np.where(feasible, found.used, math.inf), energy, strict=True), strict=True))
+        used, energy = np.array([known[pair] for pair in pairs.tolist()]).reshape(-1, 2).T
+        return used, energy
 
-    def holds(self, joint: int, pair: int, drives: Mapping[int, int]) -> bool:
-        """Whether a pair holds at a joint, by the Python road."""
-        return judged(self.packed, joint, pair, drives).holds
-
-    def supply_holds(self, pairs: Sequence[int]) -> bool:
-        """Whether a set that holds at every joint asks no more of the supply than it gives."""
-        study = self.packed.study
-        supply = study.supply
-        limits = (supply.peak_power, supply.mean_power, supply.regenerated_power)
-        if not self.packed.power_known or limits == (None, None, None):
-            return True
-        total = np.zeros(len(study.cycle.time))
-        set_power(self.packed.task, np.array(pairs, dtype=np.int64), self.memory, total)
-        cycle = study.cycle
-        checks = supply_checks(supply, cycle.time, cycle.weights, {"all": total}, reserve=study.safety.reserve)
-        used = [check.utilisation for check in checks if check.utilisation is not None]
-        if any(abs(one - 1.0) <= CLOSE for one in used):
-            return not any(check.verdict is Verdict.FAIL for check in self.evaluation(pairs).shared)
-        return all(one <= 1.0 for one in used)
-
-    def supply_may_hold(self, choices: Choices) -> bool:
-        """Whether some set of what is left may ask no more of the supply than it gives."""
-        study, supply = self.packed.study, self.packed.study.supply
-        if not self.packed.power_known:
-            return True
-        back, total = supply.regenerated_power, np.empty((2, len(study.cycle.time)))
-        power_range(self.packed.task, self.setting, choices, self.memory, back is not None, total)
-        weights, over = study.cycle.weights, 1.0 + 1e-6
-        drawn, fed_back = np.maximum(total[0], 0.0), np.maximum(-total[1], 0.0)
-        if supply.peak_power is not None and drawn.max() > supply.peak_power * over:
-            return False
-        duration = float(weights.sum()) or math.inf
-        if supply.mean_power is not None and float(drawn @ weights) / duration > supply.mean_power * over:
-            return False
-        return back is None or float(fed_back @ weights) / duration <= back * over
+    def power(self, pairs: Sequence[int]) -> Array:
+        """Electrical power of all drives of a set that is feasible at every joint [W], (N,)."""
+        chosen, numbers = np.array(pairs, dtype=np.int64), self.candidates.numbers[list(pairs)]
+        total = np.zeros((1, len(self.candidates.joints[0].share)))
+        for joint in range(self.n):
+            self.candidates.judge(joint, chosen[joint : joint + 1], numbers, until=math.inf, quick=False, power=total)
+        return total[0]
 
     def evaluation(self, pairs: Sequence[int]) -> Evaluation:
-        """A set of drives with every check, by the Python road."""
-        return evaluated(self.packed.work, self.keys(dict(enumerate(pairs))))
+        """A set of drives with every check."""
+        return evaluated(self.candidates.work, self.keys(dict(enumerate(pairs))))
 
     def keys(self, pairs: Mapping[int, int]) -> dict[str, tuple[str, str]]:
-        """A set of drives by names.
-
-        Returns:
-            Keys of (motor, gear) by joint name.
-        """
-        joints = self.packed.study.joints
-        return {joints[joint].name: self.packed.keys(pair) for joint, pair in sorted(pairs.items())}
+        """Keys of (motor, gear) by joint name."""
+        joints = self.candidates.study.joints
+        return {joints[joint].name: self.candidates.keys(pair) for joint, pair in sorted(pairs.items())}
 
 
-def problem(packed: Packed, wanted: Wanted) -> Problem:
+def problem(offered: Candidates, wanted: Wanted) -> Problem:
     """What a search chooses from."""
-    task, study = packed.task, packed.study
-    share, unknown = _shares(packed, wanted)
-    known_by, unknown_by = [], []
+    study, first = offered.study, offered.first
+    share, lacking = _shares(offered, wanted)
+    known, unknown = [], []
     for joint, one in enumerate(study.joints):
-        pairs = np.arange(task.first[joint], task.first[joint + 1])
-        lacking = unknown[pairs]
+        pairs = np.arange(first[joint], first[joint + 1])
         if one.drive is not None:  # a given drive stays, whatever is known of it
-            share[pairs] = np.where(lacking, 0.0, share[pairs])
-            lacking = np.zeros(len(pairs), dtype=bool)
-        unknown_by.append(pairs[lacking])
-        pairs = pairs[~lacking]
-        known_by.append(pairs[np.argsort(share[pairs], kind="stable")])
+            share[pairs] = np.where(lacking[pairs], 0.0, share[pairs])
+            lacking[pairs] = False
+        unknown.append(pairs[lacking[pairs]])
+        pairs = pairs[~lacking[pairs]]
+        known.append(pairs[np.argsort(share[pairs], kind="stable")])
     energy = weight_of(wanted, "energy")
-    trifle = _trifle(packed, share, energy, known_by)
-    compile_propagate()
-    compile_set_power()
-    setting = Setting(share, _in_order(share, trifle, known_by), energy, trifle, _loads(packed))
+    tie_break = _tie_break(offered, share, energy, known)
+    loads = np.zeros((len(known), len(known)), dtype=np.bool_)
+    for joint, offer in enumerate(offered.joints):
+        loads[joint, list(offer.others)] = True
     return Problem(
-        packed, wanted, setting, tuple(known_by), tuple(unknown_by), _reach(packed),
-        rules_of(packed, wanted), new_memory(task)
+        offered, wanted, share, _in_order(share, tie_break, known), energy, tie_break, loads, tuple(known),
+        tuple(unknown), _reach(offered), common_parts(offered, wanted),
     )  # fmt: skip
 
 
-def _shares(packed: Packed, wanted: Wanted) -> tuple[Array, NDArray[np.bool_]]:
+def _shares(offered: Candidates, wanted: Wanted) -> tuple[Array, Mask]:
     """What each pair adds to the objective whatever it does, and whether that is not known."""
-    share = np.zeros(len(packed.mass))
-    for name, values in (("mass", packed.mass), ("price", packed.price)):
+    share = np.zeros(len(offered.mass))
+    for name, values in (("mass", offered.mass), ("price", offered.price)):
         weight = weight_of(wanted, name)
         if weight:
             share = share + weight * values
     lacking = np.isnan(share)
-    for joint in range(len(packed.study.joints)):
-        if mass_counts(packed.study, joint):  # it would load the joints before by an unknown amount
-            pairs = slice(packed.task.first[joint], packed.task.first[joint + 1])
-            lacking[pairs] |= np.isnan(packed.mass[pairs])
+    for joint in range(len(offered.joints)):
+        if mass_counts(offered.study, joint):  # it would load the joints before by an unknown amount
+            pairs = slice(offered.first[joint], offered.first[joint + 1])
+            lacking[pairs] |= np.isnan(offered.mass[pairs])
     return share, lacking
 
 
-def _trifle(packed: Packed, share: Array, energy: float, known: list[Indices]) -> float:
+def _tie_break(offered: Candidates, share: Array, energy: float, known: list[Indices]) -> float:
     """What a whole utilisation counts: so little that all joints together count less than EQUAL of the objective."""
     size = math.fsum(float(share[pairs[0]]) for pairs in known if len(pairs))
     if energy:
-        task = packed.task
-        work = np.abs(task.bare * task.series[:, SPEED] * task.series[:, WEIGHT]).sum()
-        size += energy * float(work)
+        works = (offer.work for offer in offered.joints)
+        size += energy * math.fsum(float(np.abs(one.load.torque * one.motion.speed * one.motion.weight).sum()) for one in works)
     return EQUAL * (abs(size) or 1.0) / max(len(known), 1)
 
 
-def _in_order(share: Array, trifle: float, known: list[Indices]) -> Array:
+def _in_order(share: Array, tie_break: float, known: list[Indices]) -> Array:
     """Shares with still less added, by which pairs of equal share come in the order of the study."""
     base = share.copy()
     for joint, pairs in enumerate(known):
-        values = share[pairs]
-        new = np.append(True, np.diff(values) > trifle)
+        new = np.append(True, np.diff(share[pairs]) > tie_break)
         place = np.arange(len(pairs))
         rank = np.minimum(place - np.maximum.accumulate(np.where(new, place, 0)), RANKS)
-        base[pairs] += RANK * trifle * rank * (1.0 + 0.5 * (len(known) - joint) / len(known))
+        base[pairs] += RANK * tie_break * rank * (1.0 + 0.5 * (len(known) - joint) / len(known))
     return base
 
 
-def _loads(packed: Packed) -> NDArray[np.bool_]:
-    """Whether the drive of joint k changes what is asked of joint j, (j, k); its own is judged with each pair."""
-    task, n = packed.task, len(packed.study.joints)
-    loads = np.zeros((n, n), dtype=bool)
-    for joint, k in np.argwhere(task.offsets >= 0):
-        rows = slice(task.offsets[joint, k], task.offsets[joint, k] + NUMBERS)
-        loads[joint, k] = joint != k and any(part[rows].any() for part in (task.force, task.inertia, task.wrench))
-    return loads
-
-
-def _reach(packed: Packed) -> Array:
-    task = packed.task
-    n = len(packed.study.joints)
+def _reach(offered: Candidates) -> Array:
+    n = len(offered.joints)
     reach = np.zeros((n, n, NUMBERS))
-    for joint in range(n):
-        scale = float(np.abs(task.bare[joint]).max()) or 1.0
-        for k in range(n):
-            row = int(task.offsets[joint, k])
-            if row >= 0 and k != joint:
-                reach[joint, k] = np.abs(task.force[row : row + NUMBERS]).max(axis=1) / scale
+    for joint, offer in enumerate(offered.joints):
+        scale = float(np.abs(offer.work.load.torque).max()) or 1.0
+        reach[joint, list(offer.others)] = np.abs(offer.rows.torque).max(axis=1).reshape(-1, NUMBERS) / scale
     return reach

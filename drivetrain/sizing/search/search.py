@@ -12,17 +12,12 @@ from drivetrain.sizing.answers.advice import advice_on, missing_words
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.missing import uncounted
-from drivetrain.sizing.judge.packed_task import pack
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
-from drivetrain.sizing.search.asked_for import check_asked, check_keys
-from drivetrain.sizing.search.beside_set import FallenBeside, alternatives
-from drivetrain.sizing.search.choices import all_choices
-from drivetrain.sizing.search.given_drives import as_given, stands
-from drivetrain.sizing.search.nearest import nearest_set
-from drivetrain.sizing.search.no_candidates import nothing_to_choose, why_nothing
+from drivetrain.sizing.search.asked import check_asked, check_keys, nothing_to_choose, satisfied, why_nothing
+from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import Problem, problem
-from drivetrain.sizing.search.search_tree import Found, Tell, Tree
-from drivetrain.sizing.search.spare_parts import narrowed_by
+from drivetrain.sizing.search.rejected import Rejected, alternatives, nearest_set
+from drivetrain.sizing.search.tree import Found, Tell, Tree
 from drivetrain.study.study import Study, Wanted
 
 OPTIMAL = "optimal"
@@ -101,8 +96,8 @@ def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tre
     """A search that begins."""
     asked = study if wanted is None else replace(study, wanted=wanted)
     try:
-        packed = pack(asked, None if work is None else replace(work, study=asked))
-        return Tree(problem(as_given(packed), asked.wanted))
+        offered = candidates(asked, None if work is None else replace(work, study=asked))
+        return Tree(problem(offered, asked.wanted))
     except KeyError:
         check_keys(asked)
         raise
@@ -113,7 +108,7 @@ def _old_tree(study: Study, wanted: Wanted | None, resume: Selection) -> Tree:
     tree, faults = resume.state, []
     if not isinstance(tree, Tree):
         raise InputError(Fault("resume", "is not a selection that a search returned", type(tree).__name__))
-    before = tree.problem.packed.study
+    before = tree.problem.candidates.study
     if before is not study and (before.digest, before.catalog) != (study.digest, study.catalog):
         faults.append(Fault("resume", "is a selection of another study", before.name))
     if wanted is not None and replace(wanted, time_limit=0.0) != replace(tree.problem.wanted, time_limit=0.0):
@@ -127,13 +122,13 @@ def _old_tree(study: Study, wanted: Wanted | None, resume: Selection) -> Tree:
 def _evaluated(tree: Tree) -> tuple[list[_Set], frozenset[tuple[int, ...]]]:
     """The best sets with their evaluations, and those that an evaluation says do not hold."""
     sets = [_Set(found, tree.problem.evaluation(found.pairs)) for found in tree.best]
-    wrong = frozenset(one.found.pairs for one in sets if not stands(one.evaluation))
+    wrong = frozenset(one.found.pairs for one in sets if not satisfied(one.evaluation))
     return sets, wrong
 
 
 def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
     """What a search found."""
-    best, study = sets[0], tree.problem.packed.study
+    best, study = sets[0], tree.problem.candidates.study
     chosen = dict(enumerate(best.found.pairs))
     tell(1, 1, "the next best of each joint")
     told = tuple(
@@ -142,24 +137,24 @@ def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
     )
     return Selection(
         study, told[0].drives, best.evaluation, best.objective, _proof(tree),
-        FallenBeside(tree.problem, chosen), alternatives(tree.problem, chosen), missing_words(best.evaluation),
+        Rejected(tree.problem, chosen), alternatives(tree.problem, chosen), missing_words(best.evaluation),
         dict(tree.counters), told, _bound(tree, best), None if tree.finished else tree,
         notes=tuple(f"{told}; the objective is that of the rest" for told in uncounted(best.evaluation)),
     )  # fmt: skip
 
 
 def _bound(tree: Tree, best: _Set) -> float:
-    """What no set undercuts, the trifles that put equals in order taken off."""
-    return best.objective if tree.finished else min(tree.bound - tree.problem.trifle, best.objective)
+    """What no set undercuts, the tie-breaks that put equals in order taken off."""
+    return best.objective if tree.finished else min(tree.bound - tree.problem.tie_breaks, best.objective)
 
 
 def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
     """The answer when no set was found: the nearest one, and what would mend it."""
     tell(1, 1, "what would mend it")
-    study, lacking = tree.problem.packed.study, nothing_to_choose(tree.problem)
+    study, lacking = tree.problem.candidates.study, nothing_to_choose(tree.problem)
     reasons = why_nothing(tree.problem)
     near = nearest_set(tree.problem)
-    evaluation = evaluated(tree.problem.packed.work, near.keys, lacking)
+    evaluation = evaluated(tree.problem.candidates.work, near.keys, lacking)
     proof = "no set fits: every combination was ruled out"
     if lacking:
         proof = "no set fits: " + "; ".join(reason for reason, _ in reasons)
@@ -167,19 +162,18 @@ def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
         proof = f"not proven: the search stopped after {tree.counters['nodes']} nodes without a set that fits"
     advice = tuple(f"{reason} ({mend})." if mend else f"{reason}." for reason, mend in reasons)
     return Selection(
-        study, {}, evaluation, math.nan, proof, FallenBeside(tree.problem, near.pairs), {},
-        advice or _broken_rules(tree.problem) or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
+        study, {}, evaluation, math.nan, proof, Rejected(tree.problem, near.pairs), {},
+        advice or _impossible(tree.problem) or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
         None if tree.finished else tree,
     )  # fmt: skip
 
 
-def _broken_rules(problem: Problem) -> tuple[str, ...]:
-    """The rules that alone leave no set, whatever the loads are."""
-    choices = all_choices(problem.known, problem.setting)
+def _impossible(problem: Problem) -> tuple[str, ...]:
+    """The constraints on common parts that alone leave no set, whatever the loads are."""
     return tuple(
-        f"No set keeps the limit of {rule.what} ({rule.most}): the candidates of the joints have too few in common."
-        for rule in problem.rules
-        if narrowed_by(rule, choices, math.inf) is None
+        f"No set keeps the limit of {one.what} ({one.most}): the candidates of the joints have too few in common."
+        for one in problem.constraints
+        if one.propagate(problem.domains(), math.inf) is None
     )
 
 

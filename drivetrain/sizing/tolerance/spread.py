@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, Selection
-from drivetrain.sizing.tolerance.robust_selection import RobustSelection, robust_select
+from drivetrain.sizing.search.robust import RobustSelection, robust_select
 from drivetrain.sizing.tolerance.tornado import Tornado, effects
 from drivetrain.sizing.tolerance.uncertainty import Robustness, robustness
 

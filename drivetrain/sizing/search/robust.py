@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -25,15 +26,15 @@ from scipy.special import betaln
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.demand.demand import Workload
-from drivetrain.sizing.judge.packed_task import pack
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.choices import chosen, segment
-from drivetrain.sizing.search.given_drives import as_given, stands
-from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.propagation import Choices, Indices
-from drivetrain.sizing.search.search_tree import Node, Tree
+from drivetrain.sizing.search.asked import satisfied
+from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search.domains import Domains, Indices, Mask, with_domain
+from drivetrain.sizing.search.problem import Problem, problem
+from drivetrain.sizing.search.propagate import Ranges
+from drivetrain.sizing.search.tree import Tree
 from drivetrain.sizing.tolerance.many_arms import judged
-from drivetrain.sizing.tolerance.scatter import drawn
+from drivetrain.sizing.tolerance.scatter import Pair, drawn
 from drivetrain.sizing.tolerance.scatter_ground import Ground, ground
 from drivetrain.sizing.tolerance.scatter_task import Bench, bench
 from drivetrain.sizing.tolerance.uncertainty import Chance
@@ -44,6 +45,7 @@ PRIOR = 0.5  # both numbers of the beta law that the martingale mixes over
 CONFIDENCE = 0.99
 MOST_SAMPLES = 100_000
 MOST_SETS = 1000
+SAMPLES = 4096  # arms of a set, where no probability is wanted
 EQUAL = 1e-9  # of an objective: sets that differ by less are equally good
 
 
@@ -169,146 +171,119 @@ def robust_select(
         faults.append(Fault("confidence", "must lie between 0.5 and 1", confidence))
     if faults or wanted is None:
         raise InputError(faults)
-    judge = _Judge(ground(study, work), wanted, confidence, start, most_sets)
-    return _searched(judge) if sets is None else _in_order(judge, sets)
+    base = ground(study, work)
+    if sets is None:
+        return _searched(base, wanted, confidence, start, most_sets)
+    return _in_order(base, sets, wanted, confidence, start, most_sets)
 
 
 @dataclass
-class _Judge:
-    """Says of sets whether they hold often enough, and remembers what it said.
+class OftenEnough:
+    """Says of sets whether they are feasible with a wanted probability, and remembers what it said.
 
     Attributes:
+        problem: What they are chosen from.
         base: The study.
         wanted: Probability.
         confidence: Of all decisions together.
         seed: Of the random numbers.
         most: Sets that are tried at most.
-        trials: All that were tried.
+        trials: What became of each set that was tried.
+        failing: Pairs that fail too often at a joint by themselves, by joint and numbers of the drives that load it.
+        passed: How often such a pair was taken out undrawn.
+        counters: Work done.
     """
 
+    problem: Problem
     base: Ground
     wanted: float
-    confidence: float
-    seed: int
-    most: int
-    trials: list[Trial] = field(default_factory=list)
+    confidence: float = CONFIDENCE
+    seed: int = 0
+    most: int = 10**9
+    trials: dict[tuple[int, ...], Trial] = field(default_factory=dict)
+    failing: dict[tuple[int, bytes], set[int]] = field(default_factory=dict)
+    passed: int = 0
+    counters: Counter[str] = field(default_factory=Counter)
 
     @property
     def over(self) -> bool:
         """Whether no further set may be tried."""
         return len(self.trials) >= self.most
 
-    def trial(self, ready: Bench, drives: DriveSet) -> Trial:
-        """One set, its share of the error being what is left to it."""
-        i = len(self.trials)
-        error = (1.0 - self.confidence) / ((i + 1) * (i + 2))  # over all sets ever tried: 1 - confidence
-        self.trials.append(tried(ready, drives, self.wanted, error, seed=self.seed))
-        return self.trials[-1]
-
-
-def _in_order(judge: _Judge, sets: Iterable[DriveSet]) -> RobustSelection:
-    """The first of some sets that holds."""
-    wanted, confidence, exhausted = judge.wanted, judge.confidence, True
-    for one in sets:
-        found = judge.trial(bench(judge.base.study, one.drives, on=judge.base), one)
-        if found.decision is Decision.HOLDS:
-            return RobustSelection(wanted, confidence, found, tuple(judge.trials), False)
-        if judge.over:
-            exhausted = False
-            break
-    bound = math.inf if exhausted else judge.trials[-1].drives.objective
-    return RobustSelection(wanted, confidence, None, tuple(judge.trials), exhausted, bound=bound)
-
-
-@dataclass
-class _RobustTree(Tree):
-    """A search in which a set must also hold often enough to be the best so far.
-
-    Attributes:
-        judge: Says whether it does.
-        falling: Pairs that fall too often at a joint by themselves, by joint and the numbers of the drives loading it.
-        passed: How often such a pair was taken out undrawn.
-        accepted: What was found of each set that holds.
-    """
-
-    judge: _Judge | None = None
-    falling: dict[tuple[int, bytes], set[int]] = field(default_factory=dict)
-    passed: int = 0
-    accepted: dict[tuple[int, ...], Trial] = field(default_factory=dict)
-
-    def _narrowed(self, choices: Choices, full: int, above: Node | None) -> Node | None:
-        node = super()._narrowed(choices, full, above)
-        while node is not None and self.falling:
-            left = self._without_falling(node)
-            if left is node.choices:
-                break
-            node = super()._narrowed(left, full, node)
-        return node
-
-    def _without_falling(self, node: Node) -> Choices:
-        """The candidates of a node without those that are known to fall with the loads that it has decided."""
-        left = node.choices
-        for joint in {joint for joint, _ in self.falling}:
-            loading = self._loading(joint)
-            if (node.low[loading] != node.high[loading]).any():
-                continue
-            fallen = self.falling.get((joint, node.low[loading].tobytes()), set())
-            kept = np.array([pair not in fallen for pair in segment(left, joint).tolist()], dtype=np.bool_)
-            if not kept.all():
-                self.passed += int((~kept).sum())
-                left = chosen(left, joint, kept)
-        return left
-
-    def _loading(self, joint: int) -> Indices:
-        """The joints whose drives load a joint."""
-        return np.flatnonzero(self.problem.setting.loads[joint])
-
-    def _loads(self, joint: int, pairs: tuple[int, ...]) -> bytes:
-        """The numbers of the drives that load a joint."""
-        return self.problem.packed.task.numbers[[pairs[k] for k in self._loading(joint)]].tobytes()
-
-    def _offer(self, node: Node) -> None:
-        before = list(self.best)
-        super()._offer(node)
-        for found in [one for one in self.best if one not in before]:
-            if not self._accepts(found.pairs):
-                self.best = before
-                self.excluded |= {found.pairs}
-
-    def _accepts(self, pairs: tuple[int, ...]) -> bool:
-        """Whether a set holds, with nominal numbers as with those that scatter."""
-        judge = self.judge
-        if judge is None or judge.over:
+    def __call__(self, pairs: tuple[int, ...]) -> bool:
+        """Whether a set is feasible often enough, with nominal numbers as with those that scatter."""
+        if any(self.fails(joint, np.array([pair]), pairs)[0] for joint, pair in enumerate(pairs)):
+            self.counters["sets with a drive that falls too often"] += 1
             return False
-        ready = bench(judge.base.study, self.problem.keys(dict(enumerate(pairs))), on=judge.base)
-        if not stands(ready.nominal):
+        if self.over:
             return False
-        trial = judge.trial(ready, DriveSet(dict(ready.drives), ready.nominal.objective, ready.nominal.criteria))
+        ready = bench(self.base.study, self.problem.keys(dict(enumerate(pairs))), on=self.base)
+        if not satisfied(ready.nominal):
+            return False
+        drives = DriveSet(dict(ready.drives), ready.nominal.objective, ready.nominal.criteria)
+        trial = tried(ready, drives, self.wanted, share_of_error(self.confidence, len(self.trials)), seed=self.seed)
+        self.trials[pairs] = trial
+        self.counters["sets drawn"] += 1
         if trial.joint:
-            joint = [task.name for task in judge.base.study.joints].index(trial.joint)
-            self.falling.setdefault((joint, self._loads(joint, pairs)), set()).add(pairs[joint])
-        if trial.decision is Decision.HOLDS:
-            self.accepted[pairs] = trial
+            joint = [task.name for task in self.base.study.joints].index(trial.joint)
+            self.failing.setdefault((joint, self.problem.loads_of(joint, pairs)), set()).add(pairs[joint])
+        self.counters["sets too near to tell"] += trial.decision is Decision.OPEN
         return trial.decision is Decision.HOLDS
 
+    def fails(self, joint: int, pairs: Indices, lead: Sequence[int]) -> Mask:
+        """Which candidates of a joint are known to fail too often by themselves, with loads as those of a set."""
+        failing = self.failing.get((joint, self.problem.loads_of(joint, lead)), set())
+        return np.isin(pairs, list(failing))
 
-def _searched(judge: _Judge) -> RobustSelection:
-    """The best set of all that holds, by one search."""
-    study = judge.base.study
-    wanted = replace(study.wanted, sets=1)
-    packed = pack(replace(study, wanted=wanted), replace(judge.base.work, study=replace(study, wanted=wanted)))
-    tree = _RobustTree(problem(as_given(packed), wanted), judge=judge)
+    def without_failing(self, domains: Domains, ranges: Ranges) -> Domains:
+        """Domains without the candidates that are known to fail with loads that are decided; the same where none is."""
+        lead = tuple(int(domain.pairs[0]) for domain in domains)
+        for joint in {joint for joint, _ in self.failing}:
+            if ranges.decided[self.problem.loads[joint]].all():
+                failing = self.fails(joint, domains[joint].pairs, lead)
+                if failing.any():
+                    self.passed += int(failing.sum())
+                    domains = with_domain(domains, joint, domains[joint].kept(~failing))
+        return domains
+
+
+def share_of_error(confidence: float, tried_before: int) -> float:
+    """Of all decisions together that of the next one: over all sets ever tried they sum up to what is left."""
+    return (1.0 - confidence) / ((tried_before + 1) * (tried_before + 2))
+
+
+def _in_order(
+    base: Ground, sets: Iterable[DriveSet], wanted: float, confidence: float, seed: int, most: int
+) -> RobustSelection:  # fmt: skip
+    """The first of some sets that is feasible often enough."""
+    trials: list[Trial] = []
+    for one in sets:
+        ready = bench(base.study, one.drives, on=base)
+        trials.append(tried(ready, one, wanted, share_of_error(confidence, len(trials)), seed=seed))
+        if trials[-1].decision is Decision.HOLDS:
+            return RobustSelection(wanted, confidence, trials[-1], tuple(trials), False)
+        if len(trials) >= most:
+            return RobustSelection(wanted, confidence, None, tuple(trials), False, bound=one.objective)
+    return RobustSelection(wanted, confidence, None, tuple(trials), True)
+
+
+def _searched(base: Ground, wanted: float, confidence: float, seed: int, most: int) -> RobustSelection:
+    """The best set of all that is feasible often enough, by one search."""
+    asked = replace(base.study, wanted=replace(base.study.wanted, sets=1))
+    what = problem(candidates(asked, replace(base.work, study=asked)), asked.wanted)
+    often = OftenEnough(what, base, wanted, confidence, seed, most)
+    tree = Tree(what, often=often)
     tree.begin()
-    deadline = time.perf_counter() + wanted.time_limit
-    while not (tree.finished or judge.over) and time.perf_counter() < deadline:
+    deadline = time.perf_counter() + asked.wanted.time_limit
+    while not (tree.finished or often.over) and time.perf_counter() < deadline:
         tree.run(0.0, lambda done, total, text: None)  # one step at a time
-    chosen = tree.accepted[tree.best[0].pairs] if tree.best else None
-    trials = tuple(sorted(judge.trials, key=lambda one: (one.drives.objective, one is chosen)))
-    bound = math.inf if tree.finished else tree.bound - tree.problem.trifle
+    chosen = often.trials[tree.best[0].pairs] if tree.best else None
+    trials = tuple(sorted(often.trials.values(), key=lambda one: (one.drives.objective, one is chosen)))
+    bound = math.inf if tree.finished else tree.bound - what.tie_breaks
     if chosen is not None and tree.finished:
         bound = chosen.drives.objective
     return RobustSelection(
-        judge.wanted, judge.confidence, chosen, trials, tree.finished and chosen is None, tree.passed, bound
+        wanted, confidence, chosen, trials, tree.finished and chosen is None, often.passed, bound
     )
 
 
@@ -344,3 +319,22 @@ def decided(chance: Chance, wanted: float, error: float) -> Decision:
     if mixed - hits * math.log(wanted) - misses * math.log1p(-wanted) < -math.log(error):
         return Decision.OPEN
     return Decision.HOLDS if chance.probability > wanted else Decision.FALLS
+
+
+def scatters(study: Study) -> bool:
+    """Whether anything in a study scatters."""
+    return bool(study.tolerances.given)
+
+
+def chance_of(base: Ground, drives: dict[str, Pair], samples: int = SAMPLES) -> Chance:
+    """The probability that a set holds, counted.
+
+    Args:
+        drives: Keys of (motor, gear) by joint name.
+    """
+    study, held = base.study, 0
+    count = min(samples, study.tolerances.samples)
+    ready = bench(study, drives, on=base)
+    for found in judged(ready, drawn(study, count, (study.tolerances.seed, 0))):
+        held += int(found.held.sum())
+    return Chance(held, count)

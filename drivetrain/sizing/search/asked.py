@@ -1,0 +1,208 @@
+"""What a search may be asked for, and where it has nothing to choose from: told before any search, all at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.sizing.judge.missing import cells_to_fill, massless
+from drivetrain.sizing.judge.objectives import TERMS, weight_of
+from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.search.problem import Problem
+from drivetrain.study.study import JointTask, Study, Wanted
+from drivetrain.study.verdicts import Check, Verdict
+
+SHEET = ("mass", "price")  # what sheets state; energy and utilisation are computed
+MOST_NAMED = 3
+
+
+def check_asked(study: Study, wanted: Wanted | None) -> None:
+    """Refuse what no search can answer; a study from a file has passed all of it.
+
+    Args:
+        wanted: What is asked for instead of what the study says; None: that.
+
+    Raises:
+        InputError: All that is wrong: no study, unknown terms or joints, numbers out of range.
+    """
+    if not isinstance(study, Study):
+        raise InputError(Fault("study", "must be a study", type(study).__name__, "load_study reads one from its file"))
+    asked = study.wanted if wanted is None else wanted
+    if not isinstance(asked, Wanted):
+        raise InputError(Fault("wanted", "must be a Wanted", type(asked).__name__))
+    faults = [*_of_numbers(asked), *_of_weights(asked), *_of_groups(study, asked)]
+    if faults:
+        raise InputError(faults)
+
+
+def check_keys(study: Study) -> None:
+    """Refuse drives and candidates that the catalogue does not have; asked only once one was not found.
+
+    Raises:
+        InputError: The first unknown motor and gear of every joint.
+    """
+    faults = [fault for task in study.joints for fault in _of_keys(study, task)]
+    if faults:
+        raise InputError(faults)
+
+
+def _of_numbers(asked: Wanted) -> Iterator[Fault]:
+    for name in ("sets", "most_motor_types", "most_gear_types"):
+        value = getattr(asked, name)
+        if value is not None and not value >= 1:
+            yield Fault(f"wanted.{name}", "must be 1 or more", value)
+    if not asked.time_limit >= 0.0:
+        yield Fault("wanted.time_limit", "must be 0 or more [s]", asked.time_limit)
+
+
+def _of_weights(asked: Wanted) -> Iterator[Fault]:
+    if not any(weight > 0.0 for _, weight in asked.weights):
+        yield Fault("wanted.weights", "needs a weight above 0", asked.weights, f"for one of {', '.join(TERMS)}")
+    for name, weight in asked.weights:
+        if name not in TERMS:
+            yield Fault("wanted.weights", "is no term of an objective", name, nearest(str(name), TERMS))
+        elif not 0.0 <= weight < math.inf:
+            yield Fault(f"wanted.weights.{name}", "must be 0 or more, and finite", weight)
+
+
+def _of_groups(study: Study, asked: Wanted) -> Iterator[Fault]:
+    names = [task.name for task in study.joints]
+    for group in asked.same_family:
+        for name in group:
+            if name not in names:
+                yield Fault("wanted.same_family", "is no joint of the study", name, nearest(str(name), names))
+
+
+def _of_keys(study: Study, task: JointTask) -> Iterator[Fault]:
+    """Of the first pair with an unknown motor, and of the first with an unknown gear."""
+    motors, gears = study.catalog.motors, study.catalog.gears
+    pairs = task.pairs if task.drive is None else (task.drive,)
+    motor = next((one for one, _ in pairs if one not in motors), None)
+    gear = next((one for _, one in pairs if one and one not in gears), None)
+    if motor is not None:
+        yield Fault(f"joints.{task.name}", "no motor has this key", motor, nearest(motor, motors))
+    if gear is not None:
+        yield Fault(f"joints.{task.name}", "no gear has this key", gear, nearest(gear, gears))
+
+
+# Masses and prices that candidates lack
+
+
+def lacking_of(study: Study, name: str) -> dict[str, tuple[int, int]]:
+    """How many candidates of each joint have no known mass or price."""
+    found = {}
+    for task in study.joints:
+        pairs = _pairs(task)
+        lacks = sum(any(getattr(row, name) is None for row in _rows(study, *pair)) for pair in pairs)
+        found[task.name] = (lacks, len(pairs))
+    return found
+
+
+def words_of(study: Study, name: str) -> str:
+    """Where nothing is known of a term, in words."""
+    bare = {joint: count for joint, (lacks, count) in lacking_of(study, name).items() if count and lacks == count}
+    if not bare:
+        return ""
+    joints = ", ".join(f"{count} at {joint}" for joint, count in bare.items())
+    parts = []
+    for kind, keys in zip(("motors", "gears"), _keys(study, name, bare), strict=True):
+        if keys:
+            some = ", ".join(sorted(keys)[:MOST_NAMED]) + (", ..." if len(keys) > MOST_NAMED else "")
+            parts.append(f"{len(keys)} {kind} ({some})")
+    return f"no candidate has a known {name}: {joints}; without one are the rows of {' and '.join(parts)}"
+
+
+def unknown_terms(study: Study) -> list[Fault]:
+    """What an objective weighs that no candidate of some joint has."""
+    found = []
+    for name in TERMS:
+        words = words_of(study, name) if name in SHEET and weight_of(study.wanted, name) else ""
+        if words:
+            hint = f"fill the column {name} of the catalogue, or minimise something else"
+            found.append(Fault("objective", words, name, hint))
+    return found
+
+
+def _pairs(task: JointTask) -> tuple[tuple[str, str], ...]:
+    return tuple(task.pairs) if task.drive is None else (task.drive,)
+
+
+def _rows(study: Study, motor: str, gear: str) -> list[Motor | Gear]:
+    """The sheets of a pair; none of a part that the catalogue does not have."""
+    catalog = study.catalog
+    rows: list[Motor | Gear] = [catalog.motors[motor]] if motor in catalog.motors else []
+    return rows + ([catalog.gears[gear]] if gear in catalog.gears else [])
+
+
+def _keys(study: Study, name: str, joints: dict[str, int]) -> tuple[set[str], set[str]]:
+    """Motors and gears without a value among the candidates of some joints."""
+    motors: set[str] = set()
+    gears: set[str] = set()
+    for task in study.joints:
+        for motor, gear in _pairs(task) if task.name in joints else ():
+            for keys, key, rows in ((motors, motor, study.catalog.motors), (gears, gear, study.catalog.gears)):
+                if key in rows and getattr(rows[key], name) is None:
+                    keys.add(key)
+    return motors, gears
+
+
+# Joints without a candidate
+
+
+def nothing_to_choose(problem: Problem) -> tuple[Check, ...]:
+    """What keeps joints from having any candidate, as checks that fail; none has a utilisation, as no limit is met."""
+    return tuple(
+        Check(
+            f"candidates of {task.name}", 1.0, 0.0, "1", None, Verdict.FAIL,
+            remark=_told(_reason(problem, joint)[0], [task.name]),
+        )
+        for joint, task in enumerate(problem.candidates.study.joints) if not len(problem.known[joint])
+    )  # fmt: skip
+
+
+def why_nothing(problem: Problem) -> tuple[tuple[str, str], ...]:
+    """The reasons in words, each with all joints that it holds for."""
+    joints: dict[tuple[str, str], list[str]] = {}
+    for joint, task in enumerate(problem.candidates.study.joints):
+        if not len(problem.known[joint]):
+            joints.setdefault(_reason(problem, joint), []).append(task.name)
+    return tuple((_told(reason, names), mend) for (reason, mend), names in joints.items())
+
+
+def _reason(problem: Problem, joint: int) -> tuple[str, str]:
+    """Why a joint has no candidate, with a place for its name, and what would mend it."""
+    offered, pairs, task = problem.candidates, problem.unknown[joint], problem.candidates.study.joints[joint]
+    if not len(pairs):
+        return "{} neither a given drive nor a candidate", "" if task.pairs else "; ".join(task.passed_over)
+    terms, cells = [], []
+    for term, values in (("mass", offered.mass), ("price", offered.price)):
+        if np.isnan(values[pairs]).any() and (term == "mass" or weight_of(problem.wanted, term)):
+            terms.append(term)
+            cells.append(cells_to_fill(offered.study, [offered.keys(pair) for pair in pairs], term))
+    return f"none of the {len(pairs)} candidates of {{}} has a known {' and '.join(terms)}", "; ".join(cells)
+
+
+def _told(reason: str, names: list[str]) -> str:
+    """A reason with the names of its joints."""
+    listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    if reason.startswith("{} "):
+        return reason.format(f"{listed} {'has' if len(names) == 1 else 'have'}")
+    return reason.format(listed)
+
+
+# Drives that the study gives
+
+
+def satisfied(evaluation: Evaluation) -> bool:
+    """Whether a set is feasible as far as the drives that were to be chosen go; one that is given may lack data."""
+    if evaluation.feasible:
+        return True
+    given = {task.name for task in evaluation.study.joints if task.drive is not None}
+    lacking = {name for name, joint in evaluation.joints.items() if joint.lacking}
+    lacking |= set(massless(evaluation.study, evaluation.joints))
+    return evaluation.verdict is not Verdict.FAIL and lacking <= given

@@ -1,0 +1,419 @@
+"""What candidates ask at least while the torque of their joint lies in an interval at every sample.
+
+The figures of a judgement are bounded by the same laws and held against the same table of checks; a figure that nothing
+bounds stays unknown, and its checks are not made. The motor's torque is a function of the gear's at each sample: two
+straight lines that meet where the power through the mesh turns. Its range over an interval is that of the ends, and of
+the bend where it lies between them, whether the mesh locks itself or not. What is feasible is never ruled out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import rotor_torque
+from drivetrain.drive.friction import breakaway_friction, direction, friction_curve, sliding_friction
+from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
+from drivetrain.drive.motor import torque_constant, winding_resistance
+from drivetrain.drive.periodic_heat import thermal_nodes
+from drivetrain.jit import FAST, kernel, law
+from drivetrain.records import known, known_or
+from drivetrain.sizing.demand.series import Motion
+from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
+from drivetrain.sizing.judge.judge import (
+    NO,
+    NOTHING,
+    YES,
+    add_rows,
+    excess_series,
+    first_lacking,
+    set_currents,
+    set_limits,
+    worst,
+)
+from drivetrain.vector import larger, smaller
+
+STEPS = 8  # of the ladder of temperatures at most; each adds a few percent of the one before
+ENOUGH = 1e-3  # of the rise: a step that adds less is the last
+SAMPLED = 8  # candidates whose power the line of energy is taken from
+
+
+class Span(NamedTuple):
+    """What open choices leave possible at one joint, at all samples or at a few; N samples.
+
+    Attributes:
+        motion: Of the joint.
+        low, high: Ends of the torque at the gear's output, without joint friction and the joint's own drive [N m], (N,).
+        added: What a unit of each number of the joint's own drive adds to it, (K, N).
+        share: Of the time of use between each sample and the next, (N,).
+        own_low, own_high: Memory: with what the joint's own drive adds, (N,).
+        least, most: Memory: ends of the motor's torque [N m], (N,).
+        shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
+        excess: Memory: of falling friction, at the joint, at its losses, and at the shaft [N m], (3, N).
+    """
+
+    motion: Motion
+    low: Array
+    high: Array
+    added: Array
+    share: Array
+    own_low: Array
+    own_high: Array
+    least: Array
+    most: Array
+    shaft: Array
+    excess: Array
+
+
+def span_of(motion: Motion, low: Array, high: Array, added: Array, share: Array) -> Span:
+    """A span with memory of its own."""
+    rows = (np.zeros(len(low)) for _ in range(5))
+    return Span(motion, low, high, added, share, *rows, np.zeros((3, len(low))))
+
+
+@kernel(fastmath=FAST)
+def bound_cases(
+    cases: Any, numbers: Any, checks: Any, whole: Span, few: Span, amounts: Array, until: float, strict: bool,
+    energies: bool, line: Array, used: Array, energy: Array,
+) -> None:  # fmt: skip
+    """What candidates of one joint ask at least of their limits, and draw at least, with any torque in an interval.
+
+    Args:
+        cases, numbers, checks: As for ``judge_cases``.
+        amounts: Numbers of the joint's own drive, (P, K).
+        until: A candidate that asks more is not looked at any further.
+        strict: Whether one of which an essential check cannot be made is out.
+        energies: Whether energies are wanted.
+        line: Takes how the power grows with the load at each sample, the mean over some candidates [W/(N m)], (N,).
+        used: Takes the largest utilisation, (P,).
+        energy: Takes the energy a cycle less the line times what the load is above the middle of its interval, 0 where the
+            candidate is out [J], (P,).
+    """
+    if energies:
+        power_line(cases, whole, line)
+    for i in range(len(cases)):
+        case, row = cases[i], numbers[i]
+        set_limits(case)
+        energy[i] = 0.0
+        if strict and first_lacking(case, row, checks, NO) >= 0:
+            used[i] = np.inf
+            continue
+        used[i] = screen(case, row, checks, few, amounts[i])
+        if used[i] > until:
+            continue
+        used[i], heat = bound(case, row, checks, whole, amounts[i], until)
+        if energies and not used[i] > until:
+            energy[i] = least_energy(case, whole, heat, line)
+
+
+@law(fastmath=FAST)
+def screen(case: Any, row: Any, checks: Any, few: Span, amounts: Any) -> Any:
+    """The peaks that a few samples ask at least."""
+    found = least_mechanical(case, few, amounts)
+    case.figures.load_torque, case.figures.motor_torque = found.load, found.torque
+    used = 0.0
+    for stage in (GEAR, SPEED, TORQUE):
+        used, _ = worst(case, row, checks, stage, used, NOTHING, YES)
+    return used
+
+
+@law(fastmath=FAST)
+def bound(case: Any, row: Any, checks: Any, whole: Span, amounts: Any, until: Any) -> Any:
+    """Fill the figures of one case with their least, stage by stage; its largest utilisation, and how warm it gets."""
+    gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
+    found = least_mechanical(case, whole, amounts)
+    average = least_average(case, whole)
+    figures.load_torque, figures.average_load_torque = found.load, average
+    figures.gear_life = life_of(gear, average, figures.mean_input_speed)
+    used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, NO)
+    used, _ = worst(case, row, checks, SPEED, used, NOTHING, NO)
+    unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess
+    figures.motor_torque = found.torque + unknown
+    figures.rms_torque = math.sqrt(found.square / setting.duration) + unknown
+    used, _ = worst(case, row, checks, TORQUE, used, NOTHING, NO)
+    heat = least_heat(case, whole)
+    if used > until:
+        return used, heat
+
+    heated, weakest = heat.hottest > -np.inf, torque_constant(motor, heat.magnets)
+    figures.winding_temperature = heat.hottest + unknown if heated else np.nan
+    if weakest <= 0.0:
+        return np.inf, heat
+    if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be stronger without bound
+        set_currents(figures, weakest)
+    cold = torque_constant(motor, setting.ambient)
+    volts = least_voltage(case, whole, cold, winding_resistance(motor, setting.ambient))
+    if not heated:
+        volts = larger(volts, least_voltage(case, whole, cold, winding_resistance(motor, heat.coolest)))
+    figures.voltage = volts + unknown
+    used, _ = worst(case, row, checks, HEAT, used, NOTHING, NO)
+    return used, heat
+
+
+class LeastMechanical(NamedTuple):
+    """Least load, least largest torque and least sum of weighted squares; see ``judge.Mechanical``."""
+
+    load: float
+    torque: float
+    square: float
+
+
+@law(fastmath=FAST)
+def least_mechanical(case: Any, span: Span, amounts: Any) -> Any:
+    """The pass over the mechanics: ends of the motor's torque at every sample, and the peaks that are certain."""
+    motion, low, high = span.motion, span.own_low, span.own_high
+    add_rows(span.low, span.added, amounts, low)
+    add_rows(span.high, span.added, amounts, high)
+    mesh, inertia = mesh_of(case.gear), known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    joint, turning = friction_curve(case.joint), friction_curve(case.shaft)
+    excess_series(joint, 1.0, motion.speed, span.excess[0])
+    excess_series(joint, 1.0, motion.loss_speed, span.excess[1])
+    excess_series(turning, mesh.ratio, motion.loss_speed, span.excess[2])
+    shown_excess, lossy_excess, shaft_excess = span.excess[0], span.excess[1], span.excess[2]
+    least, most, shaft, load, torque, square = span.least, span.most, span.shaft, 0.0, 0.0, 0.0
+    for t in range(len(low)):
+        speed = motion.loss_speed[t]
+        shown = sliding_friction(joint, motion.speed[t]) + shown_excess[t]
+        lossy = sliding_friction(joint, speed) + lossy_excess[t]
+        shaft[t] = (
+            rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
+            + sliding_friction(turning, mesh.ratio * speed) + shaft_excess[t] + running_torque(mesh, speed)
+        )  # fmt: skip
+        a, b = low[t] + lossy, high[t] + lossy
+        first, second = mesh_torque(mesh, a, speed), mesh_torque(mesh, b, speed)
+        bend = 0.0 if (a < 0.0) & (b > 0.0) else first
+        least[t] = smaller(smaller(first, second), bend) + shaft[t]
+        most[t] = larger(larger(first, second), bend) + shaft[t]
+        load = larger(load, larger(low[t] + shown, -(high[t] + shown)))
+        magnitude = larger(larger(least[t], -most[t]), 0.0)
+        torque = larger(torque, magnitude)
+        square += motion.weight[t] * magnitude * magnitude
+    if case.setting.moves != 0.0:
+        for first_sample, after in motion.rests:
+            for t in range(first_sample, after):
+                a, b = low[t], high[t]
+                if a > 0.0 or b < 0.0:  # what starts the joint against its load, whose direction is certain
+                    way, near = direction(a + b), a if a > 0.0 else b
+                    load = larger(load, abs(near + breakaway_friction(joint, way)))
+                    rotor = rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
+                    turn = direction(mesh.ratio) * way
+                    rest = breakaway_friction(turning, turn) + mesh.running_torque * turn + rotor
+                    c = mesh.driving * (a + breakaway_friction(joint, way)) / mesh.ratio + rest
+                    d = mesh.driving * (b + breakaway_friction(joint, way)) / mesh.ratio + rest
+                    if c * d > 0.0:
+                        torque = larger(torque, smaller(abs(c), abs(d)))
+    return LeastMechanical(load, torque, square)
+
+
+@law(fastmath=FAST)
+def least_average(case: Any, span: Span) -> Any:
+    """The least average load as wear sees it [N m]; Harmonic Drive SHG, p. 30."""
+    motion, low, high, exponent = span.motion, span.own_low, span.own_high, case.gear.life_exponent
+    joint, excess, worn, travel = friction_curve(case.joint), span.excess[0], 0.0, 0.0
+    for t in range(len(low)):
+        shown, way = sliding_friction(joint, motion.speed[t]) + excess[t], motion.weight[t] * abs(motion.speed[t])
+        worn += way * wear(larger(larger(low[t] + shown, -(high[t] + shown)), 0.0), exponent)
+        travel += way
+    return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else 0.0
+
+
+class LeastHeat(NamedTuple):
+    """Temperatures that a motor does not stay below [C]: its winding at any instant, its magnets, its hottest winding.
+
+    Where the sheet does not say enough the hottest is -inf, the winding is taken at its limit, the magnets at ambient.
+    """
+
+    coolest: float
+    magnets: float
+    hottest: float
+
+
+@law(fastmath=FAST)
+def least_heat(case: Any, span: Span) -> Any:
+    """How warm a motor gets at least.
+
+    The mean heat of a cycle can be bounded from below before any temperature is known; it warms the magnets, which then
+    need more current, and the winding, which then has more resistance, and both add to the heat. Each step of that
+    ladder is a lower bound, and the next one starts from it.
+    """
+    motor, setting, ambient = case.motor, case.setting, case.setting.ambient
+    nodes, limit = thermal_nodes(motor, setting.mounting), motor.max_winding_temperature
+    if not known(nodes.inner + nodes.outer):
+        return LeastHeat(known_or(limit, ambient), ambient, -np.inf)
+    if motor.magnet_coefficient > 0.0:
+        return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
+    square, loss = mean_square(span), friction_loss(case, span)
+    share = resting_share(nodes, len(span.motion.use.shares), setting.duration)
+    coolest, housing, winding = ambient, 0.0, 0.0
+    for _ in range(STEPS):
+        constant, before = torque_constant(motor, ambient + housing), winding
+        if not constant > 0.0:
+            return LeastHeat(coolest, ambient + housing, np.inf)
+        copper = square / (constant * constant) * winding_resistance(motor, coolest)
+        housing = nodes.outer * (copper + loss)
+        winding, coolest = nodes.inner * copper + housing, ambient + share * nodes.outer * copper
+        if winding - before <= ENOUGH * winding:
+            break
+    if not known(limit):  # judged without a limit it may run away, and counts as at ambient temperature then
+        return LeastHeat(ambient, ambient, ambient)
+    return LeastHeat(coolest, ambient + housing, ambient + winding)
+
+
+@law(fastmath=FAST)
+def mean_square(span: Span) -> Any:
+    """Least mean square of the motor's torque, straight between samples [N^2 m^2]."""
+    low, high, low_after, high_after = span.least[:-1], span.most[:-1], span.least[1:], span.most[1:]
+    total, share = 0.0, span.share
+    for t in range(len(low)):
+        a = larger(low[t], 0.0) + smaller(high[t], 0.0)
+        b = larger(low_after[t], 0.0) + smaller(high_after[t], 0.0)
+        same = (a * a + a * b + b * b) * (1.0 / 3.0)
+        turned = 0.25 * larger(a * a, b * b)  # the least of the same sum over one of the two
+        total += share[t] * (same if a * b > 0.0 else turned)
+    return total
+
+
+@law(fastmath=FAST)
+def friction_loss(case: Any, span: Span) -> Any:
+    """Mean power that friction takes at the motor's shaft, that of falling friction left out [W]."""
+    shaft, ratio, speed, share, total = friction_curve(case.shaft), case.gear.ratio, span.motion.speed, span.share, 0.0
+    if shaft.falls:
+        return 0.0
+    here, after = speed[:-1], speed[1:]
+    for t in range(len(here)):
+        a, b = ratio * here[t], ratio * after[t]
+        total += 0.5 * share[t] * (sliding_friction(shaft, a) * a + sliding_friction(shaft, b) * b)
+    return total
+
+
+@law(fastmath=FAST)
+def resting_share(nodes: Any, parts: Any, duration: Any) -> Any:
+    """The share of its mean rise below which the housing never falls while the winding's heat comes unevenly.
+
+    The answer of the housing to a short burst of heat in the winding, repeated with the cycle, is the difference of
+    two exponentials: least just when the burst comes. No distribution of the same heat keeps it cooler.
+    """
+    inner, outer = nodes.inner, nodes.outer
+    if math.isnan(nodes.winding):
+        return 1.0
+    if parts > 1 or math.isnan(nodes.housing) or inner == 0.0:
+        return 0.0
+    a, c = 1.0 / (inner * nodes.winding), 1.0 / (inner * nodes.housing)
+    d = (1.0 / inner + 1.0 / outer) / nodes.housing
+    middle, spread = 0.5 * (a + d), math.sqrt(0.25 * (a - d) ** 2 + a * c)
+    slow, quick = (a * d - a * c) / (middle + spread), middle + spread
+    left = 1.0 / -math.expm1(-slow * duration) - 1.0 / -math.expm1(-quick * duration)
+    return min(max(duration * slow * quick / (quick - slow) * left, 0.0), 1.0)
+
+
+@law(fastmath=FAST)
+def least_voltage(case: Any, span: Span, constant: Any, ohms: Any) -> Any:
+    """Least largest voltage at fixed temperatures, the first and the last sample left out [V]."""
+    motion, least, most = span.motion, span.least, span.most
+    ratio, inductance, inverse, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), 1.0 / constant, 0.0
+    l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
+    speed, behind, at, ahead = motion.speed[1:-1], motion.rate_before[1:-1], motion.rate_at[1:-1], motion.rate_after[1:-1]
+    for t in range(len(speed)):
+        own, before, after = ohms + inductance * at[t], inductance * behind[t], inductance * ahead[t]
+        low = smaller(own * l1[t], own * h1[t]) + smaller(before * l0[t], before * h0[t])
+        high = larger(own * l1[t], own * h1[t]) + larger(before * l0[t], before * h0[t])
+        low += smaller(after * l2[t], after * h2[t])
+        high += larger(after * l2[t], after * h2[t])
+        emf = constant * ratio * speed[t]
+        largest = larger(largest, larger(emf + inverse * low, -(emf + inverse * high)))
+    return largest
+
+
+# Energy
+
+
+@law(fastmath=FAST)
+def certain_loss(motor: Any, magnets: Any, coolest: Any, heated: Any) -> Any:
+    """Copper loss over torque squared that no temperature lets a motor undercut [W/(N m)^2]."""
+    constant = torque_constant(motor, magnets)
+    if not constant > 0.0 or (motor.magnet_coefficient > 0.0 and heated):
+        return 0.0
+    return winding_resistance(motor, coolest) / (constant * constant)
+
+
+@law(fastmath=FAST)
+def power_line(cases: Any, span: Span, line: Any) -> None:
+    """How the power grows with the load at each sample, at the middle of the interval: the mean over some candidates."""
+    motion, low, high = span.motion, span.low, span.high
+    count = min(len(cases), SAMPLED)
+    for t in range(len(line)):
+        line[t] = 0.0
+    for i in range(count):
+        case = cases[i * len(cases) // count]
+        mesh, joint = mesh_of(case.gear), friction_curve(case.joint)
+        inertia, ambient = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0), case.setting.ambient
+        loss = certain_loss(case.motor, ambient, ambient, False)
+        for t in range(len(line)):
+            speed = motion.loss_speed[t]
+            load = 0.5 * (low[t] + high[t]) + sliding_friction(joint, speed)
+            share = mesh_torque(mesh, 1.0 if load > 0.0 else -1.0, speed) * (1.0 if load > 0.0 else -1.0)
+            torque = share * load + inertia * mesh.ratio * motion.acceleration[t]
+            line[t] += share * (mesh.ratio * motion.speed[t] + 2.0 * loss * torque) / count
+
+
+@law(fastmath=FAST)
+def least_energy(case: Any, span: Span, heat: LeastHeat, line: Any) -> Any:
+    """The least energy less the line times the load's distance from the middle of its interval [J].
+
+    The motor's torque is one straight line for a positive load and another for a negative one, so the power is a
+    parabola on each side, least at its vertex or at an end.
+    """
+    motion, low, high, shaft = span.motion, span.own_low, span.own_high, span.shaft
+    mesh, joint, excess, total = mesh_of(case.gear), friction_curve(case.joint), span.excess[1], 0.0
+    loss = certain_loss(case.motor, heat.magnets, heat.coolest, heat.hottest > -np.inf)
+    for t in range(len(line)):
+        speed, turning, own, steep = motion.loss_speed[t], mesh.ratio * motion.speed[t], shaft[t], line[t]
+        lossy = sliding_friction(joint, speed) + excess[t]
+        up, down = mesh_torque(mesh, 1.0, speed), -mesh_torque(mesh, -1.0, speed)
+        a, b = low[t] + lossy, high[t] + lossy
+        alone = own * (turning + loss * own) + steep * 0.5 * (a + b)
+        above = parabola(loss * up * up, up * (turning + 2.0 * loss * own) - steep, larger(a, 0.0), larger(b, 0.0))
+        below = parabola(loss * down * down, down * (turning + 2.0 * loss * own) - steep, smaller(a, 0.0), smaller(b, 0.0))
+        least = smaller(above, below)
+        least = above if a >= 0.0 else (below if b <= 0.0 else least)
+        total += motion.weight[t] * (least + alone)
+    return total
+
+
+@law(fastmath=FAST)
+def parabola(square: Any, straight: Any, begin: Any, end: Any) -> Any:
+    """The least of square x^2 + straight x from begin to end."""
+    vertex = -straight / (2.0 * square) if square > 0.0 else (begin if straight > 0.0 else end)
+    at = smaller(larger(vertex, begin), end)
+    return (square * at + straight) * at
+
+
+# Power
+
+
+@kernel(fastmath=FAST)
+def power_ends(cases: Any, whole: Span, amounts: Array, least: Array, most: Array) -> None:
+    """The least and the most power that any of some candidates takes, each no hotter than it may be [W], (N,) each."""
+    motion = whole.motion
+    least[:], most[:] = np.inf, -np.inf
+    for i in range(len(cases)):
+        case, motor, setting = cases[i], cases[i].motor, cases[i].setting
+        least_mechanical(case, whole, amounts[i])
+        path, ambient, limit = thermal_nodes(motor, setting.mounting), setting.ambient, motor.max_winding_temperature
+        heated = known(path.inner + path.outer)
+        coolest = smaller(ambient, known_or(limit, ambient)) if heated else known_or(limit, ambient)
+        certain = certain_loss(motor, ambient, coolest, heated)
+        hottest = larger(limit - case.safety.temperature_margin, ambient) if heated else known_or(limit, ambient)
+        weakest = torque_constant(motor, hottest if heated and motor.magnet_coefficient < 0.0 else ambient)
+        loss = winding_resistance(motor, hottest) / (weakest * weakest)
+        bounded = weakest > 0.0 and not math.isnan(limit if heated else ambient)
+        for t in range(len(least)):
+            low, high, turning = whole.least[t], whole.most[t], case.gear.ratio * motion.speed[t]
+            best = (low if turning > 0.0 else high) if certain == 0.0 else -0.5 * turning / certain
+            best = larger(low, smaller(high, best))
+            least[t] = smaller(least[t], best * (turning + certain * best))
+            ends = larger(low * (turning + loss * low), high * (turning + loss * high)) if bounded else np.inf
+            most[t] = larger(most[t], ends)

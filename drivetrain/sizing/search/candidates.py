@@ -1,0 +1,295 @@
+"""Every pair of motor and gear that a study offers, and the work of every joint, ready for bounds and for the judge.
+
+Everything that does not depend on the choice of drives is computed here once: the basis of every joint, its motion, the
+catalogue rows, and the numbers through which each pair loads other joints. No object is made for a pair.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive, shaft_friction
+from drivetrain.records import as_numbers, as_records
+from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
+from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.demand.series import STRETCHES, Added, Load, Work, added_by, new_traces, work_of
+from drivetrain.sizing.judge.cases import paired
+from drivetrain.sizing.judge.checks import table
+from drivetrain.sizing.judge.fill import DIRECT
+from drivetrain.sizing.judge.judge import judge_cases
+from drivetrain.sizing.judge.parts import Parts, parts_of
+from drivetrain.sizing.search.bounds import Span, bound_cases, span_of
+from drivetrain.sizing.search.domains import Indices
+from drivetrain.study.study import Study
+
+TABLE = table()
+WIDER = 1e-12  # of an interval's width and middle: rounding of the sums that make it
+BEARING_LIMITS = ("tilting_moment_limit", "axial_load_limit", "radial_load_limit")
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """Candidates of one joint, judged; K of them.
+
+    Attributes:
+        cases: Records of ``cases.Case``, (K,).
+        used: Largest utilisation, (K,).
+        binding: Its check, -1 for none, (K,).
+        lacking: First essential check that could not be made, else -1, (K,).
+        checks: Every check's utilisation, NaN where it is not made, (K, checks); (0, 0) where nobody asked.
+    """
+
+    cases: Any
+    used: Array
+    binding: Indices
+    lacking: Indices
+    checks: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Bounded:
+    """Candidates of one joint while others are open; K of them.
+
+    Attributes:
+        used: Largest utilisation at least, (K,).
+        energy: A cycle, at least, less what the line takes over [J], (K,).
+        line: How the power grows with the load at each sample [W/(N m)], (N,).
+    """
+
+    used: Array
+    energy: Array
+    line: Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointOffer:
+    """One joint: its work without drives, its candidates' rows, and what the drives of others add to its load.
+
+    Attributes:
+        joint: Index of the joint.
+        demand: Without drives.
+        work: The same for compiled code; amounts are the numbers of the joint's own drive, where it rides on the link
+            that it moves.
+        others: Joints whose drives load this one.
+        rows: What a unit of each number of each of their drives adds.
+        share: Of the time of use between each sample and the next, (N,).
+        sharp: In each stretch of the cycle the sample of largest acceleration, (STRETCHES,).
+        motors: Records of motors and of their shafts' friction.
+        gears: Records of gears, and whether they are none.
+        plain: A case of the joint, whatever its motor and gear, (1,).
+        given: Whether the study gives the drive: it stays, whatever is known of it.
+    """
+
+    joint: int
+    demand: JointDemand
+    work: Work
+    others: tuple[int, ...]
+    rows: Added
+    share: Array
+    sharp: Indices
+    motors: tuple[Any, Any]
+    gears: tuple[Any, Any]
+    plain: Any
+    given: bool
+
+    def cases(self, parts: Indices) -> Any:
+        """Records of pairs, (K,); parts: rows of motor and gear, (K, 2)."""
+        cases, (left, right) = np.repeat(self.plain, len(parts)), parts.T
+        cases["motor"], cases["shaft"] = self.motors[0][left], self.motors[1][left]
+        cases["gear"], cases["direct"] = self.gears[0][right], self.gears[1][right]
+        return cases
+
+    def amounts(self, numbers: Array) -> Array:
+        """Of the joint's own drive, (K, NUMBERS) or (K, 0)."""
+        return np.ascontiguousarray(numbers[:, : len(self.work.added.torque)])
+
+    def interval(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Both ends of the torque that open choices leave, without what the joint's own drive adds [N m], (N,) each.
+
+        Args:
+            low, high: Numbers of all joints' drives, (n, NUMBERS).
+        """
+        others = list(self.others)
+        middle = 0.5 * (low[others] + high[others]).ravel()
+        half = 0.5 * (high[others] - low[others]).ravel()
+        centre = self.work.load.torque + middle @ self.rows.torque
+        if not half.any():
+            return centre, centre
+        wide = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0) @ np.abs(self.rows.torque)
+        return centre - wide, centre + wide
+
+    def judge(
+        self, parts: Indices, own: Array, numbers: Array, *, until: float, quick: bool, power: Array | None = None,
+        all_checks: bool = False,
+    ) -> Judged:  # fmt: skip
+        """Candidates beside chosen drives.
+
+        Args:
+            parts: Rows of motor and gear, (K, 2).
+            own: Numbers of the candidates, (K, NUMBERS).
+            numbers: Of all joints' drives, (n, NUMBERS).
+            until, quick: As for ``judge_cases``.
+            power: Takes the electrical power on top of what is there [W], (1, N) or (K, N).
+            all_checks: Whether every check's utilisation is wanted.
+        """
+        cases, count = self.cases(parts), len(parts)
+        amounts = numbers[list(self.others)].ravel()
+        bare = self.work.load
+        load = Load(
+            bare.torque + amounts @ self.rows.torque,
+            bare.wrench + np.tensordot(amounts, self.rows.wrench, 1) if bare.wrench.size else bare.wrench,
+            bare.inertia + amounts @ self.rows.inertia if bare.inertia.size else bare.inertia,
+        )
+        at = self._few(load.torque, load.torque)
+        few, added = self.work.few_load, self.work.few_added
+        work = self.work._replace(
+            load=load, few=self._motion(at), few_load=few._replace(torque=load.torque[at]),
+            few_added=added._replace(torque=np.ascontiguousarray(self.work.added.torque[:, at])),
+        )  # fmt: skip
+        used, binding, lacking = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
+        power = np.zeros((0, len(load.torque))) if power is None else power
+        checks = np.zeros((count, len(TABLE)) if all_checks else (0, 0))
+        judge_cases(
+            cases, as_numbers(cases), TABLE, work, self.amounts(own), until, quick, power, checks, used,
+            binding, lacking,
+        )  # fmt: skip
+        return Judged(cases, used, binding, lacking, checks)
+
+    def bounded(
+        self, parts: Indices, own: Array, torque: tuple[Array, Array], *, until: float, energies: bool
+    ) -> Bounded:
+        """Candidates while the torque lies in an interval; one that asks more than ``until`` is not looked at further."""
+        cases, count = self.cases(parts), len(parts)
+        at = self._few(*torque)
+        whole = span_of(self.work.motion, *torque, self.work.added.torque, self.share)
+        some = np.ascontiguousarray(self.work.added.torque[:, at])
+        few = span_of(self._motion(at), torque[0][at], torque[1][at], some, self.share[at])
+        used, energy, line = np.zeros(count), np.zeros(count), np.zeros(len(self.share))
+        bound_cases(
+            cases, as_numbers(cases), TABLE, whole, few, self.amounts(own), until, not self.given, energies, line,
+            used, energy,
+        )  # fmt: skip
+        return Bounded(used, energy, line)
+
+    def _few(self, low: Array, high: Array) -> Indices:
+        """In each stretch of the cycle the samples that ask most: of acceleration, and of torque at least."""
+        least = np.maximum(low, -high)
+        return np.concatenate([self.sharp, _peaks(least)])
+
+    def _motion(self, at: Indices) -> Any:
+        """The motion at a few samples."""
+        motion = self.work.motion
+        return self.work.few._replace(**{name: getattr(motion, name)[at] for name in motion._fields[:-2]})
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """The pairs of all joints, P of them; n joints.
+
+    Attributes:
+        study: The task.
+        work: Its joints' work.
+        motors, gears: Catalogue keys by row; the first gear is that of a direct drive.
+        first: Pairs of joint j are ``first[j]`` to ``first[j + 1]``, (n + 1,).
+        pairs: Row of the motor and of the gear of each pair, (P, 2).
+        numbers: Through which each pair loads joints, the units of ``drive_numbers``, (P, NUMBERS).
+        ratio: Of each pair's gear, (P,).
+        mass, price: Of each pair [kg], NaN where unknown, (P,).
+        joints: One a joint.
+        power_known: Whether every given drive's power is known, as far as it is to be held against the supply.
+    """
+
+    study: Study
+    work: Workload
+    motors: tuple[str, ...]
+    gears: tuple[str, ...]
+    first: Indices
+    pairs: Indices
+    numbers: Array
+    ratio: Array
+    mass: Array
+    price: Array
+    joints: tuple[JointOffer, ...]
+    power_known: bool
+
+    def keys(self, pair: int) -> tuple[str, str]:
+        """The catalogue keys of a pair."""
+        motor, gear = self.pairs[pair]
+        return self.motors[motor], self.gears[gear]
+
+    def numbers_of(self, chosen: Mapping[int, int]) -> Array:
+        """The numbers of chosen pairs by joint, zeros where nothing is chosen, (n, NUMBERS)."""
+        numbers = np.zeros((len(self.joints), NUMBERS))
+        for joint, pair in chosen.items():
+            numbers[joint] = self.numbers[pair]
+        return numbers
+
+    def judge(self, joint: int, pairs: Indices, numbers: Array, **options: Any) -> Judged:
+        """Candidates of one joint beside chosen drives; options of ``JointOffer.judge``."""
+        return self.joints[joint].judge(self.pairs[pairs], self.numbers[pairs], numbers, **options)
+
+
+def candidates(study: Study, work: Workload | None = None) -> Candidates:
+    """The candidates of a study."""
+    work, parts = workload(study) if work is None else work, parts_of(study)
+    shafts: dict[Any, Any] = {}
+    known = True
+    for joint, task in enumerate(study.joints):
+        law = task.motor_friction
+        if law not in shafts:
+            shafts[law] = as_records([shaft_friction(Drive(motor, DIRECT, motor_friction=law)) for motor in parts.motors])
+        if task.drive is not None:
+            (motor, gear), sheets = parts.pairs[joint][0], parts.gear_rows[0]
+            known &= not np.isnan(parts.motor_rows["rotor_inertia"][motor] + sheets["efficiency"][gear] + sheets["inertia"][gear])
+    joints = tuple(_offer(work, parts, joint, shafts[task.motor_friction]) for joint, task in enumerate(study.joints))
+    pairs = np.concatenate(parts.pairs)
+    first = np.concatenate([[0], np.cumsum([len(some) for some in parts.pairs])]).astype(np.int64)
+    ratio = np.array([gear.ratio for gear in parts.gears])[pairs[:, 1]]
+    return Candidates(
+        study, work, parts.motor_keys, parts.gear_keys, first, pairs, np.concatenate(parts.amounts), ratio,
+        np.concatenate(parts.mass), np.concatenate(parts.price), joints, bool(known),
+    )  # fmt: skip
+
+
+def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
+    study, cycle, pairs = work.study, work.study.cycle, parts.pairs[joint]
+    demand, gears = work.at(joint, {}).fixed, parts.gear_rows
+    used = gears[0][np.unique(pairs[:, 1])]
+    if demand.wrench is not None and all(np.isnan(used[name]).all() for name in BEARING_LIMITS):
+        demand = replace(demand, wrench=None)
+    basis = work.basis[joint] if work.basis else None
+    others = [
+        k for position, k in enumerate(() if basis is None else basis.drives)
+        if k != joint and any(row[NUMBERS * position : NUMBERS * (position + 1)].any() for row in (basis.force, basis.wrench, basis.inertia))
+    ]  # fmt: skip
+    nothing = Added(np.zeros((0, len(cycle.time))), np.zeros((0, 6, 0)), np.zeros((0, 0)))
+    rows = nothing if basis is None else added_by(work, joint, others)
+    own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
+    offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
+    offered = offered._replace(
+        few_traces=new_traces(2 * STRETCHES, len(cycle.parts)),
+        few_sum=offered.few_sum._replace(torque=np.zeros(2 * STRETCHES)),
+    )
+    steps = offered.motion.use.step
+    share = np.zeros(len(steps))
+    for part, weight in zip(cycle.parts, cycle.shares, strict=True):
+        if part.stop > part.start + 1:
+            share[part] = weight * steps[part] / steps[part].sum()
+    plain = paired(study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((1, 2), dtype=np.int64))
+    return JointOffer(
+        joint, demand, offered, tuple(others), rows, share, _peaks(np.abs(demand.acceleration)),
+        (parts.motor_rows, shafts), gears, plain, study.joints[joint].drive is not None,
+    )  # fmt: skip
+
+
+def _peaks(values: Array) -> Indices:
+    """In each of STRETCHES stretches of equal length where the largest value stands."""
+    length, first = len(values) // STRETCHES, np.arange(STRETCHES)
+    if length == 0:
+        return first % len(values)
+    return first * length + values[: STRETCHES * length].reshape(STRETCHES, length).argmax(axis=1)

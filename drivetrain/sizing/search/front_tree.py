@@ -1,0 +1,427 @@
+"""Every set of drives that no other beats in all criteria at once, by the domains, bounds and branches of the tree.
+
+The least of every weighting of the additive criteria, and of utilisation, bounds a node: where no zone that the sets
+found leave open reaches below all of these bounds, nothing new is in it.
+
+The energy of a joint is bounded beside a line: at each sample the power less a multiple of the load is bounded over
+the interval of loads, and the multiples, summed up, are linear in the numbers of the drives that load the joint. That
+part goes to those drives. So a heavy drive pays for what it costs at the joints before it while these are still open,
+and what is lost in the bound shrinks with the square of the interval.
+"""
+
+from __future__ import annotations
+
+import copy
+import heapq
+import itertools
+import math
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.demand.load_basis import NUMBERS
+from drivetrain.sizing.search.domains import Domain, Domains, with_domain
+from drivetrain.sizing.search.problem import BELOW, ROUNDING, Problem
+from drivetrain.sizing.search.robust import OftenEnough
+from drivetrain.sizing.search.supply import supply_use
+from drivetrain.sizing.search.tree import Tell, halves
+from drivetrain.sizing.search.zones import Zones, reaching, survivors
+
+MASS, PRICE, ENERGY, USED = range(4)
+NAMES = ("mass", "price", "energy", "utilisation")
+ADDITIVE = {"mass": MASS, "price": PRICE, "energy": ENERGY}
+EQUAL = 1e-9  # relative: sums in another order
+PASSES = 3
+FEW, MOST = 128, 4096  # sets of a node: so few are looked at one by one, and so many at most at once
+NARROWER = 0.7  # than when costs were found: then they are found anew
+TINY = 1e-12  # what is open has some width, even where it changes no torque
+STEPS = {0: 1, 1: 1, 2: 12, 3: 6}  # of weightings between two criteria, by how many of them are added up
+HEIGHTS = (math.inf, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4, 0.3)
+TELL_EVERY = 64
+
+Pairs = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of all sets.
+
+    Attributes:
+        domains: Its candidates; costs are mass, price, energy a cycle and utilisation, exact or bounds, of energy
+            without what the drives that load a joint answer for, (K, 4).
+        width: Of what was open in the load of each joint when its costs were found, as a share of the largest; 0 where
+            they are exact, (n,).
+        slope: Energy at joint j that a unit of each number of the drive of joint k answers for [J], (j, k, NUMBERS).
+        bound: The least of each weighting, (W,).
+        used: The least utilisation.
+    """
+
+    domains: Domains
+    width: Array
+    slope: Array
+    bound: Array
+    used: float
+
+    @property
+    def sets(self) -> int:
+        """How many there are."""
+        return math.prod(len(domain) for domain in self.domains)
+
+
+class FrontTree:
+    """The search, what it found and what it has left; it can be stopped between two nodes and go on.
+
+    Attributes:
+        problem: What is chosen from.
+        names: Criteria that are compared.
+        zones: The sets found, and what they leave open.
+        open: Nodes left, most promising first.
+        counters: Work done.
+        excluded: Sets that are not to be found.
+        often: Says whether a set is feasible often enough; None where that is not asked.
+    """
+
+    def __init__(
+        self, problem: Problem, names: Sequence[str], excluded: frozenset[Pairs] = frozenset(),
+        often: OftenEnough | None = None,
+    ) -> None:  # fmt: skip
+        self.problem = problem
+        self.names = tuple(names)
+        self.excluded = excluded
+        self.often = often
+        self.counters: Counter[str] = Counter()
+        self.open: list[tuple[float, int, Part]] = []
+        self.zones = Zones(np.zeros(len(self.names)), EQUAL)
+        self._columns = [ADDITIVE[name] for name in self.names if name in ADDITIVE]
+        self._additive = [i for i, name in enumerate(self.names) if name in ADDITIVE]
+        self._judged = "utilisation" in self.names
+        self._weights = np.zeros((0, 4))
+        self._corners: tuple[Array, Array] | None = None
+        self._following: Part | None = None
+        self._started = False
+        # Whether drives load only the joints before their own: then these can be judged from the tip to the base.
+        self._ordered = not np.tril(problem.loads).any()
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing is left."""
+        return self._started and not self.open and self._following is None
+
+    def copied(self) -> FrontTree:
+        """The same search, to go on without touching this one."""
+        other = copy.copy(self)
+        other.counters, other.open, other.zones = Counter(self.counters), list(self.open), self.zones.copied()
+        return other
+
+    def run(self, time_limit: float, tell: Tell) -> None:
+        """Search until nothing is left or the time is up.
+
+        Args:
+            time_limit: Once all candidates were looked at a first time, which may compile [s]; at most half of it
+                goes into first sets.
+        """
+        start = self._begin(time_limit) if not self._started else time.perf_counter()
+        while not self.finished and time.perf_counter() < start + time_limit:
+            # A descent ends in sets, and sets rule out nodes: so the better part of a node is gone on with at once.
+            part = heapq.heappop(self.open)[2] if self._following is None else self._following
+            self._following = None
+            self.counters["boxes"] += 1
+            if self.counters["boxes"] % TELL_EVERY == 0:
+                tell(0, 1, f"{len(self.zones.points)} sets, {self.counters['boxes']} boxes, {len(self.open)} open")
+            again = self._survivors(part)  # sets found since may rule it out
+            branches = [] if again is None else self._branches(again)
+            parts = [one for one in map(self._narrowed, branches) if one is not None]
+            self._following = min(parts, key=self._order, default=None)
+            for one in parts:
+                if one is not self._following:
+                    self._push(one)
+
+    def gap(self) -> float:
+        """By what share of itself every criterion of a set found may at most be improved at once by one not found."""
+        left = [part for _, _, part in self.open] + ([] if self._following is None else [self._following])
+        points = self.zones.points
+        if not left or not len(points):
+            return math.inf if left or not self._started else 0.0
+        values = points[:, self._additive] @ self._weights[:, self._columns].T
+        heights = points[:, self.names.index("utilisation")] if self._judged else np.full(len(points), math.inf)
+        shares = (np.maximum(part.used / heights, (part.bound / values).max(axis=1, initial=-math.inf)) for part in left)
+        return max(0.0, *(1.0 - float(share.min()) for share in shares))
+
+    def _begin(self, time_limit: float) -> float:
+        """All candidates, the weightings that suit their sizes, and first sets; returns when their search began."""
+        self._started = True
+        if not all(len(pairs) for pairs in self.problem.known):
+            return time.perf_counter()
+        root = self._costed(self.root())
+        if root is None:
+            return time.perf_counter()
+        costs = [domain.cost for domain in root.domains]
+        self._weights = weightings(self._columns, np.maximum(np.sum([np.ptp(one, axis=0) for one in costs], axis=0), 1e-9))
+        most = np.sum([np.abs(one).max(axis=0) for one in costs], axis=0)
+        highest = [2.0 * most[ADDITIVE[name]] + 1e9 if name in ADDITIVE else 2.0 for name in self.names]
+        self.zones = Zones(np.array(highest), EQUAL)
+        self._survivors(root)  # compiled before the clock runs
+        start = time.perf_counter()
+        self._dive(root, start + 0.5 * time_limit)
+        self._following = self._narrowed(root)
+        return start
+
+    def root(self) -> Part:
+        """All candidates, their costs not known yet."""
+        n, offered = self.problem.n, self.problem.candidates
+        sheets = np.nan_to_num(np.column_stack([offered.mass, offered.price, np.zeros((len(offered.mass), 2))]))
+        domains = tuple(Domain(pairs, sheets[pairs], np.zeros(len(pairs), np.bool_)) for pairs in self.problem.known)
+        return Part(domains, np.full(n, math.inf), np.zeros((n, n, NUMBERS)), np.zeros(0), 0.0)
+
+    def _open_zones(self) -> tuple[Array, Array]:
+        """What the sets found leave open, in the terms of the bounds: weighted corners and utilisations."""
+        if self._corners is None:
+            corners = self.zones.corners
+            values = corners[:, self._additive] @ self._weights[:, self._columns].T
+            used = np.full(len(corners), math.inf)
+            if self._judged:
+                used = corners[:, self.names.index("utilisation")] * (1.0 - EQUAL)
+            self._corners = np.ascontiguousarray(values - EQUAL * np.abs(values)), np.ascontiguousarray(used)
+        return self._corners
+
+    def _push(self, part: Part) -> None:
+        self.counters["pushed"] += 1
+        heapq.heappush(self.open, (self._order(part), -self.counters["pushed"], part))
+
+    def _order(self, part: Part) -> float:
+        """How promising a node is: the smaller the better."""
+        order = part.used if self._judged else 0.0
+        return order + (float(np.mean(part.bound / self._scale)) if len(part.bound) else 0.0)
+
+    @property
+    def _scale(self) -> Array:
+        points = self.zones.points
+        if not len(points) or not self._additive:
+            return np.ones(len(self._weights))
+        return np.maximum((points[:, self._additive] @ self._weights[:, self._columns].T).min(axis=0), 1e-12)
+
+    def _narrowed(self, part: Part) -> Part | None:
+        """A node with what cannot matter taken out, until nothing changes; None when nothing is left of it."""
+        left: Part | None = part
+        for _ in range(PASSES):
+            before = sum(map(len, part.domains))
+            left = self._costed(part)
+            left = None if left is None else self._survivors(self._without_failing(left))
+            if left is None:
+                return None
+            part = left
+            if sum(map(len, part.domains)) == before:
+                break
+        few = FEW if self.often is None else FEW // 16
+        decided = not part.width.any() and part.sets <= MOST
+        if not decided and not (self._ordered and part.sets <= few):
+            return part
+        self.counters["boxes decided" if decided else "boxes walked"] += 1
+        found = list(self._walk(part))
+        costs = np.array([cost for _, cost in found]).reshape(-1, 4)
+        for at in np.lexsort((costs[:, USED], *costs[:, :3].T)):
+            self._offer(*found[at])
+        return None
+
+    def _costed(self, part: Part) -> Part | None:
+        """Costs of what is not decided yet, candidates taken out that cannot be feasible; None where a joint has none."""
+        problem, offers = self.problem, self.problem.candidates.joints
+        domains, width, slope = list(part.domains), part.width.copy(), part.slope.copy()
+        for joint in range(problem.n - 1, -1, -1):
+            low, high = problem.ranges(domains)
+            half = 0.5 * (high - low)
+            wide = float((half * problem.reach[joint] + TINY * (half > 0.0))[problem.loads[joint]].sum())
+            if width[joint] == 0.0 or wide > NARROWER * width[joint]:
+                continue  # what was found is exact, or still bounds the costs nearly as well
+            domain, width[joint] = domains[joint], wide
+            self.counters["candidates costed"] += len(domain)
+            cost = domain.cost.copy()
+            if wide == 0.0:
+                slope[joint] = 0.0
+                cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, low)
+                domains[joint] = replace(domain, cost=cost).kept(np.isfinite(cost[:, USED]))
+            else:
+                found = problem.bounded(joint, domain.pairs, offers[joint].interval(low, high), energies=True)
+                slope[joint] = problem.slopes(joint, found.line)
+                taken = float((slope[joint] * 0.5 * (low + high)).sum())
+                cost[:, USED] = found.used * BELOW
+                cost[:, ENERGY] = found.energy - taken - (1.0 - BELOW) * (np.abs(found.energy) + abs(taken))
+                domains[joint] = replace(domain, cost=cost).kept(found.used <= 1.0 + ROUNDING)
+            if not len(domains[joint]):
+                return None
+        return Part(tuple(domains), width, slope, part.bound, part.used)
+
+    def _weighed(self, part: Part) -> list[Array]:
+        """Weighted costs of candidates, each with what it answers for at other joints, (K, W) a joint."""
+        numbers, answered = self.problem.candidates.numbers, part.slope.sum(axis=0)
+        return [
+            domain.cost[:, :3] @ self._weights[:, :3].T
+            + np.outer(numbers[domain.pairs] @ answered[joint], self._weights[:, ENERGY])
+            for joint, domain in enumerate(part.domains)
+        ]
+
+    def _survivors(self, part: Part) -> Part | None:
+        """A node without the candidates with which no zone can be reached."""
+        if not all(map(len, part.domains)):
+            return None
+        found = survivors(self._weighed(part), [one.cost[:, USED] for one in part.domains], *self._open_zones())
+        if found is None:
+            return None
+        kept = tuple(domain.kept(mask) for domain, mask in zip(part.domains, found[0], strict=True))
+        return replace(part, domains=kept, bound=found[1], used=found[2])
+
+    def _without_failing(self, part: Part) -> Part:
+        """A node without the candidates that are known to fail too often with loads that are decided."""
+        if self.often is None or not self.often.failing or not all(map(len, part.domains)):
+            return part
+        lead, domains = tuple(int(domain.pairs[0]) for domain in part.domains), part.domains
+        for joint in np.flatnonzero(part.width == 0.0):
+            kept = ~self.often.fails(int(joint), domains[joint].pairs, lead)
+            domains = with_domain(domains, int(joint), domains[joint].kept(kept))
+        return replace(part, domains=domains)
+
+    def _walk(self, part: Part) -> Iterator[tuple[Pairs, Array]]:
+        """Every set of a small node with its costs, from the tip to the base, those that reach no zone left out.
+
+        What is not chosen yet is bounded by the costs that the node has found, so that a branch is left as soon as no
+        zone can be reached.
+        """
+        problem, (corners, heights) = self.problem, self._open_zones()
+        near = (part.bound < corners).all(axis=1) & (part.used < heights)
+        corners, heights, numbers = corners[near], heights[near], problem.candidates.numbers
+        weighed, n = self._weighed(part), problem.n
+        least = np.cumsum([np.zeros(len(self._weights)), *(one.min(axis=0) for one in weighed)], axis=0)
+        used = np.maximum.accumulate([0.0, *(float(one.cost[:, USED].min()) for one in part.domains)])
+
+        def reach(joint: int, costs: Array, own: Array, after: Array) -> Array:
+            """Which candidates of a joint reach a zone, with those chosen after it."""
+            answered = part.slope[:joint].sum(axis=0)
+            energy = own @ answered[joint] + float((after * answered)[joint + 1 :].sum())
+            total = costs[:, :3] @ self._weights[:, :3].T + np.outer(energy, self._weights[:, ENERGY]) + least[joint]
+            return reaching(total, np.maximum(costs[:, USED], used[joint]), corners, heights)
+
+        def walk(joint: int, spent: Array, after: Array, pairs: Pairs) -> Iterator[tuple[Pairs, Array]]:
+            domain = part.domains[joint]
+            own, exact = numbers[domain.pairs], domain.cost
+            if part.width[joint] != 0.0:
+                # Judging takes a hundred times longer than a look at the bounds, so it has to be worth it.
+                left = domain.kept(_reached_with_bounds(joint, domain, own, spent, after))
+                if not len(left):
+                    return
+                domain, own, exact = left, numbers[left.pairs], left.cost.copy()
+                exact[:, USED], exact[:, ENERGY] = problem.judged(joint, left.pairs, after)
+                self.counters["candidates judged"] += len(left)
+            costs = spent + exact
+            costs[:, USED] = np.maximum(spent[USED], exact[:, USED])
+            for at in np.flatnonzero(reach(joint, costs, own, after)):
+                chosen = (int(domain.pairs[at]), *pairs)
+                if joint == 0:
+                    yield chosen, costs[at]
+                    continue
+                beside = after.copy()
+                beside[joint] = own[at]
+                yield from walk(joint - 1, costs[at], beside, chosen)
+
+        def _reached_with_bounds(joint: int, domain: Domain, own: Array, spent: Array, after: Array) -> Array:
+            """The same while the energy of the joint is bounded beside its line."""
+            costs = spent + domain.cost
+            costs[:, USED] = np.maximum(spent[USED], domain.cost[:, USED])
+            costs[:, ENERGY] += float((part.slope[joint] * after)[joint + 1 :].sum())
+            return reach(joint, costs, own, after)
+
+        yield from walk(n - 1, np.zeros(4), np.zeros((n, NUMBERS)), ())
+
+    def _offer(self, pairs: Pairs, cost: Array) -> None:
+        """A whole set: held against the supply, and kept if no other matches it."""
+        if self.zones.matched(self._point(cost)):
+            return
+        self.counters["sets judged"] += 1
+        if pairs in self.excluded or not all(one.satisfied(pairs) for one in self.problem.constraints):
+            return
+        cost = np.append(cost[:3], max(cost[USED], supply_use(self.problem, pairs)))
+        if not cost[USED] <= 1.0 or self.zones.matched(self._point(cost)):
+            return
+        if self.often is not None and not self.often(pairs):
+            return
+        if self.zones.offer(self._point(cost), pairs):
+            self.counters["sets that fit"] += 1
+            self._corners = None
+
+    def _point(self, cost: Array) -> Array:
+        """The criteria that are compared."""
+        return np.array([cost[NAMES.index(name)] for name in self.names])
+
+    def _branches(self, part: Part) -> list[Part]:
+        """A node in two, by the number that changes the loads most."""
+        low, high = self.problem.ranges(part.domains)
+        half = 0.5 * (high - low)
+        # Only joints whose load is still open are changed; each counts with its share of the bounds.
+        share = np.array([
+            0.0 if width == 0.0 else float(np.abs(domain.cost[:, ENERGY]).min()) + 1e-3
+            for width, domain in zip(part.width, part.domains, strict=True)
+        ])  # fmt: skip
+        effect = half * np.einsum("j,jki->ki", share, self.problem.reach)
+        joint, number = (int(at) for at in np.unravel_index(int(np.argmax(effect)), effect.shape))
+        if not effect[joint, number] > 0.0:
+            # Where no number changes a torque, loads are told apart by any number that differs.
+            differ = half * self.problem.loads.any(axis=0)[:, np.newaxis]
+            joint, number = (int(at) for at in np.unravel_index(int(np.argmax(differ)), differ.shape))
+            if not differ[joint, number] > 0.0:  # its loads are decided, and there are many sets
+                joint = int(np.argmax([len(domain) for domain in part.domains]))
+                below = np.arange(len(part.domains[joint])) < len(part.domains[joint]) // 2
+                domain = part.domains[joint]
+                return [
+                    replace(part, domains=with_domain(part.domains, joint, domain.kept(mask))) for mask in (below, ~below)
+                ]
+        return [replace(part, domains=one) for one in halves(self.problem, part.domains, joint, number)]
+
+    def _dive(self, root: Part, deadline: float) -> None:
+        """First sets to hold others against, from the tip to the base.
+
+        For each weighting, and for each height under which all utilisations are to stay, the cheapest feasible one.
+        """
+        problem = self.problem
+        if not self._ordered:
+            return  # loaded from both sides: left to the branches
+        weights = self._weights if len(self._weights) else np.ones((1, 4))
+        for height, weight in itertools.product(HEIGHTS if self._judged else (math.inf,), weights):
+            if self.counters["sets judged"] and time.perf_counter() > deadline:
+                return
+            chosen: dict[int, int] = {}
+            total = np.zeros(4)
+            for joint in range(problem.n - 1, -1, -1):
+                domain, beside = root.domains[joint], problem.candidates.numbers_of(chosen)
+                cost = domain.cost.copy()
+                cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, beside)
+                fits = cost[:, USED] < height
+                if self.often is not None:
+                    lead = tuple(chosen.get(k, 0) for k in range(problem.n))
+                    fits &= ~self.often.fails(joint, domain.pairs, lead)
+                low = np.flatnonzero(fits)
+                if not len(low):
+                    break
+                at = int(low[np.argmin(cost[low] @ weight)])
+                chosen[joint] = int(domain.pairs[at])
+                total = np.append(total[:3] + cost[at, :3], max(total[USED], cost[at, USED]))
+            else:
+                self._offer(tuple(chosen[joint] for joint in range(problem.n)), total)
+
+
+def weightings(columns: Sequence[int], spans: Array) -> Array:
+    """Weightings of the additive criteria: each alone, and mixtures of all, (W, 4).
+
+    Args:
+        spans: By which each is scaled, (4,).
+    """
+    rows, steps = [], STEPS[len(columns)]
+    for parts in itertools.product(range(steps + 1), repeat=len(columns)):
+        if sum(parts) == steps:
+            row = np.zeros(4)
+            for column, part in zip(columns, parts, strict=True):
+                row[column] = part / steps / spans[column]
+            rows.append(row)
+    return np.array(rows) if columns else np.zeros((0, 4))

@@ -1,0 +1,204 @@
+"""What a set of drives leaves aside: the candidates rejected given the others, the next best, and the nearest set.
+
+There may be half a million candidates, so they are kept as arrays and become objects only when one is looked at.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, overload
+
+import numpy as np
+import pandas as pd
+
+from drivetrain.arrays import Array
+from drivetrain.records import as_numbers
+from drivetrain.sizing.judge.checks import CHECKS
+from drivetrain.sizing.judge.objectives import weight_of
+from drivetrain.sizing.results import Fallen
+from drivetrain.sizing.search.candidates import TABLE
+from drivetrain.sizing.search.domains import Indices
+from drivetrain.sizing.search.problem import Problem
+from drivetrain.study.mounting import mass_counts
+from drivetrain.study.study import Study
+
+ALTERNATIVES = 5
+AT_ONCE = 64  # candidates judged before it is seen whether they are enough
+SUPPLY = -1  # what stands in place of a joint where every joint has a feasible drive
+NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
+FEASIBLE = -1
+LABELS = (*(c.name for c in CHECKS), *(c.name + NOT_CHECKED for c in CHECKS), "mass" + NOT_KNOWN, "price" + NOT_KNOWN)
+UNITS = (*(c.unit for c in CHECKS), *(c.unit for c in CHECKS), "kg", "")
+
+Alternatives = tuple[tuple[str, str, float], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class GivenOthers:
+    """Candidates of one joint, judged given the drives of others; K of them.
+
+    Attributes:
+        pairs: Indices into the pairs of the study, (K,).
+        label: Of what rejects each, into LABELS; FEASIBLE where nothing does, (K,).
+        numbers: Required, available and utilisation of that check, or of the one that binds, (K, 3).
+    """
+
+    pairs: Indices
+    label: Indices
+    numbers: Array
+
+    @property
+    def feasible(self) -> Indices:
+        """The pairs that nothing rejects."""
+        return self.pairs[self.label == FEASIBLE]
+
+
+def given_others(
+    problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int], *, until: float = 1.0
+) -> GivenOthers:
+    """Candidates judged; of the first stage that fails one the check of highest utilisation is told."""
+    found = problem.candidates.judge(joint, pairs, problem.candidates.numbers_of(chosen), until=until, quick=False)
+    over = found.used > 1.0
+    lacking = ~over & (found.lacking >= 0) & (not problem.candidates.joints[joint].given)
+    check = np.where(lacking, found.lacking, np.maximum(found.binding, 0))
+    row, place, numbers = np.arange(len(pairs)), TABLE[check], as_numbers(found.cases)
+    scale = np.array([one.scale for one in CHECKS])[check]
+    required = numbers[row, place["required"]] * numbers[row, place["factor"]] * scale
+    available = np.where(lacking, math.nan, numbers[row, place["limit"]] * scale)
+    label = np.where(lacking, check + len(CHECKS), np.where(over, check, FEASIBLE))
+    return GivenOthers(pairs, label, np.column_stack([required, available, np.where(lacking, math.inf, found.used)]))
+
+
+@dataclass(frozen=True, eq=False)
+class Rejected(Sequence[Fallen]):
+    """Every candidate that is rejected given a set of drives, judged when first asked for.
+
+    Attributes:
+        problem: What was chosen from.
+        chosen: The set, pairs by joint; joints that have none are not told.
+    """
+
+    problem: Problem
+    chosen: Mapping[int, int]
+
+    @cached_property
+    def _table(self) -> tuple[Indices, Indices, Indices, Array]:
+        """Joint, pair and label of each, and required, available, utilisation and share of the objective, (rows, 4)."""
+        problem, offered, parts = self.problem, self.problem.candidates, []
+        for joint in sorted(self.chosen, reverse=True):
+            found, unknown = given_others(problem, joint, problem.known[joint], self.chosen), problem.unknown[joint]
+            out = found.label != FEASIBLE
+            shares = problem.share[found.pairs[out], np.newaxis]
+            heavy = mass_counts(offered.study, joint) or weight_of(offered.study.wanted, "mass") != 0.0
+            weightless = heavy & np.isnan(offered.mass[unknown])
+            nothing = np.tile([math.nan, math.nan, math.inf, math.nan], (len(unknown), 1))
+            pairs = np.concatenate([found.pairs[out], unknown])
+            label = np.concatenate([found.label[out], np.where(weightless, len(LABELS) - 2, len(LABELS) - 1)])
+            numbers = np.concatenate([np.hstack([found.numbers[out], shares]), nothing])
+            parts.append((np.full(len(pairs), joint), pairs, label, numbers))
+        if not parts:
+            return (*(np.zeros(0, dtype=np.int64) for _ in range(3)), np.zeros((0, 4)))
+        joint, pairs, label, numbers = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        return joint, pairs, label, numbers
+
+    def __len__(self) -> int:
+        return len(self._table[0])
+
+    @overload
+    def __getitem__(self, row: int) -> Fallen: ...
+
+    @overload
+    def __getitem__(self, row: slice) -> Sequence[Fallen]: ...
+
+    def __getitem__(self, row: int | slice) -> Fallen | Sequence[Fallen]:
+        """One candidate, or some."""
+        if isinstance(row, slice):
+            return [self[i] for i in range(*row.indices(len(self)))]
+        joint, pair, label, numbers = (column[row] for column in self._table)
+        name, keys = self.problem.candidates.study.joints[joint].name, self.problem.candidates.keys(int(pair))
+        required, available, used, share = (float(value) for value in numbers)
+        return Fallen(name, *keys, LABELS[label], required, available, UNITS[label], used, share)
+
+    def frame(self) -> pd.DataFrame:
+        """All of them as a table."""
+        joint, pair, label, numbers = self._table
+        categories: Any = pd.Categorical.from_codes  # whose annotations do not take a list of names
+        offered, units = self.problem.candidates, sorted(set(UNITS))
+        motor, gear = offered.pairs[pair].T
+        unit = np.array([units.index(one) for one in UNITS], dtype=np.int64)[label]
+        required, available, used, share = numbers.T
+        return pd.DataFrame(
+            {
+                "joint": categories(joint, [task.name for task in offered.study.joints]),
+                "motor": categories(motor, list(offered.motors)), "gear": categories(gear, list(offered.gears)),
+                "check": categories(label, list(LABELS)), "required": required, "available": available,
+                "unit": categories(unit, units), "utilisation": used, "objective": share,
+            }
+        )  # fmt: skip
+
+
+def alternatives(problem: Problem, chosen: Mapping[int, int]) -> dict[str, Alternatives]:
+    """The next best candidates of each joint that are feasible given the drives after it."""
+    found: dict[str, Alternatives] = {}
+    for joint in sorted(chosen, reverse=True):
+        others = problem.known[joint][problem.known[joint] != chosen[joint]]
+        name = problem.candidates.study.joints[joint].name
+        found[name] = tuple(
+            (*problem.candidates.keys(int(one)), float(problem.share[one]))
+            for one in _first_feasible(problem, joint, others, chosen, ALTERNATIVES)
+        )
+    return found
+
+
+def _first_feasible(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int], most: int) -> Indices:
+    """The first of some pairs that are feasible."""
+    found, size, start = np.zeros(0, dtype=np.int64), AT_ONCE, 0
+    while start < len(pairs) and len(found) < most:
+        part = given_others(problem, joint, pairs[start : start + size], chosen).feasible
+        found, start, size = np.concatenate([found, part]), start + size, 2 * size
+    return found[:most]
+
+
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The set of drives that comes nearest to what is asked.
+
+    Attributes:
+        study: What is asked.
+        joint: Index of the joint nearest to the tip at which no candidate is feasible; SUPPLY: every joint has one.
+        pairs: Pair of each joint that has a candidate at all.
+        keys: Of motor and gear, by joint name.
+    """
+
+    study: Study
+    joint: int
+    pairs: dict[int, int]
+    keys: dict[str, tuple[str, str]]
+
+
+def nearest_set(problem: Problem) -> Nearest:
+    """From the tip to the base the first feasible candidate, where there is none the one least far over its limits."""
+    pairs: dict[int, int] = {}
+    blocked = SUPPLY
+    for joint in range(problem.n - 1, -1, -1):
+        known = problem.known[joint]
+        feasible = _first_feasible(problem, joint, known, pairs, 1)
+        if not len(feasible) and blocked == SUPPLY:
+            blocked = joint
+        if len(known):
+            pairs[joint] = int(feasible[0]) if len(feasible) else _nearest(problem, joint, pairs)
+    return Nearest(problem.candidates.study, blocked, pairs, problem.keys(pairs))
+
+
+def _nearest(problem: Problem, joint: int, chosen: Mapping[int, int]) -> int:
+    """The candidate of the smallest largest finite utilisation, among those of which every essential check is made.
+
+    Heat that runs away has no number of its own; the RMS current tells how far it is.
+    """
+    known = problem.known[joint]
+    found = problem.candidates.judge(joint, known, problem.candidates.numbers_of(chosen), until=math.inf, quick=False, all_checks=True)
+    used = np.where(np.isfinite(found.checks), found.checks, 0.0).max(axis=1, initial=0.0)
+    return int(known[np.argmin(np.where(found.lacking >= 0, math.inf, used))])

@@ -1,0 +1,294 @@
+"""Branch and bound over the choices of all joints: the best sets of drives, proven to be.
+
+A node is a domain of candidates at every joint, with all that propagation rules out taken out. It is branched where the
+open choice loads the other joints most differently: many candidates fall together, before any is looked at alone.
+Once every load is decided the cheapest feasible candidates are a set of drives; what is left of such a node is branched
+so that no set comes up twice.
+"""
+
+from __future__ import annotations
+
+import copy
+import heapq
+import math
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from drivetrain.sizing.search.common_parts import CommonParts
+from drivetrain.sizing.search.domains import Domains, cheapest_pairs, with_domain, without_cheapest
+from drivetrain.sizing.search.problem import Problem
+from drivetrain.sizing.search.propagate import Propagation, Ranges
+from drivetrain.sizing.search.supply import supply_may_be_feasible, supply_use
+
+TELL_EVERY = 50  # nodes
+MISSES = 20  # dead ends on the way to the first sets
+SMALL, EVERY = 16, 10**9  # candidates of a joint: so few are all tested again at every node, at the first node all
+DESCEND = 3  # every third node of smallest bound is followed down to a set or a dead end
+COARSE = 0.05  # of what a node can still gain: open loads that matter less are decided one by one
+
+
+
+class OftenEnough(Protocol):
+    """Says whether sets are feasible often enough while their numbers scatter; see ``robust.OftenEnough``."""
+
+    def __call__(self, pairs: tuple[int, ...]) -> bool: ...
+
+    def without_failing(self, domains: Domains, ranges: Ranges) -> Domains: ...
+
+
+Tell = Callable[[int, int, str], None]
+Pairs = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A part of all sets.
+
+    Attributes:
+        bound: No feasible set in it has a smaller objective.
+        domains: The candidates left.
+        ranges: Of their numbers.
+    """
+
+    bound: float
+    domains: Domains
+    ranges: Ranges
+
+
+@dataclass(frozen=True, order=True)
+class Found:
+    """One feasible set.
+
+    Attributes:
+        objective: Of the set, with the tie-breaks that put equals in order.
+        pairs: One a joint.
+        costs: What each adds to it.
+    """
+
+    objective: float
+    pairs: Pairs
+    costs: tuple[float, ...] = field(default=(), compare=False)
+
+
+@dataclass
+class Tree:
+    """The search and what it found; it can be stopped between two nodes and go on.
+
+    Attributes:
+        problem: What is chosen from.
+        excluded: Sets that are not to be found.
+        best: The best sets so far, best first.
+        open: Nodes that are left, smallest bound first.
+        following: The node that a descent goes on with.
+        started: Whether the first node was made.
+        fine: Whether the last node was branched by a single load.
+        supply_binds: Whether the supply ruled out a set.
+        suspects: Pairs that were judged infeasible although the bounds let them pass.
+        often: Says whether a set is feasible often enough; None where that is not asked.
+        counters: Work done.
+    """
+
+    problem: Problem
+    excluded: frozenset[Pairs] = frozenset()
+    best: list[Found] = field(default_factory=list)
+    open: list[tuple[float, int, Node]] = field(default_factory=list)
+    following: Node | None = None
+    started: bool = False
+    fine: bool = False
+    supply_binds: bool = False
+    suspects: set[int] = field(default_factory=set)
+    often: OftenEnough | None = None
+    counters: Counter[str] = field(default_factory=Counter)
+
+    def copied(self) -> Tree:
+        """The same search, to go on without touching this one."""
+        other = copy.copy(self)
+        other.best, other.open, other.counters = list(self.best), list(self.open), Counter(self.counters)
+        return other
+
+    @property
+    def limit(self) -> float:
+        """Sets that cost as much or more are of no interest."""
+        if len(self.best) < self.problem.wanted.sets:
+            return math.inf
+        last = self.best[-1].objective
+        return last - 2e-15 * abs(last)  # what is equal but for rounding is no better
+
+    @property
+    def finished(self) -> bool:
+        """Whether no better set can be left."""
+        return self.started and self._smallest >= self.limit
+
+    @property
+    def bound(self) -> float:
+        """No feasible set has a smaller objective; infinite when there is proven to be none."""
+        left = self._smallest if self.started else -math.inf
+        return min([left, *(found.objective for found in self.best[:1])])
+
+    @property
+    def _smallest(self) -> float:
+        """Bound of all that is left."""
+        left = [self.open[0][0]] if self.open else []
+        return min([*left, math.inf if self.following is None else self.following.bound])
+
+    def run(self, deadline: float, tell: Tell) -> None:
+        """Search until it is finished or the time is up.
+
+        Args:
+            deadline: On the clock of ``time.perf_counter`` [s]; one step is made whatever it says.
+        """
+        self.begin()
+        while not self.finished:
+            node = self._next()
+            if self.counters["nodes"] % TELL_EVERY == 0:
+                self._tell(tell)
+            parts = [found for part in self._branches(node) if (found := self.narrowed(part, SMALL, node)) is not None]
+            if parts and self.counters["descents"] % DESCEND == 0:
+                self.following = parts[0] if self.fine else min(parts, key=lambda one: one.bound)
+            for part in parts:
+                if part is not self.following:
+                    self._push(part)
+            if time.perf_counter() >= deadline:
+                return
+
+    def _next(self) -> Node:
+        """The node to look at: the one of smallest bound, or the one that a descent goes on with."""
+        self.counters["nodes"] += 1
+        node, self.following = self.following, None
+        if node is not None and node.bound < self.limit:
+            return node
+        self.counters["descents"] += 1
+        return heapq.heappop(self.open)[2]
+
+    def begin(self) -> None:
+        """Make the first node, and the first sets to hold others against."""
+        if self.started:
+            return
+        self.started = True
+        root = self.narrowed(self.problem.domains(), 0, None)
+        for _ in range(2):
+            if root is None:
+                return
+            self._dive(root)
+            root = self.narrowed(root.domains, EVERY, root)
+            if math.isinf(self.limit):
+                break
+        self._push(root)
+
+    def _push(self, node: Node | None) -> None:
+        if node is not None:
+            # Of equals the youngest first: it is nearest to a set.
+            self.counters["pushed"] += 1
+            heapq.heappush(self.open, (node.bound, -self.counters["pushed"], node))
+
+    def narrowed(self, domains: Domains, full: int, above: Node | None) -> Node | None:
+        """What propagation leaves of some domains; a set that comes out of it is kept."""
+        problem, limit = self.problem, self.limit
+        left: Domains | None = domains if all(len(domain) for domain in domains) else None
+        for constraint in problem.constraints:
+            left = None if left is None else constraint.propagate(left, limit)
+        if left is None:
+            return None
+        self.counters["nodes made"] += 1
+        ranges = Ranges.unknown(problem.n) if above is None else above.ranges.copied()
+        ordered = [domain.in_order() for domain in left] if problem.energy else list(left)
+        left = Propagation(problem, ordered, ranges, limit, full, self.suspects, self.counters).run()
+        if left is None:
+            return None
+        least = sum(domain.least for domain in left)
+        bound = max([least, *(constraint.bound(left, limit) for constraint in problem.constraints)])
+        if bound >= limit or (self.supply_binds and not supply_may_be_feasible(problem, left, ranges)):
+            return None
+        node = Node(bound, left, ranges)
+        if all(domain.settled for domain in left) and not self._open_loads(node).size:
+            self._offer(node)
+        often = left if self.often is None else self.often.without_failing(left, ranges)
+        return node if often is left else self.narrowed(often, full, node)
+
+    def _violated(self, domains: Domains) -> CommonParts | None:
+        """A constraint that the cheapest candidates violate."""
+        pairs = cheapest_pairs(domains)
+        return next((one for one in self.problem.constraints if not one.satisfied(pairs)), None)
+
+    def _open_loads(self, node: Node) -> np.ndarray:
+        """Joints whose drives load others and are not decided."""
+        return np.flatnonzero(self.problem.loads.any(axis=0) & ~node.ranges.decided)
+
+    def _offer(self, node: Node) -> None:
+        """Keep the cheapest set of a node whose loads are decided, if it is among the best."""
+        pairs = cheapest_pairs(node.domains)
+        known = pairs in self.excluded or any(found.pairs == pairs for found in self.best)
+        if known or self._violated(node.domains) is not None:
+            return
+        if supply_use(self.problem, pairs) > 1.0:
+            self.supply_binds = True
+            return
+        if self.often is not None and not self.often(pairs):
+            self.excluded |= {pairs}
+            return
+        self.counters["sets that fit"] += 1
+        costs = tuple(float(domain.cost.min()) for domain in node.domains)
+        found = Found(sum(costs), pairs, costs)
+        self.best = sorted([*self.best, found])[: self.problem.wanted.sets]
+
+    def _dive(self, node: Node | None) -> None:
+        """Go for feasible sets: the cheapest candidate from the tip to the base."""
+        for _ in range(self.problem.n + self.problem.wanted.sets + MISSES):
+            if node is None or node.bound >= self.limit:
+                return
+            loads = self._open_loads(node)
+            alone = loads.size and self._violated(node.domains) is None
+            parts = self._one_load(node, int(loads[-1])) if alone else self._branches(node)
+            node = next((found for part in parts if (found := self.narrowed(part, SMALL, node)) is not None), None)
+
+    def _branches(self, node: Node) -> list[Domains]:
+        """A node in parts, each with less to be decided."""
+        loads, violated = self._open_loads(node), self._violated(node.domains)
+        self.fine = False
+        if violated is not None:
+            return violated.branch(node.domains)
+        if not loads.size:
+            return without_cheapest(node.domains)
+        joint, number = self._widest(node)
+        if self.fine:
+            return self._one_load(node, int(loads[-1]))
+        return halves(self.problem, node.domains, joint, number)
+
+    def _widest(self, node: Node) -> tuple[int, int]:
+        """The number of a joint's drive that loads the others most differently, by what each is known to cost."""
+        least, room = np.array([domain.least for domain in node.domains]), self.limit - node.bound
+        if math.isinf(room):
+            room = 0.1 * abs(node.bound)
+        costs = np.array(self.best[0].costs) if self.best else 2.0 * np.abs(least)
+        # What a joint costs in the best set, over the least it may cost here, is there to be explained by its load.
+        gap = np.maximum(costs - least, 0.0) + 1e-3 * room
+        width = 0.5 * (node.ranges.high - node.ranges.low) * self.problem.reach
+        total = width.sum(axis=(1, 2))
+        self.fine = bool(np.abs(costs) @ total <= COARSE * room)
+        effect = np.einsum("j,jki->ki", gap / np.maximum(total, 1e-300), width)
+        joint, number = np.unravel_index(int(np.argmax(effect)), effect.shape)
+        return int(joint), int(number)
+
+    def _one_load(self, node: Node, joint: int) -> list[Domains]:
+        """The candidates of a joint that load others as its cheapest does, and the rest."""
+        domain, numbers = node.domains[joint], self.problem.candidates.numbers
+        same = (numbers[domain.pairs] == numbers[domain.pairs[domain.cheapest]]).all(axis=1)
+        return [with_domain(node.domains, joint, domain.kept(mask)) for mask in (same, ~same)]
+
+    def _tell(self, tell: Tell) -> None:
+        share = 0.0
+        if self.best and self.best[0].objective > 0.0:
+            share = min(max(self.bound / self.best[0].objective, 0.0), 1.0)
+        tell(round(1000 * share), 1000, f"{self.counters['nodes']} nodes, {len(self.open)} open")
+
+
+def halves(problem: Problem, domains: Domains, joint: int, number: int) -> list[Domains]:
+    """Domains in two, parted in the middle of one number of a joint's drives."""
+    values = problem.candidates.numbers[domains[joint].pairs, number]
+    below = values <= 0.5 * (values.min() + values.max())
+    return [with_domain(domains, joint, domains[joint].kept(mask)) for mask in (below, ~below)]
