@@ -78,4 +78,4 @@ def columns(dtype: Any, prefix: str = "") -> dict[str, int]:
 
 def as_numbers(records: Any) -> Any:
     """The same memory as plain floats, one row a record."""
-    return records.view(np.float64).reshape(len(records), -1)
+    return records.view(np.float64).reshape(len(records), records.dtype.itemsize // 8)

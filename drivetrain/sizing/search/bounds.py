@@ -26,7 +26,6 @@ from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.sizing.judge.judge import (
     NO,
     NOTHING,
-    YES,
     add_rows,
     excess_series,
     first_lacking,
@@ -76,7 +75,7 @@ def span_of(motion: Motion, low: Array, high: Array, added: Array, share: Array)
 
 @kernel(fastmath=FAST)
 def bound_cases(
-    cases: Any, numbers: Any, checks: Any, whole: Span, few: Span, amounts: Array, until: float, strict: bool,
+    cases: Any, numbers: Any, checks: Any, span: Span, amounts: Array, until: float, strict: bool, peaks: bool,
     energies: bool, line: Array, used: Array, energy: Array,
 ) -> None:  # fmt: skip
     """What candidates of one joint ask at least of their limits, and draw at least, with any torque in an interval.
@@ -86,57 +85,43 @@ def bound_cases(
         amounts: Numbers of the joint's own drive, (P, K).
         until: A candidate that asks more is not looked at any further.
         strict: Whether one of which an essential check cannot be made is out.
+        peaks: Whether only peaks are wanted, as of a few samples.
         energies: Whether energies are wanted.
         line: Takes how the power grows with the load at each sample, the mean over some candidates [W/(N m)], (N,).
         used: Takes the largest utilisation, (P,).
-        energy: Takes the energy a cycle less the line times what the load is above the middle of its interval, 0 where the
-            candidate is out [J], (P,).
+        energy: Takes the energy a cycle less the line times what the load is above the middle of its interval [J],
+            (P,); 0 where the candidate is out.
     """
     if energies:
-        power_line(cases, whole, line)
+        power_line(cases, span, line)
     for i in range(len(cases)):
         case, row = cases[i], numbers[i]
         set_limits(case)
-        energy[i] = 0.0
-        if strict and first_lacking(case, row, checks, NO) >= 0:
-            used[i] = np.inf
-            continue
-        used[i] = screen(case, row, checks, few, amounts[i])
-        if used[i] > until:
-            continue
-        used[i], heat = bound(case, row, checks, whole, amounts[i], until)
-        if energies and not used[i] > until:
-            energy[i] = least_energy(case, whole, heat, line)
+        used[i], energy[i] = np.inf, 0.0
+        if not strict or first_lacking(case, row, checks, NO) < 0:
+            used[i], heat = bound(case, row, checks, span, amounts[i], until, peaks)
+            if energies and not used[i] > until:
+                energy[i] = least_energy(case, span, heat, line)
 
 
 @law(fastmath=FAST)
-def screen(case: Any, row: Any, checks: Any, few: Span, amounts: Any) -> Any:
-    """The peaks that a few samples ask at least."""
-    found = least_mechanical(case, few, amounts)
-    case.figures.load_torque, case.figures.motor_torque = found.load, found.torque
-    used = 0.0
-    for stage in (GEAR, SPEED, TORQUE):
-        used, _ = worst(case, row, checks, stage, used, NOTHING, YES)
-    return used
-
-
-@law(fastmath=FAST)
-def bound(case: Any, row: Any, checks: Any, whole: Span, amounts: Any, until: Any) -> Any:
+def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any, peaks: Any) -> Any:
     """Fill the figures of one case with their least, stage by stage; its largest utilisation, and how warm it gets."""
     gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
-    found = least_mechanical(case, whole, amounts)
-    average = least_average(case, whole)
-    figures.load_torque, figures.average_load_torque = found.load, average
-    figures.gear_life = life_of(gear, average, figures.mean_input_speed)
-    used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, NO)
-    used, _ = worst(case, row, checks, SPEED, used, NOTHING, NO)
+    found = least_mechanical(case, span, amounts)
+    figures.load_torque = found.load
+    if not peaks:
+        figures.average_load_torque = least_average(case, span)
+        figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
+    used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks)
+    used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
     unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / setting.duration) + unknown
-    used, _ = worst(case, row, checks, TORQUE, used, NOTHING, NO)
-    heat = least_heat(case, whole)
-    if used > until:
-        return used, heat
+    used, _ = worst(case, row, checks, TORQUE, used, NOTHING, peaks)
+    if peaks or used > until:
+        return used, LeastHeat(np.nan, np.nan, np.nan)
+    heat = least_heat(case, span)
 
     heated, weakest = heat.hottest > -np.inf, torque_constant(motor, heat.magnets)
     figures.winding_temperature = heat.hottest + unknown if heated else np.nan
@@ -145,9 +130,9 @@ def bound(case: Any, row: Any, checks: Any, whole: Span, amounts: Any, until: An
     if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be stronger without bound
         set_currents(figures, weakest)
     cold = torque_constant(motor, setting.ambient)
-    volts = least_voltage(case, whole, cold, winding_resistance(motor, setting.ambient))
+    volts = least_voltage(case, span, cold, winding_resistance(motor, setting.ambient))
     if not heated:
-        volts = larger(volts, least_voltage(case, whole, cold, winding_resistance(motor, heat.coolest)))
+        volts = larger(volts, least_voltage(case, span, cold, winding_resistance(motor, heat.coolest)))
     figures.voltage = volts + unknown
     used, _ = worst(case, row, checks, HEAT, used, NOTHING, NO)
     return used, heat
@@ -246,7 +231,7 @@ def least_heat(case: Any, span: Span) -> Any:
     if motor.magnet_coefficient > 0.0:
         return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
     square, loss = mean_square(span), friction_loss(case, span)
-    share = resting_share(nodes, len(span.motion.use.shares), setting.duration)
+    share = resting_share(nodes, len(span.motion.periods.shares), setting.duration)
     coolest, housing, winding = ambient, 0.0, 0.0
     for _ in range(STEPS):
         constant, before = torque_constant(motor, ambient + housing), winding

@@ -78,6 +78,7 @@ class JointOffer:
         others: Joints whose drives load this one.
         rows: What a unit of each number of each of their drives adds.
         share: Of the time of use between each sample and the next, (N,).
+        few: The work at a few samples, with its memory.
         sharp: In each stretch of the cycle the sample of largest acceleration, (STRETCHES,).
         motors: Records of motors and of their shafts' friction.
         gears: Records of gears, and whether they are none.
@@ -91,6 +92,7 @@ class JointOffer:
     others: tuple[int, ...]
     rows: Added
     share: Array
+    few: Work
     sharp: Indices
     motors: tuple[Any, Any]
     gears: tuple[Any, Any]
@@ -145,12 +147,8 @@ class JointOffer:
             bare.wrench + np.tensordot(amounts, self.rows.wrench, 1) if bare.wrench.size else bare.wrench,
             bare.inertia + amounts @ self.rows.inertia if bare.inertia.size else bare.inertia,
         )
-        at = self._few(load.torque, load.torque)
-        few, added = self.work.few_load, self.work.few_added
-        work = self.work._replace(
-            load=load, few=self._motion(at), few_load=few._replace(torque=load.torque[at]),
-            few_added=added._replace(torque=np.ascontiguousarray(self.work.added.torque[:, at])),
-        )  # fmt: skip
+        few = self._few(load.torque, load.torque) if quick else None
+        work = self.work._replace(load=load, few=None if few is None else self._at(load, few))
         used, binding, lacking = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
         power = np.zeros((0, len(load.torque))) if power is None else power
         checks = np.zeros((count, len(TABLE)) if all_checks else (0, 0))
@@ -164,16 +162,18 @@ class JointOffer:
         self, parts: Indices, own: Array, torque: tuple[Array, Array], *, until: float, energies: bool
     ) -> Bounded:
         """Candidates while the torque lies in an interval; one that asks more than ``until`` is not looked at further."""
-        cases, count = self.cases(parts), len(parts)
-        at = self._few(*torque)
-        whole = span_of(self.work.motion, *torque, self.work.added.torque, self.share)
-        some = np.ascontiguousarray(self.work.added.torque[:, at])
-        few = span_of(self._motion(at), torque[0][at], torque[1][at], some, self.share[at])
-        used, energy, line = np.zeros(count), np.zeros(count), np.zeros(len(self.share))
-        bound_cases(
-            cases, as_numbers(cases), TABLE, whole, few, self.amounts(own), until, not self.given, energies, line,
-            used, energy,
-        )  # fmt: skip
+        cases, amounts, at = self.cases(parts), self.amounts(own), self._few(*torque)
+        motion, added = self.work.motion, self.work.added.torque
+        some = self._at(self.work.load, at)
+        few = span_of(some.motion, torque[0][at], torque[1][at], some.added.torque, self.share[at])
+        used, energy, line = np.zeros(len(parts)), np.zeros(len(parts)), np.zeros(len(self.share))
+        strict = not self.given
+        bound_cases(cases, as_numbers(cases), TABLE, few, amounts, until, strict, True, False, line, used, energy)
+        left = np.flatnonzero(used <= until)
+        cases, amounts, whole = cases[left], amounts[left], span_of(motion, *torque, added, self.share)
+        rest, drawn = np.zeros(len(left)), np.zeros(len(left))
+        bound_cases(cases, as_numbers(cases), TABLE, whole, amounts, until, strict, False, energies, line, rest, drawn)
+        used[left], energy[left] = rest, drawn
         return Bounded(used, energy, line)
 
     def _few(self, low: Array, high: Array) -> Indices:
@@ -181,10 +181,13 @@ class JointOffer:
         least = np.maximum(low, -high)
         return np.concatenate([self.sharp, _peaks(least)])
 
-    def _motion(self, at: Indices) -> Any:
-        """The motion at a few samples."""
-        motion = self.work.motion
-        return self.work.few._replace(**{name: getattr(motion, name)[at] for name in motion._fields[:-2]})
+    def _at(self, load: Load, at: Indices) -> Work:
+        """The work at a few samples, as far as peaks need it."""
+        motion, few, rows = self.work.motion, self.few, np.ascontiguousarray(self.work.added.torque[:, at])
+        some = few.motion._replace(**{name: getattr(motion, name)[at] for name in motion._fields[:-2]})
+        return few._replace(
+            motion=some, load=few.load._replace(torque=load.torque[at]), added=few.added._replace(torque=rows)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,18 +274,20 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
-    offered = offered._replace(
-        few_traces=new_traces(2 * STRETCHES, len(cycle.parts)),
-        few_sum=offered.few_sum._replace(torque=np.zeros(2 * STRETCHES)),
-    )
-    steps = offered.motion.use.step
+    few, size = offered.few, 2 * STRETCHES
+    assert few is not None
+    few = few._replace(
+        motion=few.motion._replace(periods=few.motion.periods._replace(step=np.zeros(size))),
+        sum=few.sum._replace(torque=np.zeros(size)), traces=new_traces(size, len(cycle.parts)),
+    )  # fmt: skip
+    steps = offered.motion.periods.step
     share = np.zeros(len(steps))
     for part, weight in zip(cycle.parts, cycle.shares, strict=True):
         if part.stop > part.start + 1:
             share[part] = weight * steps[part] / steps[part].sum()
     plain = paired(study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((1, 2), dtype=np.int64))
     return JointOffer(
-        joint, demand, offered, tuple(others), rows, share, _peaks(np.abs(demand.acceleration)),
+        joint, demand, offered, tuple(others), rows, share, few, _peaks(np.abs(demand.acceleration)),
         (parts.motor_rows, shafts), gears, plain, study.joints[joint].drive is not None,
     )  # fmt: skip
 

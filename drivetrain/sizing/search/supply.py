@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
-from drivetrain.sizing.judge.checks_supply import supply_checks
+from drivetrain.sizing.judge.verdicts import supply_checks
 from drivetrain.sizing.search.bounds import power_ends, span_of
 from drivetrain.sizing.search.domains import Domain, Domains
 from drivetrain.sizing.search.problem import Problem
