@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.jit import kernel
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
@@ -23,7 +24,7 @@ EQUAL = 5e-10  # of the objective: sets that differ by less are put in order by 
 RANK, RANKS = 2e-5, 50  # of a utilisation: pairs that differ by less are put in order by the study, up to so many
 ROUNDING = 1e-9  # of a utilisation: a bound that asks so little more rules nothing out
 BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
-FIRST, AT_ONCE = 64, 4096  # candidates tested before it is seen whether one is feasible, and at most at once
+FIRST, AT_ONCE = 8, 4096  # candidates tested before it is seen whether one is feasible, and at most at once
 REMEMBERED = 10**6  # verdicts
 
 
@@ -77,10 +78,14 @@ class Problem:
         cost = np.full(len(pairs), UNPRICED) if self.energy else self.base[pairs]
         return Domain(pairs, cost, np.zeros(len(pairs), dtype=np.bool_), float(cost.min(initial=np.inf)))
 
+    def range_of(self, domain: Domain) -> tuple[Array, Array]:
+        """Smallest and largest numbers of the candidates left at a joint, (NUMBERS,) each."""
+        return _range(self.candidates.numbers, domain.pairs)
+
     def ranges(self, domains: Sequence[Domain]) -> tuple[Array, Array]:
-        """Smallest and largest numbers of the candidates left at each joint, (n, NUMBERS) each."""
-        numbers = [self.candidates.numbers[domain.pairs] for domain in domains]
-        return np.array([one.min(axis=0) for one in numbers]), np.array([one.max(axis=0) for one in numbers])
+        """The same of all joints, (n, NUMBERS) each."""
+        low, high = zip(*map(self.range_of, domains), strict=True)
+        return np.array(low), np.array(high)
 
     def loads_of(self, joint: int, pairs: Sequence[int]) -> bytes:
         """The numbers of the drives of a set that load a joint."""
@@ -97,11 +102,14 @@ class Problem:
         """
         offer, cost, kept = self.candidates.joints[joint], domain.cost.copy(), domain.cost < limit
         torque, penalty = offer.interval(low, high), 0.0
-        least, waiting, size, count = float(cost[kept & domain.exact].min(initial=math.inf)), np.flatnonzero(kept & ~domain.exact), AT_ONCE if full else FIRST, 0
+        least, count = float(cost[kept & domain.exact].min(initial=math.inf)), 0
+        waiting, size = np.flatnonzero(kept & ~domain.exact), AT_ONCE if full else FIRST
         while len(waiting):
             some, waiting, size = waiting[:size], waiting[size:], min(2 * size, AT_ONCE)
-            if not full and cost[some[0]] >= least:
-                break
+            if not full:
+                some = some[cost[some] < least]
+                if not len(some):
+                    break  # they come in the order of their costs
             pairs = domain.pairs[some]
             found = self.bounded(joint, pairs, torque, energies=self.energy != 0.0)
             count += len(some)
@@ -178,6 +186,16 @@ class Problem:
         """Keys of (motor, gear) by joint name."""
         joints = self.candidates.study.joints
         return {joints[joint].name: self.candidates.keys(pair) for joint, pair in sorted(pairs.items())}
+
+
+@kernel
+def _range(numbers: Array, pairs: Indices) -> tuple[Array, Array]:
+    """Smallest and largest numbers of some pairs; numpy takes ten times as long for ten thousand pairs."""
+    low, high = numbers[pairs[0]].copy(), numbers[pairs[0]].copy()
+    for pair in pairs:
+        for i in range(len(low)):
+            low[i], high[i] = min(low[i], numbers[pair, i]), max(high[i], numbers[pair, i])
+    return low, high
 
 
 def problem(offered: Candidates, wanted: Wanted) -> Problem:

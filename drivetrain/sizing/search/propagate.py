@@ -136,8 +136,7 @@ class Propagation:
 
     def _new_range(self, joint: int) -> bool:
         """The range of the numbers left at a joint; where it changes, candidates that it loads are tested again."""
-        numbers = self.problem.candidates.numbers[self.domains[joint].pairs]
-        least, most = numbers.min(axis=0), numbers.max(axis=0)
+        least, most = self.problem.range_of(self.domains[joint])
         if (least == self.ranges.low[joint]).all() and (most == self.ranges.high[joint]).all():
             return False
         self.ranges.low[joint], self.ranges.high[joint] = least, most
