@@ -26,7 +26,6 @@ from drivetrain.study.study import DriveMass
 from drivetrain.study.verdicts import Verdict
 
 
-
 class Plainly:
     """The plain way: the drives put into the arm's links, ``rnea`` at every sample, then the same checks."""
 
@@ -81,7 +80,9 @@ class Compiled:
         self.problem = problem(offered, replace(offered.study.wanted, sets=1))
         start = time.process_time()
         root = Tree(self.problem).narrowed(self.problem.domains(), EVERY, None)
-        self.pools = [np.zeros(0, dtype=np.int64)] * self.problem.n if root is None else [one.pairs for one in root.domains]
+        self.pools = (
+            [np.zeros(0, dtype=np.int64)] * self.problem.n if root is None else [one.pairs for one in root.domains]
+        )
         self.possible = np.zeros(len(offered.pairs), dtype=np.bool_)
         self.possible[np.concatenate(self.pools)] = True
         self.preparation = time.process_time() - start

@@ -154,7 +154,12 @@ HOLES = [
     ("motors", {"rotor_inertia": None}, {"motor peak torque", "motor voltage", "motor RMS current"}, "rotor_inertia"),
     ("gears", {"efficiency": None}, {"motor peak torque", "motor voltage", "motor RMS current"}, "efficiency"),
     ("gears", {"inertia": None, "mass": None}, {"motor peak torque", "motor voltage", "motor RMS current"}, "inertia"),
-    ("gears", {"repeated_peak_torque": None, "continuous_torque": None}, {"gear repeated peak torque"}, "repeated_peak_torque"),
+    (
+        "gears",
+        {"repeated_peak_torque": None, "continuous_torque": None},
+        {"gear repeated peak torque"},
+        "repeated_peak_torque",
+    ),
     ("motors", {"peak_current": None, "nominal_voltage": None}, {"motor peak torque"}, "peak_torque"),
     ("motors", {"nominal_current": None, "max_winding_temperature": None}, {"motor RMS current"}, "nominal_current"),
 ]

@@ -300,7 +300,12 @@ def least_voltage(case: Any, span: Span, constant: Any, ohms: Any) -> Any:
     motion, least, most = span.motion, span.least, span.most
     ratio, inductance, inverse, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), 1.0 / constant, 0.0
     l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
-    speed, behind, at, ahead = motion.speed[1:-1], motion.rate_before[1:-1], motion.rate_at[1:-1], motion.rate_after[1:-1]
+    speed, behind, at, ahead = (
+        motion.speed[1:-1],
+        motion.rate_before[1:-1],
+        motion.rate_at[1:-1],
+        motion.rate_after[1:-1],
+    )
     for t in range(len(speed)):
         own, before, after = ohms + inductance * at[t], inductance * behind[t], inductance * ahead[t]
         low = smaller(own * l1[t], own * h1[t]) + smaller(before * l0[t], before * h0[t])
@@ -334,7 +339,10 @@ def power_line(cases: Any, span: Span, line: Any) -> None:
     for i in range(count):
         case = cases[i * len(cases) // count]
         mesh, joint = mesh_of(case.gear), friction_curve(case.joint)
-        inertia, ambient = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0), case.setting.ambient
+        inertia, ambient = (
+            known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0),
+            case.setting.ambient,
+        )
         loss = certain_loss(case.motor, ambient, ambient, False)
         for t in range(len(line)):
             speed = motion.loss_speed[t]
@@ -361,7 +369,9 @@ def least_energy(case: Any, span: Span, heat: LeastHeat, line: Any) -> Any:
         a, b = low[t] + lossy, high[t] + lossy
         alone = own * (turning + loss * own) + steep * 0.5 * (a + b)
         above = parabola(loss * up * up, up * (turning + 2.0 * loss * own) - steep, larger(a, 0.0), larger(b, 0.0))
-        below = parabola(loss * down * down, down * (turning + 2.0 * loss * own) - steep, smaller(a, 0.0), smaller(b, 0.0))
+        below = parabola(
+            loss * down * down, down * (turning + 2.0 * loss * own) - steep, smaller(a, 0.0), smaller(b, 0.0)
+        )
         least = smaller(above, below)
         least = above if a >= 0.0 else (below if b <= 0.0 else least)
         total += motion.weight[t] * (least + alone)

@@ -245,10 +245,14 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
     for joint, task in enumerate(study.joints):
         law = task.motor_friction
         if law not in shafts:
-            shafts[law] = as_records([shaft_friction(Drive(motor, DIRECT, motor_friction=law)) for motor in parts.motors])
+            shafts[law] = as_records(
+                [shaft_friction(Drive(motor, DIRECT, motor_friction=law)) for motor in parts.motors]
+            )
         if task.drive is not None:
             (motor, gear), sheets = parts.pairs[joint][0], parts.gear_rows[0]
-            known &= not np.isnan(parts.motor_rows["rotor_inertia"][motor] + sheets["efficiency"][gear] + sheets["inertia"][gear])
+            known &= not np.isnan(
+                parts.motor_rows["rotor_inertia"][motor] + sheets["efficiency"][gear] + sheets["inertia"][gear]
+            )
     joints = tuple(_offer(work, parts, joint, shafts[task.motor_friction]) for joint, task in enumerate(study.joints))
     pairs = np.concatenate(parts.pairs)
     first = np.concatenate([[0], np.cumsum([len(some) for some in parts.pairs])]).astype(np.int64)

@@ -173,7 +173,9 @@ def _chances(search: FrontTree, points: Sequence[DriveSet], tell: Tell) -> tuple
     if not scatters(offered.study):
         return ()
     if search.often is not None:
-        by_keys = {tuple(search.problem.keys(dict(enumerate(p))).items()): one.chance for p, one in search.often.trials.items()}
+        by_keys = {
+            tuple(search.problem.keys(dict(enumerate(p))).items()): one.chance for p, one in search.often.trials.items()
+        }
         return tuple(by_keys[tuple(point.drives.items())] for point in points)
     base, found = ground(offered.study, offered.work), []
     for done, point in enumerate(points):

@@ -148,7 +148,9 @@ class FrontTree:
             return math.inf if left or not self._started else 0.0
         values = points[:, self._additive] @ self._weights[:, self._columns].T
         heights = points[:, self.names.index("utilisation")] if self._judged else np.full(len(points), math.inf)
-        shares = (np.maximum(part.used / heights, (part.bound / values).max(axis=1, initial=-math.inf)) for part in left)
+        shares = (
+            np.maximum(part.used / heights, (part.bound / values).max(axis=1, initial=-math.inf)) for part in left
+        )
         return max(0.0, *(1.0 - float(share.min()) for share in shares))
 
     def _begin(self, time_limit: float) -> float:
@@ -160,7 +162,9 @@ class FrontTree:
         if root is None:
             return time.perf_counter()
         costs = [domain.cost for domain in root.domains]
-        self._weights = weightings(self._columns, np.maximum(np.sum([np.ptp(one, axis=0) for one in costs], axis=0), 1e-9))
+        self._weights = weightings(
+            self._columns, np.maximum(np.sum([np.ptp(one, axis=0) for one in costs], axis=0), 1e-9)
+        )
         most = np.sum([np.abs(one).max(axis=0) for one in costs], axis=0)
         highest = [2.0 * most[ADDITIVE[name]] + 1e9 if name in ADDITIVE else 2.0 for name in self.names]
         self.zones = Zones(np.array(highest), EQUAL)
@@ -375,7 +379,8 @@ class FrontTree:
                 below = np.arange(len(part.domains[joint])) < len(part.domains[joint]) // 2
                 domain = part.domains[joint]
                 return [
-                    replace(part, domains=with_domain(part.domains, joint, domain.kept(mask))) for mask in (below, ~below)
+                    replace(part, domains=with_domain(part.domains, joint, domain.kept(mask)))
+                    for mask in (below, ~below)
                 ]
         return [replace(part, domains=one) for one in halves(self.problem, part.domains, joint, number)]
 

@@ -166,7 +166,9 @@ class Problem:
             found = self.candidates.judge(joint, new, numbers, until=1.0, quick=not offer.given, power=power)
             feasible = (found.used <= 1.0) & (offer.given | (found.lacking < 0))
             energy = np.nan_to_num(found.cases["figures"]["energy"])
-            known.update(zip(new.tolist(), zip(np.where(feasible, found.used, math.inf), energy, strict=True), strict=True))
+            known.update(
+                zip(new.tolist(), zip(np.where(feasible, found.used, math.inf), energy, strict=True), strict=True)
+            )
         used, energy = np.array([known[pair] for pair in pairs.tolist()]).reshape(-1, 2).T
         return used, energy
 
@@ -242,7 +244,9 @@ def _tie_break(offered: Candidates, share: Array, energy: float, known: list[Ind
     size = math.fsum(float(share[pairs[0]]) for pairs in known if len(pairs))
     if energy:
         works = (offer.work for offer in offered.joints)
-        size += energy * math.fsum(float(np.abs(one.load.torque * one.motion.speed * one.motion.weight).sum()) for one in works)
+        size += energy * math.fsum(
+            float(np.abs(one.load.torque * one.motion.speed * one.motion.weight).sum()) for one in works
+        )
     return EQUAL * (abs(size) or 1.0) / max(len(known), 1)
 
 

@@ -112,7 +112,9 @@ class Propagation:
 
     def _tested(self, joint: int, domain: Domain, room: float, wanted: int) -> Domain:
         """The candidates that may be part of a set within the limit."""
-        kept, cost, count = self.problem.presolved(joint, domain, room, wanted == ALL, self.ranges.low, self.ranges.high)
+        kept, cost, count = self.problem.presolved(
+            joint, domain, room, wanted == ALL, self.ranges.low, self.ranges.high
+        )
         self.counters["candidates tested"] += count
         return replace(domain, pairs=domain.pairs[kept], cost=cost[kept], exact=domain.exact[kept], tested=wanted)
 

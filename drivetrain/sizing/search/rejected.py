@@ -199,6 +199,8 @@ def _nearest(problem: Problem, joint: int, chosen: Mapping[int, int]) -> int:
     Heat that runs away has no number of its own; the RMS current tells how far it is.
     """
     known = problem.known[joint]
-    found = problem.candidates.judge(joint, known, problem.candidates.numbers_of(chosen), until=math.inf, quick=False, all_checks=True)
+    found = problem.candidates.judge(
+        joint, known, problem.candidates.numbers_of(chosen), until=math.inf, quick=False, all_checks=True
+    )
     used = np.where(np.isfinite(found.checks), found.checks, 0.0).max(axis=1, initial=0.0)
     return int(known[np.argmin(np.where(found.lacking >= 0, math.inf, used))])

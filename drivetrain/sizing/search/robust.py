@@ -282,9 +282,7 @@ def _searched(base: Ground, wanted: float, confidence: float, seed: int, most: i
     bound = math.inf if tree.finished else tree.bound - what.tie_breaks
     if chosen is not None and tree.finished:
         bound = chosen.drives.objective
-    return RobustSelection(
-        wanted, confidence, chosen, trials, tree.finished and chosen is None, often.passed, bound
-    )
+    return RobustSelection(wanted, confidence, chosen, trials, tree.finished and chosen is None, often.passed, bound)
 
 
 def tried(ready: Bench, drives: DriveSet, wanted: float, error: float, *, seed: int) -> Trial:

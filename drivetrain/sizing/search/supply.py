@@ -27,7 +27,10 @@ def supply_use(problem: Problem, pairs: Sequence[int]) -> float:
     """The largest utilisation of the supply by a set that is feasible at every joint; 0 where nothing limits it."""
     study = problem.candidates.study
     supply, cycle = study.supply, study.cycle
-    if not problem.candidates.power_known or (supply.peak_power, supply.mean_power, supply.regenerated_power) == (None,) * 3:
+    if (
+        not problem.candidates.power_known
+        or (supply.peak_power, supply.mean_power, supply.regenerated_power) == (None,) * 3
+    ):
         return 0.0
     total = {"all": problem.power(pairs)}
     checks = supply_checks(supply, cycle.time, cycle.weights, total, reserve=study.safety.reserve)

@@ -32,7 +32,6 @@ DESCEND = 3  # every third node of smallest bound is followed down to a set or a
 COARSE = 0.05  # of what a node can still gain: open loads that matter less are decided one by one
 
 
-
 class OftenEnough(Protocol):
     """Says whether sets are feasible often enough while their numbers scatter; see ``robust.OftenEnough``."""
 
