@@ -6,16 +6,13 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pinocchio as pin
 from inverse_dynamics import along_z
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.demand.load_kernels import load_joint, new_load
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.old_judge import judge
-from drivetrain.sizing.judge.judge_kernels import HOLDS, judge_exact
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.search.candidates import Candidates
 from drivetrain.sizing.search.problem import problem

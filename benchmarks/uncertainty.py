@@ -9,8 +9,8 @@ from dataclasses import replace
 from drivetrain.motion.mix import build_mix
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.robust import robust_select
+from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.uncertainty import robustness
 from drivetrain.study.change import slowed
 from drivetrain.study.load import load_study

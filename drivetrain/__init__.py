@@ -153,8 +153,8 @@ if TYPE_CHECKING:
     from drivetrain.sizing.results import DriveSet as DriveSet
     from drivetrain.sizing.search.front import Front as Front
     from drivetrain.sizing.search.front import pareto_front as pareto_front
-    from drivetrain.sizing.search.search import select as select
     from drivetrain.sizing.search.robust import robust_select as robust_select
+    from drivetrain.sizing.search.search import select as select
     from drivetrain.sizing.tolerance.uncertainty import robustness as robustness
     from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
     from drivetrain.solvers.explicit import Euler as Euler

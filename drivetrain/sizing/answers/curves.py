@@ -19,11 +19,10 @@ from drivetrain.sizing.answers.curve_results import PROVEN_ROBUST, CurvePiece, C
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.robust import chance_of, scatters
 from drivetrain.sizing.search.asked import unknown_terms
+from drivetrain.sizing.search.robust import CONFIDENCE, chance_of, robust_select, scatters
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.bench import Bench, worst_of_set
-from drivetrain.sizing.search.robust import CONFIDENCE, robust_select
 from drivetrain.sizing.tolerance.scatter_ground import ground
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.study import Study
