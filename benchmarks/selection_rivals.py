@@ -6,16 +6,13 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pinocchio as pin
+from drivetrain.sizing.judge.old_judge import judge
 from inverse_dynamics import along_z
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.demand.load_kernels import load_joint, new_load
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.old_judge import judge
-from drivetrain.sizing.judge.judge_kernels import HOLDS, judge_exact
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.search.candidates import Candidates
 from drivetrain.sizing.search.problem import problem
@@ -24,7 +21,6 @@ from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass
 from drivetrain.study.mounting import carrier_link, carrying, drive_body, emptied, joint_axis, mount_point
 from drivetrain.study.verdicts import Verdict
-
 
 
 class Plainly:
@@ -81,7 +77,9 @@ class Compiled:
         self.problem = problem(offered, replace(offered.study.wanted, sets=1))
         start = time.process_time()
         root = Tree(self.problem).narrowed(self.problem.domains(), EVERY, None)
-        self.pools = [np.zeros(0, dtype=np.int64)] * self.problem.n if root is None else [one.pairs for one in root.domains]
+        self.pools = (
+            [np.zeros(0, dtype=np.int64)] * self.problem.n if root is None else [one.pairs for one in root.domains]
+        )
         self.possible = np.zeros(len(offered.pairs), dtype=np.bool_)
         self.possible[np.concatenate(self.pools)] = True
         self.preparation = time.process_time() - start

@@ -9,12 +9,12 @@ from dataclasses import replace
 from drivetrain.motion.mix import build_mix
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.robust import robust_select
+from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.study.change import slowed
-from drivetrain.study.read import load_study
 from drivetrain.study.model import Study
+from drivetrain.study.read import load_study
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(

@@ -74,15 +74,24 @@ def rotors() -> Iterator[Row]:
         bodies = np.array([model.torques(*x) for x in zip(q, qd, qdd, strict=True)])
         peer.append(max(relative(ours.gear, bodies[:, 0]), relative(ours.motor, bodies[:, 1])))
     what = "20 arms with revolute, prismatic and helical joints, 20 states each"
-    yield "gear and motor torque with rotors", f"equations 8.103 to 8.111 written literally, {what}", \
-        f"{max(book):.0e} relative"
-    yield "gear and motor torque with rotors", "pinocchio, rotors as further bodies, the same", \
-        f"{max(peer):.0e} relative"
+    yield (
+        "gear and motor torque with rotors",
+        f"equations 8.103 to 8.111 written literally, {what}",
+        f"{max(book):.0e} relative",
+    )
+    yield (
+        "gear and motor torque with rotors",
+        "pinocchio, rotors as further bodies, the same",
+        f"{max(peer):.0e} relative",
+    )
     arm = dt.load_arm("planar-2r")
     c = np.cos(0.7)
     wanted = np.array([[4.13125 + 2 * c, 1.0125 + c], [1.0125 + c, 1.125]])
-    yield "mass matrix of the 2R arm with motors", "Modern Robotics, section 8.9.2 (exact values)", \
-        f"{relative(dt.mass_matrix(arm, [0.3, 0.7]), wanted):.0e} relative"
+    yield (
+        "mass matrix of the 2R arm with motors",
+        "Modern Robotics, section 8.9.2 (exact values)",
+        f"{relative(dt.mass_matrix(arm, [0.3, 0.7]), wanted):.0e} relative",
+    )
 
 
 def measured() -> Iterator[Row]:
@@ -96,8 +105,7 @@ def measured() -> Iterator[Row]:
     ours = dt.drive_torques(dt.load_arm("kr300"), q, qd, qdd).motor + joint_side / recording["gear_ratio"]
     theirs = recording["motor_torque_Nm"]
     found = " ".join(f"{np.corrcoef(ours[:, i], theirs[:, i])[0, 1]:.3f}" for i in range(6))
-    yield "motor torque", "KUKA KR300, 10 s recorded, axes 1 to 6, published parameters", \
-        f"correlation {found}"
+    yield "motor torque", "KUKA KR300, 10 s recorded, axes 1 to 6, published parameters", f"correlation {found}"
 
 
 def printed() -> Iterator[Row]:
@@ -110,16 +118,22 @@ def printed() -> Iterator[Row]:
         rows = [m for m in motors if m.maker == "maxon" and m.series.startswith(series)]
         pairs = [(thermal_current(m, 25.0), m.nominal_current) for m in rows]
         gaps = [100 * (printed / ours - 1) for ours, printed in pairs if ours and printed]
-        yield "continuous current from two thermal resistances", \
-            f"maxon {series}, {len(gaps)} sheets, printed over ours", f"median {np.median(gaps):+.1f} %"
+        yield (
+            "continuous current from two thermal resistances",
+            f"maxon {series}, {len(gaps)} sheets, printed over ours",
+            f"median {np.median(gaps):+.1f} %",
+        )
     motor = Motor("m", resistance=1.0, torque_constant=0.05, rotor_inertia=1e-5)
     drive = Drive(motor, Gear("g", ratio=100.0, kind="planetary", efficiency=0.7, inertia=1e-6))
     load, one = np.array([40.0]), np.array([1.0])
     still = np.array([0.0])
     book = book_current(drive, load, still, still, 25.0)[0]
     ours = motor_torque(drive, load, -one, still, still).total[0] / float(torque_constant(motor, 25.0))
-    yield "current to lower a load of 40 N m, efficiency 0.7", "the book's tau/(eta kt), which divides whatever the " \
-        "direction of power", f"{ours:.2f} A instead of {book:.2f} A"
+    yield (
+        "current to lower a load of 40 N m, efficiency 0.7",
+        "the book's tau/(eta kt), which divides whatever the direction of power",
+        f"{ours:.2f} A instead of {book:.2f} A",
+    )
 
 
 def main() -> None:

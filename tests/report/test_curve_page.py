@@ -6,7 +6,6 @@ import re
 from dataclasses import replace
 
 import pytest
-from drivetrain.study.read import load_study
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
@@ -15,6 +14,7 @@ from drivetrain.report.figures_curve import colour_of, figure_curve
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.curve import CurvePiece, CurvePoint, OptimumCurve
 from drivetrain.sizing.judge.vary import Vary
+from drivetrain.study.read import load_study
 
 
 def point(value, pair, mass, used=0.8):

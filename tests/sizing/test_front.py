@@ -15,8 +15,8 @@ from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
-from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search import front_tree
+from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.front_tree import NAMES, USED, FrontTree
 from drivetrain.sizing.search.problem import problem

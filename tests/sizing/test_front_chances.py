@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drivetrain.sizing.tolerance.monte_carlo import robustness
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.errors import InputError
@@ -15,6 +14,7 @@ from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.answers.trade_offs import check_trade_offs
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import check_criteria, pareto_front
+from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.study.selection import CurveWanted, TradeOffs, Wanted
 from drivetrain.study.tolerances import Tolerance, Tolerances
 

@@ -89,4 +89,6 @@ def test_a_limit_keeps_what_is_cheaper(make, seed):
     for limit in sets[:5]:
         domains, _ = propagated(asked, limit * (1 + 1e-9))
         assert domains is not None
-        assert sum(domain.least for domain in domains) <= limit * (1 + 1e-9)  # equals are put in order by less than that
+        assert sum(domain.least for domain in domains) <= limit * (
+            1 + 1e-9
+        )  # equals are put in order by less than that

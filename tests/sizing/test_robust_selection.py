@@ -11,8 +11,8 @@ import pytest
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.robust import Decision, decided, robust_select
+from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.monte_carlo import Chance, robustness
 from drivetrain.study.tolerances import Tolerance, Tolerances
 

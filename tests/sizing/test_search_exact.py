@@ -21,8 +21,8 @@ from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.tree import Tree
-from drivetrain.study.read import load_study
 from drivetrain.study.model import DriveMass, JointTask, Mount, Safety, Study
+from drivetrain.study.read import load_study
 from drivetrain.study.selection import Wanted
 from drivetrain.study.verdicts import Check, Verdict
 

@@ -45,7 +45,7 @@ class Span(NamedTuple):
 
     Attributes:
         motion: Of the joint.
-        low, high: Ends of the torque at the gear's output, without joint friction and the joint's own drive [N m], (N,).
+        low, high: Ends of the torque at the gear's output, joint friction and own drive not in it [N m], (N,).
         added: What a unit of each number of the joint's own drive adds to it, (K, N).
         share: Of the time of use between each sample and the next, (N,).
         own_low, own_high: Memory: with what the joint's own drive adds, (N,).
@@ -331,7 +331,7 @@ def certain_loss(motor: Any, magnets: Any, coolest: Any, heated: Any) -> Any:
 
 @law(fastmath=FAST)
 def power_line(cases: Any, span: Span, line: Any) -> None:
-    """How the power grows with the load at each sample, at the middle of the interval: the mean over some candidates."""
+    """How the power grows with the load at the middle of the interval: the mean over some candidates."""
     motion, low, high = span.motion, span.low, span.high
     count = min(len(cases), SAMPLED)
     for t in range(len(line)):

@@ -161,7 +161,7 @@ class JointOffer:
     def bounded(
         self, parts: Indices, own: Array, torque: tuple[Array, Array], *, until: float, energies: bool
     ) -> Bounded:
-        """Candidates while the torque lies in an interval; one that asks more than ``until`` is not looked at further."""
+        """Candidates while the torque lies in an interval; what asks more than ``until`` is not looked at further."""
         cases, amounts, at = self.cases(parts), self.amounts(own), self._few(*torque)
         motion, added = self.work.motion, self.work.added.torque
         some = self._at(self.work.load, at)
@@ -270,10 +270,9 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
     if demand.wrench is not None and all(np.isnan(used[name]).all() for name in BEARING_LIMITS):
         demand = replace(demand, wrench=None)
     basis = work.basis[joint] if work.basis else None
-    others = [
-        k for position, k in enumerate(() if basis is None else basis.drives)
-        if k != joint and any(row[NUMBERS * position : NUMBERS * (position + 1)].any() for row in (basis.force, basis.wrench, basis.inertia))
-    ]  # fmt: skip
+    loading = () if basis is None else basis.drives
+    added = {k: added_by(work, joint, [k]) for k in loading}
+    others = [k for k in loading if k != joint and any(row.any() for row in added[k])]
     nothing = Added(np.zeros((0, len(cycle.time))), np.zeros((0, 6, 0)), np.zeros((0, 0)))
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])

@@ -232,7 +232,7 @@ class FrontTree:
         return None
 
     def _costed(self, part: Part) -> Part | None:
-        """Costs of what is not decided yet, candidates taken out that cannot be feasible; None where a joint has none."""
+        """Costs of what is not decided yet, what cannot be feasible taken out; None where a joint has nothing left."""
         problem, offers = self.problem, self.problem.candidates.joints
         domains, width, slope = list(part.domains), part.width.copy(), part.slope.copy()
         for joint in range(problem.n - 1, -1, -1):

@@ -1,0 +1,143 @@
+"""Bounds and rejections of the search against the judge and against evaluations, over random studies of every kind."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.checks import CHECKS
+from drivetrain.sizing.judge.evaluate import evaluate_joint
+from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.results import Fallen
+from drivetrain.sizing.search.candidates import candidates
+from drivetrain.sizing.search.problem import problem
+from drivetrain.sizing.search.rejected import Rejected
+from drivetrain.study.selection import Wanted
+from drivetrain.study.verdicts import Verdict
+
+CLOSE = 1e-9  # relative; the same terms are summed in another order
+UNBOUNDED = (*(f"output bearing {load}" for load in ("tilting moment", "axial load", "radial load")), "inertia ratio")
+
+
+def _random_tasks():
+    """The file beside this one; test folders are no packages."""
+    name = "random_tasks"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("random_tasks.py"))
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
+TASKS = _random_tasks()
+
+
+def some_pairs(rng, offered, joint, count):
+    """Some pairs of a joint."""
+    return rng.permutation(np.arange(offered.first[joint], offered.first[joint + 1]))[:count]
+
+
+@pytest.mark.parametrize("kind", TASKS.KINDS)
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_no_history_within_an_interval_asks_less_than_its_bound(make, kind, seed):
+    offered = candidates(TASKS.random_study(make, seed, kind))
+    rng, nothing = np.random.default_rng(seed), np.zeros((len(offered.joints), 5))
+    for joint, offer in enumerate(offered.joints):
+        bare, weight = offer.work.load.torque, offer.work.motion.weight
+        size = 10.0 ** rng.uniform(-3, 0.3) * (np.abs(bare).max() + 0.1)
+        middle = bare * rng.uniform(0.0, 1.2) + size * rng.standard_normal()
+        low = middle - size * rng.random(len(middle)) * rng.choice([0.0, 1.0])
+        high = middle + size * rng.random(len(middle)) * rng.choice([0.0, 1.0])
+        pairs = some_pairs(rng, offered, joint, 5)
+        own = offered.pairs[pairs], offered.numbers[pairs]
+        bound = offer.bounded(*own, (low, high), until=np.inf, energies=True)
+        for share in (0.0, 1.0, rng.random(len(middle)), np.clip(-low / np.maximum(high - low, 1e-30), 0.0, 1.0)):
+            torque = low + share * (high - low)
+            load, power = offer.work.load._replace(torque=torque), np.zeros((len(pairs), len(torque)))
+            history = replace(offer, work=offer.work._replace(load=load))
+            found = history.judge(*own, nothing, until=np.inf, quick=False, power=power)
+            made = found.lacking < 0
+            assert (bound.used[made] <= found.used[made] * (1.0 + CLOSE)).all()
+            feasible = made & (found.used <= 1.0)
+            least = bound.energy + (bound.line * weight) @ (torque - 0.5 * (low + high))
+            slack = CLOSE * np.abs(power) @ weight
+            assert (least <= found.cases["figures"]["energy"] + slack)[feasible].all()
+
+
+@pytest.mark.parametrize("kind", ["arm", "table", "dwell"])
+def test_bounds_without_width_rule_out_nearly_as_much_as_the_judge(make, kind):
+    rejected = missed = 0
+    for seed in range(12):
+        offered = candidates(TASKS.random_study(make, seed, kind))
+        rng = np.random.default_rng(seed)
+        chosen = {joint: int(some_pairs(rng, offered, joint, 1)[0]) for joint in range(len(offered.joints))}
+        numbers = offered.numbers_of(chosen)
+        for joint, offer in enumerate(offered.joints):
+            pairs = some_pairs(rng, offered, joint, 20)
+            own = offered.pairs[pairs], offered.numbers[pairs]
+            found = offer.judge(*own, numbers, until=1.0, quick=False)
+            bound = offer.bounded(*own, offer.interval(numbers, numbers), until=1.0 + CLOSE, energies=False)
+            told = np.array([CHECKS[at].name not in UNBOUNDED for at in found.binding])
+            out = (found.lacking >= 0) | ((found.used > 1.0) & told)
+            rejected += out.sum()
+            missed += (out & (bound.used <= 1.0 + CLOSE)).sum()
+    assert rejected > 100
+    assert missed < 0.1 * rejected  # the ripple of the winding is not bounded
+
+
+@pytest.mark.parametrize("kind", TASKS.KINDS)
+def test_rejections_say_what_an_evaluation_says(make, kind):
+    study = replace(TASKS.random_study(make, 11, kind), wanted=Wanted())
+    what, rng, expected = problem(candidates(study), study.wanted), np.random.default_rng(2), []
+    offered, shelf, work = what.candidates, Shelf(study), workload(study)
+    known = tuple(pairs[np.sort(rng.permutation(len(pairs))[:12])] for pairs in what.known)
+    what = replace(what, known=known, unknown=tuple(pairs[:2] for pairs in what.unknown))
+    chosen = {joint: int(rng.choice(pairs)) for joint, pairs in enumerate(known)}
+    drives = {k: shelf.drive(study.joints[k], *offered.keys(pair)) for k, pair in chosen.items()}
+    stages = {check.name: int(check.stage) for check in CHECKS}
+    for joint in reversed(range(what.n)):
+        task = study.joints[joint]
+        for pair in known[joint].tolist():
+            keys, share = offered.keys(pair), what.share[pair]
+            checks = evaluate_joint(work, drives | {joint: shelf.drive(task, *keys)}, joint, keys).checks
+            failed = [check for check in checks if check.verdict is Verdict.FAIL]
+            first = min((stages[check.name] for check in failed), default=0)
+            failed = [check for check in failed if stages[check.name] == first]
+            lacking = [check for check in checks if check.essential and check.verdict is Verdict.NOT_CHECKED]
+            if failed:
+                one = max(failed, key=lambda check: check.utilisation)
+                numbers = (one.required, one.available, one.unit, one.utilisation)
+                expected.append((task.name, *keys, one.name, *numbers, share))
+            elif lacking:
+                one = lacking[0]
+                required = np.nan if one.required is None else one.required
+                numbers = (required, np.nan, one.unit, np.inf)
+                expected.append((task.name, *keys, f"{one.name} (not checked)", *numbers, share))
+        expected += [
+            (task.name, *offered.keys(int(pair)), "mass (not known)", np.nan, np.nan, "kg", np.inf, np.nan)
+            for pair in what.unknown[joint]
+        ]
+    table = Rejected(what, chosen)
+    assert len(table) == len(expected)
+    frame = table.frame()
+    for row, wanted in enumerate(expected):
+        for found in (table[row], Fallen(*(frame.iloc[row][name] for name in Fallen.__dataclass_fields__))):
+            values = [getattr(found, name) for name in Fallen.__dataclass_fields__]
+            for value, one in zip(values, wanted, strict=True):
+                assert value == one if isinstance(one, str) else value == pytest.approx(one, rel=CLOSE, nan_ok=True)
+    assert [one.motor for one in table[1:3]] == [one[1] for one in expected[1:3]]
+
+
+def test_work_given_is_the_one_kept(make):
+    study = TASKS.random_study(make, 0, "arm")
+    work = workload(study)
+    assert candidates(study, work).work is work
