@@ -18,7 +18,7 @@ from drivetrain.dynamics.constrained import (
     least_change,
 )
 from drivetrain.dynamics.constraints import Constraint, checked_constraints, stacked_rows
-from drivetrain.dynamics.packed import packed
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.samples import run
 from drivetrain.errors import InputError
 from drivetrain.simulation.passive import (

@@ -20,7 +20,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.records import LINK, MOMENTS, ROTOR
+from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.spatial.rotations import frame_along
 
 # On angles, on lengths over the arm's, on inertias over the rotor's: above rounding, far below any workshop.
@@ -49,24 +49,6 @@ class Packed:
     tip: Array
     ratios: Array
     spread: Array | None
-
-    @property
-    def rows(self) -> Array:
-        """The links as plain numbers, (n + m, passes.WIDTH), for the simulation that has not come to records yet."""
-        plain = np.zeros((len(self.links), 31))
-        rotation = np.stack([self.links[name] for name in ROTATION.split()], axis=1).reshape(-1, 3, 3)
-        turn, zero, one = self.links["offset"], np.zeros(len(plain)), np.ones(len(plain))
-        c, s = np.cos(turn), np.sin(turn)
-        turned = rotation @ np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=1).reshape(-1, 3, 3)
-        names = ("px", "py", "pz", "offset", *MOMENTS, "spin", "rotor_inertia", "turn", "slide", "cos_own", "sin_own")
-        plain[:, 2:22] = np.stack([self.links[name] for name in names], axis=1)
-        plain[:, 22:] = turned.reshape(-1, 9)
-        return plain
-
-    @property
-    def spins(self) -> np.ndarray:
-        """The rotors as plain numbers, (m, 3), for the simulation that has not come to records yet."""
-        return self.rotors.view(np.int64).reshape(-1, 3)
 
 
 @lru_cache(maxsize=64)
