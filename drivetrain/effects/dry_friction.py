@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
-from drivetrain.drive.friction_kernel import friction_numbers, sliding_torque
+from drivetrain.drive.friction import Friction, breakaway_torque, friction_curve, friction_torque, static_excess
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
 from drivetrain.effects.effect import Effect, Place, Ports
@@ -21,29 +20,36 @@ from drivetrain.effects.field_types import side_faults
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import InputError
 
+TINY = 1e-300  # rad/s: just sliding
+
 
 @dataclass
 class Own:
-    """What it keeps: its side, torques that slide and hold either way [N m], speed [rad/s] and exponent of the fall."""
+    """What it keeps: its side, and what ``static_excess`` reads of a ``FrictionCurve``."""
 
     side: int
     forward: float
     backward: float
-    hold_forward: float
-    hold_backward: float
-    fall: float
-    exponent: float
+    static_forward: float
+    static_backward: float
+    falls: bool
+    static: float
+    stribeck_speed: float
+    stribeck_exponent: float
 
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     # What a coupled motor's shaft feels at ``shaft`` is bounded with the joint's own.
     levels = joint.motor if own.side == MOTOR else joint.load
-    speed = flange_of(joint, own.side).speed - levels.surface_speed
-    levels.hold_forward += own.hold_forward
-    levels.hold_backward += own.hold_backward
-    levels.slide_forward += sliding_torque(own.forward, own.hold_forward, own.fall, own.exponent, max(speed, 0.0))
-    levels.slide_backward += sliding_torque(own.backward, own.hold_backward, own.fall, own.exponent, max(-speed, 0.0))
+    levels.hold_forward += own.static_forward
+    levels.hold_backward += own.static_backward
+    levels.slide_forward += own.forward
+    levels.slide_backward += own.backward
+    if own.falls:
+        speed = flange_of(joint, own.side).speed - levels.surface_speed
+        levels.slide_forward += static_excess(own, max(speed, TINY))
+        levels.slide_backward -= static_excess(own, min(speed, -TINY))
 
 
 @dataclass(frozen=True)
@@ -73,7 +79,10 @@ class DryFriction(Effect):
         return Ports(needs=(s.of_side(self.side, place)[0], s.SURFACE_SPEED), contributes=levels)
 
     def own(self, place: Place) -> Own:
-        return Own(side_of(self.side, place), *friction_numbers(self.friction))
+        curve = friction_curve(self.friction)
+        levels = (curve.forward, curve.backward, curve.static_forward, curve.static_backward)
+        fall = (curve.falls, curve.static, curve.stribeck_speed, curve.stribeck_exponent)
+        return Own(side_of(self.side, place), *levels, *fall)
 
     def estimate(self, place: Place, conditions: Conditions) -> Estimate:
         if conditions.series is not None:

@@ -5,11 +5,13 @@ import pytest
 from random_arms import EVERY_JOINT, random_arm, rotors_of
 
 import drivetrain as dt
-from drivetrain.dynamics.core.equation_of_motion import mass_and_bias, moving_bodies
+from drivetrain.dynamics.core import equation_of_motion
 from drivetrain.dynamics.core.packed import link_frames, packed
 from drivetrain.dynamics.flexibility import rotor_inertias
 from drivetrain.dynamics.inverse import bias_torque
+from drivetrain.jit import kernel
 
+mass_and_bias, moving_bodies = kernel(equation_of_motion.mass_and_bias), kernel(equation_of_motion.moving_bodies)
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")
 
 

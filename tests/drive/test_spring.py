@@ -1,33 +1,12 @@
-"""The compiled cores of friction and spring are the laws of the sheets."""
+"""The spring of a gear undoes its wind-up."""
 
 import numpy as np
 import pytest
 
-from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
-from drivetrain.drive.friction_kernel import friction_numbers, sliding_torque
 from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.gear_stiffness import tangent_stiffness
 from drivetrain.drive.spring_kernel import spring, spring_numbers
 from drivetrain.errors import InputError
-
-LAWS = [
-    Friction(coulomb=1.0),
-    Friction(coulomb=1.0, coulomb_negative=2.0),
-    Friction(coulomb=1.0, static=1.5),
-    Friction(coulomb=1.0, coulomb_negative=0.7, static=1.5, stribeck_speed=0.3),
-    Friction(coulomb=1.0, static=3.0, stribeck_speed=0.3, stribeck_exponent=1.3),
-]
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_sliding_and_breakaway_are_those_of_the_curve(law: Friction) -> None:
-    forward, backward, hold, hold_back, fall, exponent = friction_numbers(law)
-    for speed in (1e-6, 0.01, 0.3, 2.0):
-        ahead, back = friction_torque(law, np.array([speed, -speed]))
-        assert sliding_torque(forward, hold, fall, exponent, speed) == pytest.approx(ahead, rel=1e-14)
-        assert -sliding_torque(backward, hold_back, fall, exponent, speed) == pytest.approx(back, rel=1e-14)
-    np.testing.assert_allclose(breakaway_torque(law, np.array([1.0, -1.0])), [hold, -hold_back], rtol=1e-15)
-
 
 GEARS = [
     Gear("one", 100.0, stiffness_1=2e4),
