@@ -20,7 +20,7 @@ from drivetrain.simulation.assembly import assemble, show_coupled
 from drivetrain.simulation.bodies import move_bodies
 from drivetrain.simulation.forces import find_forces, show_energies
 from drivetrain.simulation.friction import solve_friction
-from drivetrain.simulation.records import EQUATIONS, Run, call_equations, call_laws, inlined, opened, part, states_of
+from drivetrain.simulation.records import EQUATIONS, Run, call_equations, call_laws, handed, inlined, part, states_of
 from drivetrain.simulation.settle import agrees, ask_again
 from drivetrain.simulation.tip import clear_tip, show_tip
 
@@ -180,20 +180,20 @@ def _show_rates(run: Run) -> None:
             coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
 
 
-def _bodies(t: Any, h: Any, memory: Any) -> None:
-    run = opened(memory)
+def _bodies(t: Any, h: Any, memory: Any, joints: Any, coordinates: Any, pairs: Any) -> None:
+    run = handed(memory, joints, coordinates, pairs)
     move_bodies(run, t)
     if run.head[0].engine.arm and run.head[0].engine.uses_tip:
         show_tip(run)
 
 
-def _friction(t: Any, h: Any, memory: Any) -> None:
-    run = opened(memory)
+def _friction(t: Any, h: Any, memory: Any, joints: Any, coordinates: Any, pairs: Any) -> None:
+    run = handed(memory, joints, coordinates, pairs)
     run.head[0].engine.solved = solve_friction(run.coordinates, run.pairs, h)
 
 
-def _motion(t: Any, h: Any, memory: Any) -> None:
-    run = opened(memory)
+def _motion(t: Any, h: Any, memory: Any, joints: Any, coordinates: Any, pairs: Any) -> None:
+    run = handed(memory, joints, coordinates, pairs)
     if h == 0.0:
         guess_still(run)
     run.head[0].engine.solved = solve(run, t, h, run.head[0].engine.theta if h > 0.0 else 0.0)
@@ -201,8 +201,8 @@ def _motion(t: Any, h: Any, memory: Any) -> None:
         _show_rates(run)
 
 
-def _forces(t: Any, h: Any, memory: Any) -> None:
-    run = opened(memory)
+def _forces(t: Any, h: Any, memory: Any, joints: Any, coordinates: Any, pairs: Any) -> None:
+    run = handed(memory, joints, coordinates, pairs)
     theta = run.head[0].engine.theta if h > 0.0 else 0.0
     find_forces(run, h if h > 0.0 else 1.0, theta)
     show_motion(run, theta * h)

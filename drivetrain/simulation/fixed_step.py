@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,7 @@ from drivetrain.simulation.recording import Event
 from drivetrain.simulation.records import MODE_CHANGE
 from drivetrain.solvers.solver import check_positive
 
+DOUBLES, WORDS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int64)
 NUMBERS = 2**22  # of the rows of a chunk, at most
 EVENTS = 4096  # a chunk; more are counted, not told
 MOST_STEPS = 1e11
@@ -72,7 +74,11 @@ def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) 
     while True:
         clock["rows"] = clock["events"] = 0
         clock["budget"] = CHUNK
-        code = kernel.advance(numbers, clocks, breaks, rows[filled:], log, before, modes)
+        left = rows[filled:]
+        code = kernel.advance()(
+            numbers.ctypes.data, clocks.ctypes.data, breaks.ctypes.data_as(DOUBLES), left.ctypes.data_as(DOUBLES),
+            *left.shape, log.ctypes.data, len(log), before.ctypes.data_as(WORDS), modes.ctypes.data_as(WORDS),
+        )  # fmt: skip
         filled += int(clock["rows"])
         if code == kernel.FULL:
             parts.append(rows)

@@ -20,7 +20,8 @@ from drivetrain.jit import law
 inlined: Any = law(fastmath={"contract"})
 part: Any = law(fastmath={"contract"})
 
-EQUATIONS = types.void(types.float64, types.float64, types.voidptr)  # t, h, memory
+_POINTERS = (types.voidptr,) * 4  # memory, joints, coordinates, pairs
+EQUATIONS = types.void(types.float64, types.float64, *_POINTERS)
 
 
 @dataclass
@@ -296,6 +297,17 @@ def opened(memory: Any) -> Run:
 
 
 @inlined
+def handed(memory: Any, joints: Any, coordinates: Any, pairs: Any) -> Run:
+    """The memory whose parts were handed over: cheaper than to look for them."""
+    head = carray(memory, 1, HEAD)
+    n, c = head[0].world.joints, head[0].world.coordinates
+    return Run(
+        carray(memory, head[0].world.size, np.float64), head, carray(joints, n, JOINT),
+        carray(coordinates, c, COORDINATE), carray(pairs, (c, c), PAIR),
+    )  # fmt: skip
+
+
+@inlined
 def run_of(numbers: Any) -> Run:
     """The memory in an array."""
     head = numbers[:HEAD_SIZE].view(HEAD)
@@ -325,7 +337,7 @@ def calls_of(run: Run, section: Any) -> Any:
 def call_law(run: Run, call: Any, t: float, h: float) -> None:
     """Call a law for all its records."""
     base = run.numbers.ctypes.data
-    call_address(call.law, (t, h, base + 8 * call.own, call.count, base + 8 * run.head[0].engine.at.joints.first, base))
+    call_address(call.law, (t, h, base + 8 * call.own, call.count, run.joints.ctypes.data, base))
 
 
 @inlined
@@ -343,6 +355,6 @@ def call_laws(run: Run, section: Any, t: float, h: float) -> None:
 
 @inlined
 def call_equations(run: Run, address: int, t: float, h: float) -> None:
-    """Call motion or forces."""
-    base = run.numbers.ctypes.data
-    call_address(address, (t, h, base))
+    """Call a part of the equations of motion, such as the engine's ``motion``."""
+    numbers, joints = run.numbers.ctypes.data, run.joints.ctypes.data
+    call_address(address, (t, h, numbers, joints, run.coordinates.ctypes.data, run.pairs.ctypes.data))

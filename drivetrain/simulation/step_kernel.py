@@ -8,22 +8,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numba import carray, types
 
 from drivetrain.effects.connectors import record_type
-from drivetrain.jit import kernel
+from drivetrain.jit import callback
 from drivetrain.simulation.rates import account_at, put_row, solve_at, take_samples
 from drivetrain.simulation.records import (
+    MODE_CHANGE,
     Run,
     call_equations,
     call_laws,
     calls_of,
     inlined,
     numbers_of,
+    opened,
     part,
-    run_of,
     states_of,
 )
 
@@ -182,21 +185,24 @@ def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> 
         clock.soft = run.head[0].engine.stiff
 
 
-@kernel
-def advance(numbers: Any, clocks: Any, breaks: Any, rows: Any, log: Any, before: Any, modes: Any) -> int:
+def _advance(
+    memory: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any,
+    before_at: Any, modes_at: Any,
+) -> int:  # fmt: skip
     """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back.
 
-    Args:
-        breaks: Instants, rising, an infinity last [s].
-        before, modes: Room for a number, and three, a coordinate.
+    All by pointers, as numba counts references to whatever comes as an array. ``breaks`` are instants, rising, an
+    infinity last [s]; ``before`` and ``modes`` are room for one number, and for three, a coordinate.
     """
-    run, clock = run_of(numbers), clocks[0]
+    run, clock = opened(memory), carray(clock_at, 1, CLOCK)[0]
+    c, breaks, rows = len(run.coordinates), carray(breaks_at, 2**31), carray(rows_at, (most, width))
+    log, before, modes = carray(log_at, room, MODE_CHANGE), carray(before_at, c), carray(modes_at, (c, 3))
     engine, slack = run.head[0].engine, SLACK * clock.step
     while True:
         t = clock.time
         take_samples(run, t, slack, 0.0)
         if t >= clock.next_row - slack:
-            if clock.rows == len(rows):
+            if clock.rows == most:
                 return FULL
             _record(run, t, rows[clock.rows], modes)
             if abs(t - clock.end) <= slack:
@@ -228,3 +234,14 @@ def advance(numbers: Any, clocks: Any, breaks: Any, rows: Any, log: Any, before:
             clock.culprit = bad
             return DIVERGED
         _pass_breaks(run, clock, breaks, to, slack)
+
+
+_NUMBERS, _WORDS = types.CPointer(types.float64), types.CPointer(types.int64)
+_MEMORY, _WHOLE = types.voidptr, types.int64
+
+
+@lru_cache(maxsize=1)
+def advance() -> Any:
+    """The loop over nodes, compiled at the first call or taken from the disk cache; called as a function of C."""
+    kinds = (_MEMORY, _MEMORY, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _MEMORY, _WHOLE, _WORDS, _WORDS)
+    return callback(_WHOLE(*kinds), _advance).ctypes
