@@ -273,7 +273,8 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
     loading = () if basis is None else basis.drives
     added = {k: added_by(work, joint, [k]) for k in loading}
     others = [k for k in loading if k != joint and any(row.any() for row in added[k])]
-    nothing = Added(np.zeros((0, len(cycle.time))), np.zeros((0, 6, 0)), np.zeros((0, 0)))
+    told = 0 if demand.load_inertia is None else len(cycle.time)
+    nothing = Added(np.zeros((0, len(cycle.time))), np.zeros((0, 6, 0)), np.zeros((0, told)))
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))

@@ -58,7 +58,7 @@ class Problem:
     unknown: tuple[Indices, ...]
     reach: Array
     constraints: tuple[CommonParts, ...]
-    _judged: dict[tuple[int, bytes], dict[int, tuple[float, float]]] = field(default_factory=dict)
+    _judged: dict[tuple[int, bytes], dict[int, list[float]]] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -161,14 +161,13 @@ class Problem:
             self._judged.clear()
         known, offer = self._judged.setdefault(key, {}), self.candidates.joints[joint]
         new = np.array([pair for pair in pairs.tolist() if pair not in known], dtype=np.int64)
-        if len(new):
+        for some in np.array_split(new, range(AT_ONCE, len(new), AT_ONCE)) if len(new) else ():
             power = np.zeros((1, len(offer.share)))
-            found = self.candidates.judge(joint, new, numbers, until=1.0, quick=not offer.given, power=power)
+            found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given, power=power)
             feasible = (found.used <= 1.0) & (offer.given | (found.lacking < 0))
             energy = np.nan_to_num(found.cases["figures"]["energy"])
-            known.update(
-                zip(new.tolist(), zip(np.where(feasible, found.used, math.inf), energy, strict=True), strict=True)
-            )
+            figures = np.column_stack([np.where(feasible, found.used, math.inf), energy])
+            known.update(zip(some.tolist(), figures.tolist(), strict=True))
         used, energy = np.array([known[pair] for pair in pairs.tolist()]).reshape(-1, 2).T
         return used, energy
 

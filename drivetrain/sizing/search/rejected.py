@@ -26,7 +26,7 @@ from drivetrain.study.model import Study
 from drivetrain.study.mounting import mass_counts
 
 ALTERNATIVES = 5
-AT_ONCE = 64  # candidates judged before it is seen whether they are enough
+FIRST, AT_ONCE = 64, 4096  # candidates judged before it is seen whether they are enough, and most at once
 SUPPLY = -1  # what stands in place of a joint where every joint has a feasible drive
 NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
 FEASIBLE = -1
@@ -56,11 +56,14 @@ class GivenOthers:
         return self.pairs[self.label == FEASIBLE]
 
 
-def given_others(
-    problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int], *, until: float = 1.0
-) -> GivenOthers:
+def given_others(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int]) -> GivenOthers:
     """Candidates judged; of the first stage that fails one the check of highest utilisation is told."""
-    found = problem.candidates.judge(joint, pairs, problem.candidates.numbers_of(chosen), until=until, quick=False)
+    if len(pairs) > AT_ONCE:  # records of a million candidates would fill the memory
+        halves = np.array_split(pairs, 2)
+        parts = [given_others(problem, joint, half, chosen) for half in halves]
+        label, numbers = (np.concatenate([getattr(one, name) for one in parts]) for name in ("label", "numbers"))
+        return GivenOthers(pairs, label, numbers)
+    found = problem.candidates.judge(joint, pairs, problem.candidates.numbers_of(chosen), until=1.0, quick=False)
     over = found.used > 1.0
     lacking = ~over & (found.lacking >= 0) & (not problem.candidates.joints[joint].given)
     check = np.where(lacking, found.lacking, np.maximum(found.binding, 0))
@@ -155,7 +158,7 @@ def alternatives(problem: Problem, chosen: Mapping[int, int]) -> dict[str, Alter
 
 def _first_feasible(problem: Problem, joint: int, pairs: Indices, chosen: Mapping[int, int], most: int) -> Indices:
     """The first of some pairs that are feasible."""
-    found, size, start = np.zeros(0, dtype=np.int64), AT_ONCE, 0
+    found, size, start = np.zeros(0, dtype=np.int64), FIRST, 0
     while start < len(pairs) and len(found) < most:
         part = given_others(problem, joint, pairs[start : start + size], chosen).feasible
         found, start, size = np.concatenate([found, part]), start + size, 2 * size
@@ -198,9 +201,9 @@ def _nearest(problem: Problem, joint: int, chosen: Mapping[int, int]) -> int:
 
     Heat that runs away has no number of its own; the RMS current tells how far it is.
     """
-    known = problem.known[joint]
-    found = problem.candidates.judge(
-        joint, known, problem.candidates.numbers_of(chosen), until=math.inf, quick=False, all_checks=True
-    )
-    used = np.where(np.isfinite(found.checks), found.checks, 0.0).max(axis=1, initial=0.0)
-    return int(known[np.argmin(np.where(found.lacking >= 0, math.inf, used))])
+    known, numbers, distance = problem.known[joint], problem.candidates.numbers_of(chosen), []
+    for some in np.array_split(known, range(AT_ONCE, len(known), AT_ONCE)):
+        found = problem.candidates.judge(joint, some, numbers, until=math.inf, quick=False, all_checks=True)
+        used = np.where(np.isfinite(found.checks), found.checks, 0.0).max(axis=1, initial=0.0)
+        distance.append(np.where(found.lacking >= 0, math.inf, used))
+    return int(known[np.argmin(np.concatenate(distance))])
