@@ -23,8 +23,8 @@ from drivetrain.commands.shared import (
 
 if TYPE_CHECKING:
     from drivetrain.report.sections import Extra
+    from drivetrain.sizing.answers.spread import Spread
     from drivetrain.sizing.results import Evaluation, Selection
-    from drivetrain.sizing.tolerance.spread import Spread
     from drivetrain.study.model import Study
 
 app = typer.Typer(rich_markup_mode="rich")
@@ -310,8 +310,8 @@ def _beside(result: Evaluation | Selection) -> tuple[Extra | None, list[str]]:
 
 def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spread | None]:
     """What the scatter of the numbers means, and the set that stands it where a probability is wanted."""
+    from drivetrain.sizing.answers.spread import robustly, spread
     from drivetrain.sizing.results import Evaluation
-    from drivetrain.sizing.tolerance.spread import robustly, spread
 
     if not result.study.tolerances.given:
         return result, None

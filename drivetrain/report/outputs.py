@@ -9,9 +9,9 @@ from drivetrain.report.fallen_columns import fallen_columns, fallen_text
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
 from drivetrain.report.sections import Extra
+from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
-from drivetrain.sizing.tolerance.spread import Spread
 from drivetrain.whole_files import written_beside
 
 

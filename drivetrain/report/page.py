@@ -36,8 +36,8 @@ from drivetrain.report.views import (
     used_rows,
 )
 from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
+from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
-from drivetrain.sizing.tolerance.spread import Spread
 from drivetrain.study.model import JointTask, Study
 from drivetrain.version import __version__
 

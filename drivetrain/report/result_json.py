@@ -11,9 +11,9 @@ from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.report.json_text import json_text, plain
 from drivetrain.report.sections import Extra
 from drivetrain.report.spread_section import spread_data
+from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.missing import Gap, gaps, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
-from drivetrain.sizing.tolerance.spread import Spread
 from drivetrain.study.verdicts import Check
 from drivetrain.version import __version__
 

@@ -10,8 +10,8 @@ from markupsafe import Markup
 
 from drivetrain.report.figures_tornado import MOST_BARS, UNITS, figure_tornado
 from drivetrain.report.quantities import percent
+from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.tolerance.monte_carlo import Chance, Robustness
-from drivetrain.sizing.tolerance.spread import Spread
 from drivetrain.study.model import Study
 
 SURE = 0.9999  # of a probability: checks that hold more often are not listed one by one

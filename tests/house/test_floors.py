@@ -20,6 +20,17 @@ FLOORS = {
     "commands": 8, "modern_robotics": 8, "cli": 9, "__main__": 10,
 }  # fmt: skip
 
+SIZING = {
+    "results": 0,
+    "demand": 1,
+    "judge": 2,
+    "tolerance": 3,
+    "search": 4,
+    "answers": 5,
+    "currents": 6,
+    "deflection": 6,
+}
+
 
 def name_of(path: Path) -> str:
     parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
@@ -56,6 +67,14 @@ def test_imports_only_downwards(name: str) -> None:
         assert target in MODULES, f"{name} imports {target}, which does not exist"
         same_folder = part(target) == part(name)
         assert same_folder or FLOORS[part(target)] < FLOORS[part(name)], f"{name} imports upwards or sideways: {target}"
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name.count(".") > 2 and part(name) == "sizing"])
+def test_rooms_of_sizing_look_downwards_too(name: str) -> None:
+    own = name.split(".")[2]
+    for target in imports(name):
+        if part(target) == "sizing" and target.count(".") > 1 and target.split(".")[2] != own:
+            assert SIZING[target.split(".")[2]] < SIZING[own], f"{name} imports upwards or sideways: {target}"
 
 
 def test_no_import_cycles() -> None:

@@ -15,9 +15,9 @@ from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
 from drivetrain.report.spread_section import chance_rows, law_lines, spread_lines
 from drivetrain.shipped import shipped
+from drivetrain.sizing.answers.spread import robustly, spread
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.tolerance.spread import robustly, spread
 from drivetrain.study.read import load_study
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
