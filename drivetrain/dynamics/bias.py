@@ -11,8 +11,8 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import finite_samples, run, tip_samples
-from drivetrain.dynamics.packed import packed
 
 WEIGHTLESS = np.zeros(3)
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
+from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.doors import finite_samples, run
 from drivetrain.dynamics.mass_matrix import CHUNK
-from drivetrain.dynamics.packed import Packed, packed
 
 
 def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:

@@ -16,9 +16,9 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import finite_samples, run, tip_samples
 from drivetrain.dynamics.kinematics import body_jacobian, link_poses
-from drivetrain.dynamics.packed import packed
 from drivetrain.spatial.poses import inverse_pose
 
 

@@ -16,8 +16,8 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arrays import Array
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import TORQUE_ONLY, Outputs, finite_samples, run, samples, tip_samples
-from drivetrain.dynamics.packed import packed
 
 
 @dataclass(frozen=True, eq=False)

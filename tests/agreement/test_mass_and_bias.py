@@ -5,25 +5,21 @@ import pytest
 from random_arms import EVERY_JOINT, random_arm, rotors_of
 
 import drivetrain as dt
-from drivetrain.dynamics import mass_and_bias as kernel
 from drivetrain.dynamics.bias import bias_torque
+from drivetrain.dynamics.core.equation_of_motion import mass_and_bias, moving_bodies
+from drivetrain.dynamics.core.packed import link_frames, packed
 from drivetrain.dynamics.flexibility import rotor_inertias
-from drivetrain.dynamics.mass_and_bias import Places, working_rows
-from drivetrain.dynamics.packed import link_frames, packed
 
-mass_and_bias = kernel.mass_and_bias
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")
 
 
 def filled(arm: dt.Arm, q: np.ndarray, qd: np.ndarray, free: tuple[int, ...] = ()) -> tuple[np.ndarray, ...]:
     """Mass matrix, its rotors' part, bias and its rotors' part."""
     model, n = packed(arm, free), len(q)
-    work = working_rows(arm.n, len(model.spins), link_frames(arm)[0, :3, :3], arm.gravity)
-    parts = [model.rows, q, qd, work, np.zeros((n, n)), np.zeros((n, n)), np.zeros(n), np.zeros(n)]
-    at = [int(place) for place in np.cumsum([0, *(part.size for part in parts)])]
-    numbers, words = np.concatenate([part.ravel() for part in parts]), np.append(model.spins.ravel(), 0)
-    mass_and_bias(Places(arm.n, n, len(model.spins), at[0], 0, *at[1:3], at[3], *at[4:8]), numbers, words)
-    return tuple(numbers[at[k] : at[k + 1]].reshape(parts[k].shape) for k in range(4, 8))
+    bodies = moving_bodies(arm.n, len(model.rotors), link_frames(arm)[0], arm.gravity)
+    results = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    mass_and_bias(model.links, model.rotors, q, qd, bodies, *results)
+    return results
 
 
 @pytest.mark.parametrize("seed", range(12))

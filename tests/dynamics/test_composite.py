@@ -10,9 +10,9 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import run
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.dynamics.packed import packed
 from drivetrain.errors import InputError
 
 ROUNDING = 1e-13  # sums of some hundred terms of one size

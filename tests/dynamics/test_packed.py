@@ -10,8 +10,8 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotation
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.dynamics.core.packed import axis_directions, link_frames, packed
 from drivetrain.dynamics.newton_euler import inverse_dynamics
-from drivetrain.dynamics.packed import axis_directions, link_frames, packed
 
 
 def check(arm: Arm) -> None:

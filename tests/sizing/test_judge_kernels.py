@@ -38,7 +38,7 @@ from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.packed_task import chosen_numbers, pack
 from drivetrain.sizing.results import Fallen
 from drivetrain.sizing.search.fallen import beside, fallen_table
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 from drivetrain.study.verdicts import Verdict
 
 ESSENTIAL = tuple(row.name for row in CHECKS if row.essential)

@@ -14,8 +14,8 @@ from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
+from drivetrain.study.model import Study
 from drivetrain.study.mounting import seat
-from drivetrain.study.study import Study
 
 
 class Peak(NamedTuple):

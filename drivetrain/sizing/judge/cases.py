@@ -15,7 +15,7 @@ from drivetrain.drive.gear import Gear, complete
 from drivetrain.drive.motor import Motor
 from drivetrain.records import UNKNOWN, as_records, record_type
 from drivetrain.sizing.demand.demand import JointDemand
-from drivetrain.study.study import JointTask, Safety, Study
+from drivetrain.study.model import JointTask, Safety, Study
 
 
 @dataclass(frozen=True)

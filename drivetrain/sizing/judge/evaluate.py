@@ -16,7 +16,7 @@ from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import UNWEIGHED, Check, Verdict
 
 Pair = tuple[str, str]

@@ -16,8 +16,8 @@ from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.cases import gear_records, motor_records, paired
 from drivetrain.sizing.judge.fill import DIRECT, Shelf
+from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.mounting import cylinder_inertia
-from drivetrain.study.study import DriveMass, Study
 
 
 @dataclass(frozen=True, eq=False)

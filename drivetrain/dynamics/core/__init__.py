@@ -1,0 +1,1 @@
+"""Compiled kernels of the dynamics, on records with named fields."""

@@ -1,0 +1,101 @@
+"""Vectors of three as tuples, for compiled code: they live in registers, where small arrays would live in memory."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from drivetrain.arrays import Array
+from drivetrain.jit import law
+
+Vector = tuple[float, float, float]
+exact: Any = law(fastmath={"contract"})
+
+
+@exact
+def vector(a: Array) -> Vector:
+    """The numbers of an array of three."""
+    return a[0], a[1], a[2]
+
+
+@exact
+def put(o: Array, a: Vector) -> None:
+    """Put a vector into an array of three."""
+    o[0], o[1], o[2] = a
+
+
+@exact
+def add(o: Array, a: Vector) -> None:
+    """Add a vector to an array of three."""
+    o[0] += a[0]
+    o[1] += a[1]
+    o[2] += a[2]
+
+
+@exact
+def plus(a: Vector, b: Vector) -> Vector:
+    """A + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@exact
+def minus(a: Vector, b: Vector) -> Vector:
+    """A - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@exact
+def times(s: float, a: Vector) -> Vector:
+    """S a."""
+    return s * a[0], s * a[1], s * a[2]
+
+
+@exact
+def cross(a: Vector, b: Vector) -> Vector:
+    """A x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@exact
+def dot(a: Vector, b: Vector) -> float:
+    """A . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@exact
+def turned(r: Array, a: Vector) -> Vector:
+    """A vector turned by a matrix, (3, 3)."""
+    return (
+        r[0, 0] * a[0] + r[0, 1] * a[1] + r[0, 2] * a[2],
+        r[1, 0] * a[0] + r[1, 1] * a[1] + r[1, 2] * a[2],
+        r[2, 0] * a[0] + r[2, 1] * a[1] + r[2, 2] * a[2],
+    )
+
+
+@exact
+def linear(a: Array) -> Vector:
+    """The linear part of an array of six, whose angular part is ``vector(a)``."""
+    return a[3], a[4], a[5]
+
+
+@exact
+def put_six(o: Array, a: Vector, b: Vector) -> None:
+    """Put an angular and a linear part into an array of six."""
+    o[0], o[1], o[2] = a
+    o[3], o[4], o[5] = b
+
+
+@exact
+def add_six(o: Array, a: Vector, b: Vector) -> None:
+    """Add an angular and a linear part to an array of six."""
+    o[0] += a[0]
+    o[1] += a[1]
+    o[2] += a[2]
+    o[3] += b[0]
+    o[4] += b[1]
+    o[5] += b[2]
+
+
+@exact
+def dot_six(a: Array, b: Array) -> float:
+    """The scalar product of two arrays of six."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
