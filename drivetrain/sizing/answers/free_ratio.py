@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.gear import Gear, torque_exponent
+from drivetrain.drive.gear import Gear, average_torque, torque_exponent
 from drivetrain.drive.gear_family import GearFamily, fitted_family, ideal_family
 from drivetrain.drive.matching import ratio_of_least_rms
 from drivetrain.drive.motor import torque_constant, winding_resistance
@@ -245,8 +245,12 @@ class _Design:
         before = 0.0
         for _ in range(SIZINGS):
             demand = work.demand(found)
-            peak = self.study.safety.peak_torque * demand.largest_load.value
-            torque = family.size_for(ratio, peak, demand.average_torque(torque_exponent(found.gear)))
+            peak = self.study.safety.peak_torque * float(np.abs(demand.loosening_torque).max())
+            torque = family.size_for(
+                ratio,
+                peak,
+                average_torque(torque_exponent(found.gear), demand.load_torque, demand.speed, demand.weights),
+            )
             found = drive(torque)
             if not work.own_load or abs(torque - before) <= SETTLED * torque:
                 break

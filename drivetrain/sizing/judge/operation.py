@@ -20,6 +20,7 @@ from drivetrain.sizing.demand.series import work_of
 from drivetrain.sizing.judge.cases import CASE, cases_of
 from drivetrain.sizing.judge.checks import CHECKS, table
 from drivetrain.sizing.judge.judge import judge_cases
+from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.results import JointSeries
 from drivetrain.study.model import JointTask, Safety, Study, Supply
 
@@ -82,14 +83,7 @@ class Operation:
     @cached_property
     def missing(self) -> str:
         """What the sheets lack to compute the motor's torque, in words; empty when nothing does."""
-        lacks = []
-        if self.drive.motor.rotor_inertia is None:
-            lacks.append("the motor's rotor inertia")
-        if self.drive.gear.efficiency is None and self.drive.gear.kind != "ideal":
-            lacks.append("the gear's efficiency")
-        if self.drive.gear.inertia is None and self.drive.gear.kind != "ideal":
-            lacks.append("the gear's input inertia")
-        return " and ".join(lacks)
+        return torque_lacks(self.drive)
 
     @cached_property
     def judgement(self) -> Judgement:
