@@ -3,13 +3,22 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test check bench gallery clean
+LOWEST := .venv-lowest
+# What the lowest allowed versions are tried on: every room that a library shows in, and no library of the test extra
+# but these.
+LOWEST_TESTS := tests/test_jit.py tests/test_units.py tests/catalog tests/study tests/drive tests/solvers tests/dynamics/test_newton_euler.py \
+	tests/sizing/test_evaluate.py tests/sizing/test_search.py tests/simulation/test_fixed_step.py tests/test_cli.py
+
+.PHONY: demo test lowest check bench gallery clean
 
 demo: $(VENV)/.installed
 	$(BIN)/drivetrain demo
 
 test: $(VENV)/.test-installed
 	$(BIN)/python -m pytest
+
+lowest: $(LOWEST)/.installed
+	$(LOWEST)/bin/python -m pytest -o addopts="-q --import-mode=importlib" -o filterwarnings=default $(LOWEST_TESTS)
 
 check: $(VENV)/.test-installed
 	$(BIN)/ruff check .
@@ -38,5 +47,11 @@ $(VENV)/.test-installed: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[test]"
 	@touch $@ $(VENV)/.installed
 
+$(LOWEST)/.installed: pyproject.toml .ci/lowest.txt
+	$(PYTHON) -m venv $(LOWEST)
+	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check --constraint .ci/lowest.txt \
+		--editable . pytest hypothesis sympy mpmath
+	@touch $@
+
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache .hypothesis dist build
+	rm -rf $(VENV) $(LOWEST) .pytest_cache .mypy_cache .ruff_cache .hypothesis dist build

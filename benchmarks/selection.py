@@ -50,7 +50,7 @@ from drivetrain.report.svg import house_style, png_bytes
 from drivetrain.sizing.judge.packed_task import Packed, pack
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.search_tree import Tree
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 CANDIDATES, SAMPLES, JOINTS = (100, 1000, 10_000), (500, 2000, 8000), (2, 3, 4, 5, 6, 7, 8)
 MIDDLE, USUAL = 1000, 2000  # candidates and samples where another size is varied

@@ -18,7 +18,7 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.judge.packed_task import Packed, pack
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.search_tree import Tree
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 DURATION = 4.0  # s
 JOINTS, SAMPLES = 6, 2000

@@ -22,8 +22,8 @@ from drivetrain.sizing.search.choices import all_choices, segment
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.search_tree import Tree
 from drivetrain.spatial.rotations import frame_along
+from drivetrain.study.model import DriveMass
 from drivetrain.study.mounting import carrier_link, carrying, drive_body, emptied, joint_axis, mount_point
-from drivetrain.study.study import DriveMass
 from drivetrain.study.verdicts import Verdict
 
 DEPTH = 32  # multiply-adds of a number between its load and its store

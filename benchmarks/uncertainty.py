@@ -13,8 +13,8 @@ from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.robust_selection import robust_select
 from drivetrain.sizing.tolerance.uncertainty import robustness
 from drivetrain.study.change import slowed
-from drivetrain.study.load import load_study
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
+from drivetrain.study.read import load_study
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(

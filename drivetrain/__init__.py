@@ -34,20 +34,19 @@ if TYPE_CHECKING:
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.drive.motor import Motor as Motor
     from drivetrain.drive.thermal_network import thermal_network as thermal_network
-    from drivetrain.dynamics.articulated_body import articulated_body as articulated_body
     from drivetrain.dynamics.bias import bias_torque as bias_torque
     from drivetrain.dynamics.bias import tip_torque as tip_torque
     from drivetrain.dynamics.bias import velocity_torque as velocity_torque
     from drivetrain.dynamics.closed_form import closed_form as closed_form
     from drivetrain.dynamics.closed_form import mass_matrix_rate as mass_matrix_rate
-    from drivetrain.dynamics.closures import ClosingJoint as ClosingJoint
-    from drivetrain.dynamics.closures import LoopClosure as LoopClosure
     from drivetrain.dynamics.constrained import constrained_forward_dynamics as constrained_forward_dynamics
     from drivetrain.dynamics.constrained import constrained_inverse_dynamics as constrained_inverse_dynamics
     from drivetrain.dynamics.constrained import constraint_projectors as constraint_projectors
     from drivetrain.dynamics.constraints import Attachment as Attachment
-    from drivetrain.dynamics.contacts import Plane as Plane
-    from drivetrain.dynamics.contacts import PointOnSurface as PointOnSurface
+    from drivetrain.dynamics.constraints import ClosingJoint as ClosingJoint
+    from drivetrain.dynamics.constraints import LoopClosure as LoopClosure
+    from drivetrain.dynamics.constraints import Plane as Plane
+    from drivetrain.dynamics.constraints import PointOnSurface as PointOnSurface
     from drivetrain.dynamics.coriolis import christoffel_symbols as christoffel_symbols
     from drivetrain.dynamics.coriolis import coriolis_matrix as coriolis_matrix
     from drivetrain.dynamics.ellipsoids import acceleration_ellipsoid as acceleration_ellipsoid
@@ -58,6 +57,7 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.flexibility import free_frequencies as free_frequencies
     from drivetrain.dynamics.flexibility import locked_frequencies as locked_frequencies
     from drivetrain.dynamics.flexibility import tip_compliance as tip_compliance
+    from drivetrain.dynamics.forward import articulated_body as articulated_body
     from drivetrain.dynamics.forward import forward_dynamics as forward_dynamics
     from drivetrain.dynamics.from_positions import torque_from_positions as torque_from_positions
     from drivetrain.dynamics.jacobian_rates import body_jacobian_rate as body_jacobian_rate
@@ -135,15 +135,15 @@ if TYPE_CHECKING:
     from drivetrain.simulation.stabilisation import Projection as Projection
     from drivetrain.simulation.study_scene import scene_of as scene_of
     from drivetrain.simulation.study_scene import with_feed_forward as with_feed_forward
-    from drivetrain.sizing.answers.curve_results import OptimumCurve as OptimumCurve
-    from drivetrain.sizing.answers.curves import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.curve import OptimumCurve as OptimumCurve
+    from drivetrain.sizing.answers.curve import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.free_ratio import FreeRatios as FreeRatios
     from drivetrain.sizing.answers.free_ratio import free_ratios as free_ratios
-    from drivetrain.sizing.answers.free_ratio_results import FreeRatios as FreeRatios
     from drivetrain.sizing.answers.ratio import ratio_studies as ratio_studies
     from drivetrain.sizing.answers.ratio import ratio_study as ratio_study
     from drivetrain.sizing.answers.trade_offs import trade_offs as trade_offs
+    from drivetrain.sizing.answers.why_not import WhyNot as WhyNot
     from drivetrain.sizing.answers.why_not import why_not as why_not
-    from drivetrain.sizing.answers.why_not_results import WhyNot as WhyNot
     from drivetrain.sizing.currents import current_commands as current_commands
     from drivetrain.sizing.deflection import tip_deflection as tip_deflection
     from drivetrain.sizing.deflection import vibration as vibration
@@ -171,9 +171,9 @@ if TYPE_CHECKING:
     from drivetrain.spatial.rigid_body import body_wrench as body_wrench
     from drivetrain.study.change import TaskChange as TaskChange
     from drivetrain.study.change import changed as changed
-    from drivetrain.study.load import load_study as load_study
+    from drivetrain.study.read import load_study as load_study
     from drivetrain.study.schema import json_schema as json_schema
-    from drivetrain.study.study import Wanted as Wanted
+    from drivetrain.study.selection import Wanted as Wanted
     from drivetrain.study.tolerances import Tolerances as Tolerances
     from drivetrain.study.verdicts import Verdict as Verdict
     from drivetrain.sweep.points import read_sweep as read_sweep
@@ -207,20 +207,20 @@ _HOME = {
     "inertia_matching_ratio": "drive.matching",
     "Motor": "drive.motor",
     "thermal_network": "drive.thermal_network",
-    "articulated_body": "dynamics.articulated_body",
+    "articulated_body": "dynamics.forward",
     "bias_torque": "dynamics.bias",
     "tip_torque": "dynamics.bias",
     "velocity_torque": "dynamics.bias",
     "closed_form": "dynamics.closed_form",
     "mass_matrix_rate": "dynamics.closed_form",
-    "ClosingJoint": "dynamics.closures",
-    "LoopClosure": "dynamics.closures",
+    "ClosingJoint": "dynamics.constraints",
+    "LoopClosure": "dynamics.constraints",
     "constrained_forward_dynamics": "dynamics.constrained",
     "constrained_inverse_dynamics": "dynamics.constrained",
     "constraint_projectors": "dynamics.constrained",
     "Attachment": "dynamics.constraints",
-    "Plane": "dynamics.contacts",
-    "PointOnSurface": "dynamics.contacts",
+    "Plane": "dynamics.constraints",
+    "PointOnSurface": "dynamics.constraints",
     "christoffel_symbols": "dynamics.coriolis",
     "coriolis_matrix": "dynamics.coriolis",
     "acceleration_ellipsoid": "dynamics.ellipsoids",
@@ -309,14 +309,14 @@ _HOME = {
     "scene_of": "simulation.study_scene",
     "with_feed_forward": "simulation.study_scene",
     "current_commands": "sizing.currents",
-    "OptimumCurve": "sizing.answers.curve_results",
-    "optimum_curve": "sizing.answers.curves",
+    "OptimumCurve": "sizing.answers.curve",
+    "optimum_curve": "sizing.answers.curve",
     "tip_deflection": "sizing.deflection",
     "vibration": "sizing.deflection",
     "evaluate": "sizing.judge.evaluate",
     "evaluate_drives": "sizing.judge.evaluate",
     "free_ratios": "sizing.answers.free_ratio",
-    "FreeRatios": "sizing.answers.free_ratio_results",
+    "FreeRatios": "sizing.answers.free_ratio",
     "Front": "sizing.search.front",
     "pareto_front": "sizing.search.front",
     "gaps": "sizing.judge.missing",
@@ -328,7 +328,7 @@ _HOME = {
     "trade_offs": "sizing.answers.trade_offs",
     "robustness": "sizing.tolerance.uncertainty",
     "why_not": "sizing.answers.why_not",
-    "WhyNot": "sizing.answers.why_not_results",
+    "WhyNot": "sizing.answers.why_not",
     "DormandPrince853": "solvers.adaptive",
     "Euler": "solvers.explicit",
     "RungeKutta4": "solvers.explicit",
@@ -344,9 +344,9 @@ _HOME = {
     "body_wrench": "spatial.rigid_body",
     "changed": "study.change",
     "TaskChange": "study.change",
-    "load_study": "study.load",
+    "load_study": "study.read",
     "json_schema": "study.schema",
-    "Wanted": "study.study",
+    "Wanted": "study.selection",
     "Tolerances": "study.tolerances",
     "Verdict": "study.verdicts",
     "read_sweep": "sweep.points",

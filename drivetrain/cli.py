@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands import accuracy, answers, arm, catalog, sizing, sweep
+from drivetrain.commands import accuracy, answers, arm, catalog, sizing, sweep, warm
 from drivetrain.commands.shared import FITS
 from drivetrain.version import __version__
 
@@ -27,6 +27,7 @@ app.add_typer(answers.app)
 app.add_typer(sweep.app)
 app.add_typer(arm.app)
 app.add_typer(accuracy.app)
+app.add_typer(warm.app)
 app.add_typer(catalog.app, name="catalog")
 
 

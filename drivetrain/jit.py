@@ -93,7 +93,7 @@ def _in_folder(function: Any, compiled: Callable[[bool], Any]) -> Any:
 @cache
 def _folder(module: Path) -> Path | None:
     """Of a module's kernels, made afresh when a source has changed; None where nothing can be written."""
-    sources = blake2b(digest_size=8)
+    sources = blake2b(f"{numba.__version__} {sys.version}".encode(), digest_size=8)
     for path in sorted(_closure(module)):
         sources.update(path.read_bytes())
     name = ".".join(module.relative_to(PACKAGE).with_suffix("").parts) if PACKAGE in module.parents else module.stem

@@ -27,8 +27,8 @@ import numpy as np
 
 from drivetrain.arm.book_lists import BookArm, arm_from_lists
 from drivetrain.arrays import Array, axes_of, checked_array, checked_number
-from drivetrain.dynamics.articulated_body import articulated_body
 from drivetrain.dynamics.bias import tip_torque, velocity_torque
+from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.newton_euler import gravity_torque, inverse_dynamics

@@ -4,6 +4,8 @@ The registry holds only the units of ``units.txt``: pint's own file reads "10 Nm
 sheets ("min⁻¹", "oz-in-s2", "V/1000 rpm") are first brought to products of symbols by ``unit_spelling``.
 Angles count as a dimension, so 100 Hz or 100 1/s is never taken for a speed. Temperatures are degrees Celsius
 throughout the package ("degC"); differences are kelvin.
+
+``Torque`` and its like at the end are annotations of fields: a float in SI, and how it is read from a file.
 """
 
 from __future__ import annotations
@@ -11,10 +13,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +50,7 @@ READABLE = {
     "V s/rad": ("V s/rad", "mV s/rad"), "s": ("h", "s", "ms"), "N m/rad": ("N m/rad", "mN m/rad"),
     "Hz": ("kHz", "Hz"), "m/s": ("m/s", "mm/s"),
 }  # fmt: skip
+Interval = tuple[float | None, float | None]
 LARGEST_IN_SECONDS = 9000.0  # 2.5 h: below, a time reads better in seconds than in hours
 
 
@@ -136,7 +139,7 @@ def _radian_left_out(found: _Unit, wanted: _Unit) -> bool:
 
 
 def _angle_hint(found: _Unit, wanted: _Unit) -> str:
-    """The mend when only the angle is missing or too much."""
+    """The fix when only the angle is missing or too much."""
     bases = [{base: power for base, power in unit.dimension.items() if base != "[angle]"} for unit in (found, wanted)]
     if bases[0] != bases[1]:
         return ""
@@ -327,3 +330,150 @@ def engineering(value: float, unit: str, *, show: str = "") -> tuple[float, str]
     """
     chosen = show or readable_unit(value, unit)
     return float(from_si(value, unit, chosen)), chosen
+
+
+def refused(problem: str, hint: str = "", found: object = None) -> InputError:
+    """The error of a value that a field does not take; where it stands is known to who reads the file."""
+    return InputError(Fault("", problem, found, hint))
+
+
+class Reader:
+    """How a field takes a value as it is written in a file; stands in its annotation, where pydantic asks it."""
+
+    def read(self, value: Any) -> Any:
+        """The value that the field holds; raises InputError."""
+        raise NotImplementedError
+
+    def json_schema(self) -> dict[str, Any]:
+        """What an editor may accept there."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema  # only where a file is read: whoever has a quantity need not load it
+
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        return self.json_schema()
+
+
+@dataclass(frozen=True)
+class Quantity(Reader):
+    """A number with a unit, read into SI.
+
+    Attributes:
+        unit: The SI unit wanted; empty for a pure number, which may be bare or in percent.
+        minimum, maximum: Smallest and largest value allowed [unit].
+        above: Value that must be exceeded [unit].
+    """
+
+    unit: str
+    minimum: float | None = None
+    maximum: float | None = None
+    above: float | None = None
+
+    def read(self, value: Any) -> float:
+        try:
+            return quantity(value, self.unit, "", minimum=self.minimum, maximum=self.maximum, above=self.above)
+        except InputError as error:
+            raise InputError(replace(error.faults[0], value=None)) from None
+
+    def json_schema(self) -> dict[str, Any]:
+        if self.unit in PURE:
+            return {"type": ["number", "string"], "description": "a pure number, or in %"}
+        return {"type": "string", "description": f"a number with a unit such as {self.unit.replace('degC', '°C')}"}
+
+
+@dataclass(frozen=True)
+class Between(Reader):
+    """A range of a quantity: a list of the smallest and the largest value, null for an open end.
+
+    Attributes:
+        unit: The SI unit wanted; empty for pure numbers.
+    """
+
+    unit: str
+
+    def read(self, value: Any) -> Interval:
+        example = f"[1 {self.unit}, 2 {self.unit}]" if self.unit not in PURE else "[30, 160]"
+        if not isinstance(value, list | tuple) or len(value) != 2:
+            raise refused(f"must be a range such as {example}", "null leaves an end open")
+        low, high = (None if end is None else Quantity(self.unit).read(end) for end in value)
+        if low is not None and high is not None and low > high:
+            raise refused(f"must be a range such as {example}, smallest first")
+        return low, high
+
+    def json_schema(self) -> dict[str, Any]:
+        end = {"type": ["number", "null"] if self.unit in PURE else ["string", "null"]}
+        return {"type": "array", "minItems": 2, "maxItems": 2, "items": end, "description": "smallest and largest"}
+
+
+@dataclass(frozen=True)
+class Vector(Reader):
+    """Three quantities: ``[0, 0, 40] mm``, or ``[0 mm, 0 mm, 40 mm]`` with a unit each.
+
+    Attributes:
+        unit: The SI unit wanted.
+    """
+
+    unit: str
+
+    def read(self, value: Any) -> tuple[float, float, float]:
+        try:
+            x, y, z = quantities(value, self.unit, "", 3)
+        except InputError as error:
+            raise InputError(error.faults[0]) from None
+        return float(x), float(y), float(z)
+
+    def json_schema(self) -> dict[str, Any]:
+        listed = {"type": "array", "minItems": 3, "maxItems": 3, "items": {"type": "string"}}
+        return {"anyOf": [{"type": "string"}, listed], "description": f"three values such as [0, 0, 40] {self.unit}"}
+
+
+class _Names(Reader):
+    """One name or a list of names, read into a tuple; a number is taken as the text it was written as."""
+
+    def read(self, value: Any) -> tuple[str, ...]:
+        return tuple(map(read_name, value if isinstance(value, list | tuple) else [value]))
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+
+
+def read_name(value: Any) -> str:
+    """A name; a number, such as a bare part number, is taken as its text."""
+    if isinstance(value, bool) or not isinstance(value, str | int) or not str(value).strip():
+        raise refused("must be a name", "put it in quotes" if isinstance(value, bool | float) else "", value)
+    return str(value).strip()
+
+
+class _Name(Reader):
+    """One name."""
+
+    def read(self, value: Any) -> str:
+        return read_name(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"type": "string"}
+
+
+Name = Annotated[str, _Name()]
+Names = Annotated[tuple[str, ...], _Names()]
+
+Current = Annotated[float, Quantity("A", above=0.0)]
+Duration = Annotated[float, Quantity("s", above=0.0)]
+Efficiency = Annotated[float, Quantity("", above=0.0, maximum=1.0)]
+Factor = Annotated[float, Quantity("", above=0.0)]
+Inertia = Annotated[float, Quantity("kg m^2", minimum=0.0)]
+Length = Annotated[float, Quantity("m")]
+Mass = Annotated[float, Quantity("kg", minimum=0.0)]
+Power = Annotated[float, Quantity("W", minimum=0.0)]
+Rate = Annotated[float, Quantity("Hz", above=0.0)]
+Share = Annotated[float, Quantity("", minimum=0.0, maximum=1.0)]
+Speed = Annotated[float, Quantity("rad/s", above=0.0)]
+Temperature = Annotated[float, Quantity("degC", minimum=-273.15)]
+TemperatureStep = Annotated[float, Quantity("K", minimum=0.0)]
+ThermalResistance = Annotated[float, Quantity("K/W", above=0.0)]
+Torque = Annotated[float, Quantity("N m", minimum=0.0)]
+ViscousFriction = Annotated[float, Quantity("N m s/rad", minimum=0.0)]
+Voltage = Annotated[float, Quantity("V", above=0.0)]

@@ -287,7 +287,7 @@ def test_basis_for_all_or_by_name() -> None:
 
 
 def test_default_folder_is_a_plain_name(write: Write) -> None:
-    from drivetrain.study.load import load_study
+    from drivetrain.study.read import load_study
 
     study = load_study(write())
     assert str(report_folder(study.name)) == "A_door_again_report"

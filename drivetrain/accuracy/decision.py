@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -20,18 +19,13 @@ from drivetrain.drive.periodic_rise import CycleLosses
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.effects.winding_heat import WindingHeat
-from drivetrain.motion.duty_cycle import Cycle, sample_weights
+from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.simulation.cost_results import Change, Decision, JointDecision
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.sizing.demand.demand import JointDemand
-from drivetrain.sizing.judge.checks_motor import ELECTRIC_CHECKS, motor_peak_torque, motor_speed
-from drivetrain.sizing.judge.operation import Operation
-from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.sizing.judge.checks import judged, utilisation
+from drivetrain.sizing.results import Evaluation
 from drivetrain.study.verdicts import Check
-
-CHECKS = (motor_speed, motor_peak_torque, *ELECTRIC_CHECKS)
-"""Checks of a study that simulated currents, voltages and temperatures can be held against."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +87,7 @@ def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
         heat = _heat(name, time, series, basis, name in warm)
         joints[name] = _joint(name, mean_weights(time, use), series, basis, heat)
         if basis.evaluation is not None and f"{name}.current" in series:
-            checks[name] = _checks(basis.evaluation, basis.evaluation.joints[name], (time, use), series, heat)
+            checks[name] = _checks(basis.evaluation, name, (time, mean_weights(time, use)), series, heat)
     return Decision(joints, _tip(scene, series), checks)
 
 
@@ -226,65 +220,50 @@ def _cold_losses(motor: Motor, time: Array, current: Array, loss: Array) -> Cycl
     return CycleLosses(np.diff(time), copper, np.zeros_like(copper), 0.5 * (loss[:-1] + loss[1:]))
 
 
-@dataclass(frozen=True, eq=False)
-class _Simulated(Operation):
-    """A drive at work as it was simulated, in the place of what sizing computes."""
-
-    series_of: Mapping[str, Array]
-    heat_of: PeriodicTemperature | None
-
-    @cached_property
-    def missing(self) -> str:
-        return ""
-
-    @cached_property
-    def peak_torque(self) -> Array:
-        constant = torque_constant(self.drive.motor, self.magnet_temperature)
-        return np.asarray(self.series_of["current"] * constant)
-
-    @cached_property
-    def heat(self) -> PeriodicTemperature | None:
-        return self.heat_of
-
-    @cached_property
-    def current(self) -> Array:
-        return self.series_of["current"]
-
-    @cached_property
-    def peak_current(self) -> Array:
-        return self.series_of["current"]
-
-    @cached_property
-    def largest_voltage(self) -> Array:
-        return np.abs(self.series_of["voltage"])
-
-
 def _checks(
-    evaluation: Evaluation, joint: JointResult, when: tuple[Array, Use], series: Mapping[str, Array],
+    evaluation: Evaluation, name: str, when: tuple[Array, Array], series: Mapping[str, Array],
     heat: PeriodicTemperature | None,
 ) -> tuple[Check, ...]:  # fmt: skip
-    """The checks of a study on what was simulated."""
-    study, name, (time, use) = evaluation.study, joint.name, when
-    task = next(one for one in study.joints if one.name == name)
-    zero = np.zeros(len(time))
-    speed = series[f"{name}.motor_speed"] / joint.drive.gear.ratio
-    cycle = _sampled(study.cycle, time, use)
-    demand = JointDemand(
-        time, mean_weights(time, use), series[f"{name}.position"], speed, zero, zero, series[f"{name}.mesh_torque"],
-        task.friction, np.zeros(len(time), dtype=np.int64), None, None, cycle,
-    )  # fmt: skip
-    own = {what: series.get(f"{name}.{what}", zero) for what in ("current", "voltage")}
-    op = _Simulated(demand, joint.drive, task, study.supply, study.ambient, study.safety, own, heat)
-    return tuple(check(op) for check in CHECKS)
+    """The study's checks of one joint, its own limits held against what was simulated.
+
+    Args:
+        when: Recorded instants and the time that each stands for [s], (N,).
+    """
+    joint, safety, (time, weights) = evaluation.joints[name], evaluation.study.safety, when
+    known = heat is not None and not heat.runaway
+    magnets = heat.magnet_temperature if heat is not None and known else evaluation.study.ambient
+    current = series[f"{name}.current"]
+    effective = rms(current, weights)
+    largest = {
+        "motor speed": (safety.speed, series[f"{name}.motor_speed"]),
+        "motor peak torque": (safety.peak_torque, current * torque_constant(joint.drive.motor, magnets)),
+        "motor peak current": (safety.peak_torque, current),
+        "amplifier peak current": (safety.peak_torque, current),
+        "motor voltage": (safety.voltage, series.get(f"{name}.voltage", np.zeros(len(time)))),
+    }
+    mixed, found = len(evaluation.study.cycle.parts) > 1, []
+    for check in joint.checks:
+        if mixed and check.time is not None:  # its remark begins with the part of the mix in which sizing finds it
+            check = replace(check, remark=check.remark.partition("; ")[2])
+        if check.name in largest:
+            factor, values = largest[check.name]
+            at = int(np.argmax(np.abs(values)))
+            found.append(_held(check, factor * float(abs(values[at])), float(time[at]), safety.reserve))
+        elif check.name in ("motor RMS current", "amplifier continuous current"):
+            found.append(_held(check, safety.rms * effective, None, safety.reserve))
+        elif check.name == "winding temperature":
+            hottest = None if heat is None else heat.peak_winding if known else math.inf
+            instant = heat.peak_time if heat is not None and known else None
+            found.append(_held(check, hottest, instant, safety.reserve, evaluation.study.ambient))
+    return tuple(found)
 
 
-def _sampled(cycle: Cycle, time: Array, use: Use) -> Cycle:
-    """The cycle at the recorded instants: what the checks ask it for are its parts and their names."""
-    nothing, where = np.zeros((len(time), len(cycle.joint_names))), np.zeros(len(time), dtype=np.int64)
-    return replace(
-        cycle, time=time, position=nothing, velocity=nothing, acceleration=nothing,
-        torque=None if cycle.torque is None else nothing, payload=where, segment=where, parts=tuple(use.parts),
-    )  # fmt: skip
+def _held(check: Check, required: float | None, time: float | None, reserve: float, origin: float = 0.0) -> Check:
+    """A check with another requirement, both counted from an origin; what the study cannot compute is not checked."""
+    if required is None or check.required is None or check.available is None:
+        return replace(check, required=None if check.required is None else required, time=time)
+    used = utilisation(required - origin, check.available - origin)
+    return replace(check, required=required, utilisation=used, verdict=judged(used, reserve), time=time)
 
 
 def moving(recording: Recording, joint: str) -> Array:

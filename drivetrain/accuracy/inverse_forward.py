@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from drivetrain.accuracy.decision import basis_of, mean_weights, moving, rms
-from drivetrain.accuracy.full_scene import full_scene
-from drivetrain.accuracy.variants import choices, without
+from drivetrain.accuracy.scenes import choices, full_scene, without
 from drivetrain.arrays import Array
 from drivetrain.simulation.cost_results import Choice, JointCurrents, RoadsCompared
 from drivetrain.simulation.engine import Engine

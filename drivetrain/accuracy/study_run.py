@@ -6,10 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from drivetrain.accuracy.auto import choose_effects
+from drivetrain.accuracy.costs import interval_of
 from drivetrain.accuracy.decision import basis_of
-from drivetrain.accuracy.full_scene import full_scene, wanted_scene
-from drivetrain.accuracy.runs import interval_of
-from drivetrain.accuracy.variants import without
+from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import run
@@ -26,10 +25,8 @@ from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.solvers.rosenbrock import Rodas5P
 from drivetrain.solvers.solver import Solver
+from drivetrain.study.model import Study
 from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
-from drivetrain.study.study import Study
-
-Told = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +90,9 @@ def simulate(
     return run.simulate(ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress)
 
 
-def study_scene(evaluation: Evaluation, wishes: Simulation, *, progress: Told | None = None) -> StudyScene:
+def study_scene(
+    evaluation: Evaluation, wishes: Simulation, *, progress: Callable[[int, int, str], None] | None = None
+) -> StudyScene:
     """The scene in which a study's drives run its cycle.
 
     Args:
@@ -116,7 +115,7 @@ def study_scene(evaluation: Evaluation, wishes: Simulation, *, progress: Told | 
     if wishes.effects == ("all",):
         return StudyScene(full, without(full, ()), "all effects that the sheets have numbers for")
     left = [name for name in KNOWN_EFFECTS if name not in wishes.effects]
-    return StudyScene(full, wanted_scene(full, wishes.effects), f"without {', '.join(left)}")
+    return StudyScene(full, wanted_scene(full, wishes.effects, wishes.add), f"without {', '.join(left)}")
 
 
 def engine_of(wishes: Simulation) -> Engine:

@@ -20,7 +20,7 @@ from drivetrain.commands.shared import (
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation
-    from drivetrain.study.study import Study
+    from drivetrain.study.model import Study
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -41,17 +41,15 @@ def _accuracy(
         from dataclasses import replace
 
         from drivetrain.accuracy.auto import choose_effects
+        from drivetrain.accuracy.costs import effects_cost, solver_cost
         from drivetrain.accuracy.decision import basis_of
-        from drivetrain.accuracy.effects_cost import effects_cost
-        from drivetrain.accuracy.full_scene import full_scene
         from drivetrain.accuracy.inverse_forward import inverse_against_forward
-        from drivetrain.accuracy.solver_cost import solver_cost
-        from drivetrain.accuracy.variants import without
+        from drivetrain.accuracy.scenes import full_scene, without
         from drivetrain.report.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
         from drivetrain.report.outputs import write_files
         from drivetrain.simulation.fixed_step import FixedStep
         from drivetrain.sizing.results import Verdict
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
         from drivetrain.units import quantity
 
         together = Together()

@@ -35,7 +35,7 @@ def _why_not(
         from drivetrain.report.outputs import write_files
         from drivetrain.report.why_not_page import why_not_lines, why_not_report
         from drivetrain.sizing.answers.why_not import why_not
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
 
         together = Together()
         with together:
@@ -71,8 +71,8 @@ def _curve(
         from drivetrain.errors import Fault, InputError
         from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
         from drivetrain.report.outputs import write_files
-        from drivetrain.sizing.answers.curves import optimum_curve, varied
-        from drivetrain.study.load import load_study
+        from drivetrain.sizing.answers.curve import optimum_curve, varied
+        from drivetrain.study.read import load_study
 
         together = Together()
         with together:
@@ -130,8 +130,8 @@ def _front(
         from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
         from drivetrain.report.outputs import write_files
         from drivetrain.sizing.search.front import pareto_front
-        from drivetrain.study.load import load_study
-        from drivetrain.study.trade_offs import read_criterion
+        from drivetrain.study.read import load_study
+        from drivetrain.study.selection import read_criterion
         from drivetrain.units import quantity
 
         together = Together()
@@ -170,7 +170,7 @@ def _free_ratio(
         from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
         from drivetrain.report.outputs import write_files
         from drivetrain.sizing.answers.free_ratio import free_ratios, goal_of
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
 
         together = Together()
         with together:

@@ -59,7 +59,7 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     from drivetrain.report.simulation_page import SimulationFound, simulation_lines, simulation_report
     from drivetrain.simulation.plan import plan
     from drivetrain.sizing.results import Verdict
-    from drivetrain.study.load import load_study
+    from drivetrain.study.read import load_study
     from drivetrain.study.simulation import Simulation
 
     together, said = Together(), Simulation()
@@ -149,7 +149,7 @@ def _earlier(asked: Asked) -> Recording | None:
 
 
 def _run(scene: Scene, wishes: Simulation, earlier: Recording | None) -> Recording:
-    from drivetrain.accuracy.runs import interval_of
+    from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.study_run import engine_of
     from drivetrain.simulation.run import simulate
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from drivetrain.report.sections import Extra
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.sizing.tolerance.spread import Spread
-    from drivetrain.study.study import Study
+    from drivetrain.study.model import Study
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -59,7 +59,7 @@ def _demo(out: OutFolder = None) -> None:
     """Pick drives for a UR5-class arm from the shipped catalogues, and write the report to ./reports/demo."""
     with told():
         from drivetrain.shipped import shipped
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
 
         writable(out)
         study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
@@ -109,7 +109,7 @@ def _check(
 
             typer.echo(json.dumps(json_schema(), indent=2))
         if study is not None:
-            from drivetrain.study.load import load_study
+            from drivetrain.study.read import load_study
 
             _summarise(load_study(study), errors=schema)
 
@@ -119,7 +119,7 @@ def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> N
     """Judge the drives that the study gives: margins, verdicts, report, currents."""
     with told():
         from drivetrain.sizing.judge.evaluate import evaluate
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
 
         together = Together()
         with together:
@@ -161,7 +161,7 @@ def _select(
         from dataclasses import replace
 
         from drivetrain.commands.trade_offs import options_beside
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
 
         together = Together()
         with together:
@@ -194,7 +194,7 @@ def _currents(
     with told():
         from drivetrain.report.outputs import currents_csv, write_files
         from drivetrain.sizing.judge.evaluate import evaluate
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
 
         together = Together()
         with together:
@@ -226,7 +226,7 @@ def _ratio(
         from drivetrain.report.ratio_json import ratio_json
         from drivetrain.report.ratio_page import ratio_report, ratio_sentence
         from drivetrain.sizing.answers.ratio import chosen_drives, ratio_studies, ratio_study
-        from drivetrain.study.load import load_study
+        from drivetrain.study.read import load_study
 
         together = Together()
         with together:

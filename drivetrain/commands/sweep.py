@@ -29,7 +29,7 @@ def _sweep(
         from drivetrain.errors import Fault, InputError
         from drivetrain.report.outputs import write_files
         from drivetrain.report.sweep_page import sweep_report
-        from drivetrain.study.load import study_from
+        from drivetrain.study.read import study_from
         from drivetrain.sweep.points import read_sweep
         from drivetrain.sweep.run import run_sweep
         from drivetrain.sweep.shards import read_results

@@ -17,6 +17,7 @@ from typing import TypeVar
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.units import Current, Efficiency, Power, Voltage
 
 Values = TypeVar("Values", float, Array)
 
@@ -46,9 +47,9 @@ class Amplifier:
         modulation: Largest share of the supply voltage that reaches the motor terminals.
     """
 
-    peak_current: float | None = None
-    continuous_current: float | None = None
-    modulation: float = 0.95
+    peak_current: Current | None = None
+    continuous_current: Current | None = None
+    modulation: Efficiency = 0.95
 
     def __post_init__(self) -> None:
         ranges = {"peak_current": POSITIVE, "continuous_current": POSITIVE, "modulation": EFFICIENCY}
@@ -67,10 +68,10 @@ class Supply:
         regenerated_power: Largest mean power it takes back or burns in a brake resistor [W].
     """
 
-    voltage: float
-    peak_power: float | None = None
-    mean_power: float | None = None
-    regenerated_power: float | None = None
+    voltage: Voltage
+    peak_power: Power | None = None
+    mean_power: Power | None = None
+    regenerated_power: Power | None = None
 
     def __post_init__(self) -> None:
         ranges = {

@@ -9,6 +9,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError
+from drivetrain.units import Factor, Speed, Torque, ViscousFriction
 
 _RANGES = {
     "coulomb": NOT_NEGATIVE,
@@ -39,13 +40,13 @@ class Friction:
         stribeck_exponent: Shape of that fall.
     """
 
-    coulomb: float = 0.0
-    coulomb_negative: float | None = None
-    viscous: float = 0.0
-    viscous_negative: float | None = None
-    static: float | None = None
-    stribeck_speed: float | None = None
-    stribeck_exponent: float = 2.0
+    coulomb: Torque = 0.0
+    coulomb_negative: Torque | None = None
+    viscous: ViscousFriction = 0.0
+    viscous_negative: ViscousFriction | None = None
+    static: Torque | None = None
+    stribeck_speed: Speed | None = None
+    stribeck_exponent: Factor = 2.0
 
     def __post_init__(self) -> None:
         faults = range_faults("friction", self, _RANGES, required=("coulomb", "viscous", "stribeck_exponent"))

@@ -27,11 +27,11 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, batch
 from drivetrain.dynamics.bias import bias_torque
-from drivetrain.dynamics.constrained_kernel import compiled
 from drivetrain.dynamics.constraints import Constraint, checked_constraints, stacked_rows
+from drivetrain.dynamics.core import factor
 from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.doors import finite_samples
-from drivetrain.dynamics.factors import mass_factor, solve_lower, solve_upper
+from drivetrain.dynamics.factors import mass_factor, no_inertia, solve_lower, solve_upper
 from drivetrain.dynamics.mass_matrix import mass_matrices, mass_matrix
 from drivetrain.errors import Fault, InputError
 
@@ -289,9 +289,7 @@ def least_change(
     motion, multipliers, found = np.empty(force.shape), np.empty(drift.shape), np.empty((len(q), 3))
     matrices = mass_matrices(packed(arm), q)
     force, drift, jacobian = (np.ascontiguousarray(values) for values in (force, drift, jacobian))
-    sample, joint = compiled()(matrices, jacobian, force, drift, tolerance, motion, multipliers, found)
+    sample, joint = factor.least_change(matrices, jacobian, force, drift, tolerance, motion, multipliers, found)
     if joint >= 0:
-        problem = f"moves no inertia of its own at sample {sample}: the mass matrix is singular there"
-        hint = "give the links from this joint on mass and inertia, or the joint a rotor"
-        raise InputError(Fault(f"joint {arm.joint_names[joint]!r}", problem, None, hint))
+        raise no_inertia(arm, joint, f" at sample {sample}: the mass matrix is singular there")
     return motion, multipliers, found

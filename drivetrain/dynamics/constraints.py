@@ -1,17 +1,23 @@
-"""What constrains an arm: rows ``A(q) qd = 0``, from a position that must be held (holonomic) or from speeds alone."""
+"""What constrains an arm: rows ``A(q) qd = 0``, from a position that must be held (holonomic) or from speeds alone.
+
+Loops closed: two frames, on links or on the base, held together as by a joint. Contacts: a point of a link that stays
+on a surface, and a blade that does not slip sideways.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.checks import checked_pose
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.dynamics.core.frames import FRAME, ROW, close_loop, move_frame
 from drivetrain.dynamics.kinematics import screw_displacements
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import inverse_pose
@@ -165,6 +171,239 @@ class CallableConstraint(Constraint):
             jacobian = checked_array(self.jacobian(position), (k, arm.n), "jacobian(q)")
             parts.append((error, jacobian, checked_array(self.drift(position, speed), (k,), "drift(q, qd)")))
         return Rows(*(np.array(part) for part in zip(*parts, strict=True)))
+
+
+# Rows of closures: across, axis of the second frame, axis of the first.
+_X, _Y, _Z = ((0, k, 0) for k in range(3))
+_TILTS = ((1, 0, 2), (1, 1, 2))  # the z axis of a at right angles to x and y of b
+_TURN = (1, 0, 1)  # its y axis at right angles to x of b: with the tilts, no turn at all
+
+
+class ClosingJoint(Enum):
+    """How two frames are held together, in the axes of the second; the joint's own freedom is left.
+
+    WELD: nothing moves. HINGE: turns about the common z axis. SLIDER: slides along it. CYLINDER: both. BALL: turns any
+    way about the common origin. PLANE: slides in the x-y plane and turns about z.
+    """
+
+    WELD = (_X, _Y, _Z, *_TILTS, _TURN)
+    HINGE = (_X, _Y, _Z, *_TILTS)
+    SLIDER = (_X, _Y, *_TILTS, _TURN)
+    CYLINDER = (_X, _Y, *_TILTS)
+    BALL = (_X, _Y, _Z)
+    PLANE = (_Z, *_TILTS)
+
+
+@dataclass(frozen=True, eq=False)
+class LoopClosure(Constraint):
+    """Two frames held together as by a joint: a loop of links, a handle, a fixture, or, by a WELD, a pose.
+
+    Rows are distances along the axes of the second frame [m], then cosines of angles between axes [-], which near
+    closure are the angles themselves [rad]. Their multipliers are forces [N] and moments [N m].
+
+    Attributes:
+        first, second: The frames.
+        joint: What holds them together.
+    """
+
+    first: Attachment
+    second: Attachment
+    joint: ClosingJoint
+    _homes: Array = field(init=False, repr=False)
+    _ends: np.ndarray = field(init=False, repr=False)
+    _codes: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.first.link == self.second.link:
+            raise InputError(Fault("LoopClosure", "must hold frames on two different links", self.first.link))
+        object.__setattr__(self, "_homes", np.array([self.first.pose, self.second.pose]))
+        object.__setattr__(self, "_ends", np.array([self.first.link, self.second.link], dtype=np.int64))
+        object.__setattr__(self, "_codes", np.array(list(self.joint.value), ROW))
+
+    @property
+    def count(self) -> int:
+        return len(self._codes)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return tuple("N m" if across else "N" for across, _, _ in self.joint.value)
+
+    def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
+        samples, k = len(q), self.count
+        rows = Rows(np.empty((samples, k)), np.empty((samples, k, arm.n)), np.empty((samples, k)))
+        close_loop(arm.screws, self._homes, self._ends, self._codes, q, qd, *rows)
+        return rows
+
+
+def _motion(arm: Arm, attachment: Attachment, q: Array, qd: Array) -> tuple[Any, Array]:
+    """How a frame on a link moves, records FRAME (N,), and the Jacobian of its velocities (N, 6, n)."""
+    frames, jacobian = np.empty(len(q), FRAME), np.empty((len(q), 6, arm.n))
+    move_frame(arm.screws, attachment.pose, attachment.link, q, qd, frames, jacobian)
+    return frames, jacobian
+
+
+class Surface(ABC):
+    """A surface that stands still: the points where its height is zero."""
+
+    @abstractmethod
+    def height(self, points: Array) -> tuple[Array, Array, Array]:
+        """How high points are above the surface, and how that changes.
+
+        Args:
+            points: In the base frame [m], (N, 3).
+
+        Returns:
+            Height [m], (N,), positive outside; its gradient [-], (N, 3); its second derivative [1/m], (N, 3, 3).
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Plane(Surface):
+    """A plane.
+
+    Attributes:
+        normal: Outwards, made unit length [-], (3,).
+        point: Any point of it, in the base frame [m], (3,).
+    """
+
+    normal: Array
+    point: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", _direction(self.normal, "Plane.normal"))
+        object.__setattr__(self, "point", frozen_array(self.point, (3,), "Plane.point"))
+
+    def height(self, points: Array) -> tuple[Array, Array, Array]:
+        gradient = np.broadcast_to(self.normal, points.shape)
+        return (points - self.point) @ self.normal, gradient, np.zeros((len(points), 3, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere(Surface):
+    """A sphere.
+
+    Attributes:
+        centre: In the base frame [m], (3,).
+        radius: [m].
+    """
+
+    centre: Array
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", frozen_array(self.centre, (3,), "Sphere.centre"))
+        object.__setattr__(self, "radius", _positive(self.radius, "Sphere.radius"))
+
+    def height(self, points: Array) -> tuple[Array, Array, Array]:
+        return _from_centre(points - self.centre, np.eye(3), self.radius)
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder(Surface):
+    """A round cylinder without ends.
+
+    Attributes:
+        axis: Direction, made unit length [-], (3,).
+        point: Any point of the axis, in the base frame [m], (3,).
+        radius: [m].
+    """
+
+    axis: Array
+    point: Array
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axis", _direction(self.axis, "Cylinder.axis"))
+        object.__setattr__(self, "point", frozen_array(self.point, (3,), "Cylinder.point"))
+        object.__setattr__(self, "radius", _positive(self.radius, "Cylinder.radius"))
+
+    def height(self, points: Array) -> tuple[Array, Array, Array]:
+        across = np.eye(3) - np.outer(self.axis, self.axis)
+        return _from_centre((points - self.point) @ across, across, self.radius)
+
+
+@dataclass(frozen=True, eq=False)
+class PointOnSurface(Constraint):
+    """The origin of a frame stays on a surface: the book's pen on paper. One row; its multiplier is a force [N].
+
+    The multiplier is the force of the arm on the surface along the outward normal: negative while the arm pushes.
+    A real surface can only be pushed; this one holds both ways.
+
+    Attributes:
+        point: The frame; its axes do not matter.
+        surface: What it stays on.
+    """
+
+    point: Attachment
+    surface: Surface
+
+    @property
+    def count(self) -> int:
+        return 1
+
+    def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
+        moved, jacobian = _motion(arm, self.point, q, qd)
+        height, gradient, curvature = self.surface.height(np.ascontiguousarray(moved["place"]))
+        bent = np.einsum("ni,nij,nj->n", moved["v"], curvature, moved["v"])
+        drift = bent + np.sum(gradient * moved["dv"], axis=1)
+        return Rows(height[:, None], gradient[:, None] @ jacobian[:, 3:], drift[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class KnifeEdge(Constraint):
+    """The origin of a frame has no velocity along one of the frame's own directions: a skate, a wheel, a blade.
+
+    One row that binds speeds and not positions (nonholonomic); its multiplier is the sideways force [N].
+
+    Attributes:
+        blade: The frame.
+        sideways: In that frame, made unit length [-], (3,).
+    """
+
+    blade: Attachment
+    sideways: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sideways", _direction(self.sideways, "KnifeEdge.sideways"))
+
+    @property
+    def count(self) -> int:
+        return 1
+
+    @property
+    def holonomic(self) -> bool:
+        return False
+
+    def rows(self, arm: Arm, q: Array, qd: Array) -> Rows:
+        moved, jacobian = _motion(arm, self.blade, q, qd)
+        direction = self.sideways @ moved["axes"]
+        drift = np.sum(np.cross(moved["w"], direction) * moved["v"] + direction * moved["dv"], axis=1)
+        return Rows(np.zeros((len(q), 1)), direction[:, None] @ jacobian[:, 3:], drift[:, None])
+
+
+def _from_centre(offset: Array, across: Array, radius: float) -> tuple[Array, Array, Array]:
+    """Height above a round surface, from offsets at right angles to its axis or from its centre."""
+    distance = np.linalg.norm(offset, axis=1)
+    # On the axis itself no direction is outwards; any will do for a start.
+    safe = np.where(distance > 0.0, distance, 1.0)
+    gradient = offset / safe[:, None]
+    curvature = (across - gradient[:, :, None] * gradient[:, None, :]) / safe[:, None, None]
+    return distance - radius, gradient, curvature
+
+
+def _direction(value: Any, name: str) -> Array:
+    vector = checked_array(value, (3,), name)
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        raise InputError(Fault(name, "must not be zero", vector.tolist()))
+    return frozen_array(vector / size, (3,), name)
+
+
+def _positive(value: Any, name: str) -> float:
+    number = float(checked_array(value, (), name))
+    if number <= 0.0:
+        raise InputError(Fault(name, "must be positive [m]", value))
+    return number
 
 
 def stacked_rows(arm: Arm, constraints: Sequence[Constraint], q: Array, qd: Array) -> Rows:

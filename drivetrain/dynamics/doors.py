@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetrain.arrays import Array, batch, real_array, within_reach
 from drivetrain.dynamics.core.packed import Packed
-from drivetrain.dynamics.kernels import compiled
+from drivetrain.dynamics.core.recursion import recursion
 from drivetrain.errors import Fault, InputError
 
 NO_TIP = np.empty((0, 6))
@@ -45,7 +45,8 @@ def samples(n: int, named: dict[str, Any]) -> list[Array]:
     shape = arrays[0].shape
     if len(shape) not in (1, 2) or shape[-1] != n or any(array.shape != shape for array in arrays):
         raise _complaint(n, named)
-    return [array.reshape(-1, n) for array in arrays]
+    # Kernels are compiled for arrays that may be written to; others would have them compiled again.
+    return [(array if array.flags.writeable else array.copy()).reshape(-1, n) for array in arrays]
 
 
 def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:
@@ -114,7 +115,7 @@ def run(
         filled = Outputs(*(np.empty((len(x), wide[0].shape[1], *x.shape[2:])) for x in outputs))
     torque = np.empty(wide[0].shape)
     weight = model.gravity if gravity is None else gravity
-    spoiled = compiled()(model.simple, model.rows, model.spins, weight, *wide, tip, torque, *filled)
+    spoiled = recursion(model.links, model.rotors, weight, *wide, tip, torque, *filled)
     if spoiled != 0.0:
         raise _complaint(q.shape[1], {"q": q, "qd": qd, "qdd": qdd})
     if model.spread is None:

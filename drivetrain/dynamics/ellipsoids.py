@@ -14,14 +14,15 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, batch, checked_array
+from drivetrain.dynamics.core.factor import factorise
 from drivetrain.dynamics.doors import finite_samples
+from drivetrain.dynamics.factors import solve_lower
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.tip_motion import tip_jacobian
 from drivetrain.errors import Fault, InputError
 
 BASE_AXES = np.eye(3)
 STUCK = 1e-12  # of the largest: a square root of a mobility below this is rounding, not motion
-MASSLESS = 1e-12  # what is left of a joint's inertia, of its whole, when the others are free to give way
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ def acceleration_ellipsoid(arm: Arm, q: Any, *, joints: Any = None) -> Ellipsoid
     Reference: Modern Robotics, section 8.1.3 and figure 8.3, dotted.
     """
     matrices = _chosen(arm, q, joints)
-    _scaled_factor(matrices)  # refuses a singular matrix
+    _factor(matrices)  # refuses a singular matrix
     values, directions = np.linalg.eigh(matrices)
     return _largest_first(1.0 / values, directions)
 
@@ -214,28 +215,19 @@ def _chosen(arm: Arm, q: Any, joints: Any) -> Array:
     return np.asarray(matrices[..., index[:, None], index])
 
 
-def _scaled_factor(matrices: Array) -> tuple[Array, Array]:
-    """Cholesky's factor of the matrices scaled to unit diagonals, and the scale: M = (L / scale) (L / scale)^T."""
-    diagonal = np.diagonal(matrices, axis1=-2, axis2=-1)
-    problem = "a joint moves no inertia: the mass matrix is singular, and accelerations are not defined"
-    hint = "give the links from this joint on mass and inertia, or the joint a rotor"
-    if not (diagonal > 0.0).all():
+def _factor(matrices: Array) -> Array:
+    """Cholesky's factors of mass matrices, (N, k, k)."""
+    factors = np.array(matrices, order="C").reshape(-1, *matrices.shape[-2:])
+    if factorise(factors)[1] >= 0:
+        problem = "a joint moves no inertia: the mass matrix is singular, and accelerations are not defined"
+        hint = "give the links from this joint on mass and inertia, or the joint a rotor"
         raise InputError(Fault("arm", problem, hint=hint))
-    scale = 1.0 / np.sqrt(diagonal)
-    try:
-        factor = np.asarray(np.linalg.cholesky(matrices * scale[..., :, None] * scale[..., None, :]), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        factor = np.zeros((1, 1))
-    if (np.diagonal(factor, axis1=-2, axis2=-1) ** 2 < MASSLESS).any():
-        raise InputError(Fault("arm", problem, hint=hint))
-    return factor, scale
+    return factors
 
 
 def _weighted_jacobian(arm: Arm, q: Array) -> Array:
     """X of ``J M^-1 J^T = X^T X``, (N, n, 3)."""
-    factor, scale = _scaled_factor(mass_matrix(arm, q))
-    columns = np.swapaxes(tip_jacobian(arm, q)[:, 3:], 1, 2)
-    return np.asarray(np.linalg.solve(factor, columns * scale[:, :, None]))
+    return solve_lower(_factor(mass_matrix(arm, q)), np.swapaxes(tip_jacobian(arm, q)[:, 3:], 1, 2))
 
 
 def _tip_mobility(arm: Arm, q: Any, axes: Array) -> tuple[Array, Array]:

@@ -1,23 +1,31 @@
-"""Forward dynamics: the accelerations that torques give, by solving with the mass matrix."""
+"""Forward dynamics: the accelerations that torques give, by the mass matrix or by articulated bodies.
+
+Solving with the mass matrix takes n^2 to fill it and n^3 to factor it, and on long chains it loses digits as the
+matrix's condition, which grows as n^4. The recursion over articulated bodies does neither, and takes rotors as they
+are: on or off the joint's axis, on any link, balanced or not. Rotors that follow several joints close loops in the
+chain of bodies, for which it is not made: arms with such go the way of the mass matrix.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 7; rotors as told in ``core/articulated.py``.
+"""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
+from drivetrain.dynamics.core.articulated import articulated_accelerations
+from drivetrain.dynamics.core.factor import solve
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.doors import finite_samples, run, tip_samples
+from drivetrain.dynamics.doors import NO_TIP, finite_samples, run, tip_samples
+from drivetrain.dynamics.factors import no_inertia
 from drivetrain.dynamics.mass_matrix import mass_matrices
 from drivetrain.errors import Fault, InputError
-from drivetrain.jit import kernel
 
-# What is left of a joint's inertia, of its whole, when the joints before it are free to give way. Rounding leaves
-# about 1e-15 of nothing.
-SINGULAR = 1e-12
+UNDEFINED = ": accelerations are not defined there"
 
 
 def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = None) -> Array:
@@ -44,51 +52,75 @@ def forward_dynamics(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = N
     bias = run(model, (positions, speeds, rest), tip=tip_samples(model, tip_wrench, len(positions)))
     accelerations = torques - bias
     matrices = mass_matrices(model, positions)
-    sample, joint = _solve(matrices, accelerations)
+    sample, joint = solve(matrices, accelerations)
     if joint >= 0:
-        raise _singular(arm, sample, joint, np.ndim(q) == 2)
+        where = f" at sample {sample}" if np.ndim(q) == 2 else ""
+        raise no_inertia(arm, joint, f"{where}: the mass matrix is singular there, accelerations are not defined")
     return accelerations if np.ndim(q) == 2 else accelerations[0]
 
 
-@kernel
-def _solve(matrices: Array, vectors: Array) -> tuple[int, int]:
-    """Replace vectors by solutions, and matrices by rubbish; sample and joint of the first that is singular, or -1."""
-    n = matrices.shape[1]
-    scale = np.empty(n)
-    for sample in range(len(matrices)):
-        a, b = matrices[sample], vectors[sample]
-        for i in range(n):
-            if not a[i, i] > 0.0:
-                return sample, i
-            scale[i] = 1.0 / math.sqrt(a[i, i])
-        for i in range(n):
-            for j in range(i + 1):
-                total = a[i, j] * scale[i] * scale[j]
-                for k in range(j):
-                    total -= a[i, k] * a[j, k]
-                if j < i:
-                    a[i, j] = total / a[j, j]
-                elif total > SINGULAR:
-                    a[i, i] = math.sqrt(total)
-                else:
-                    return sample, i
-        for i in range(n):
-            total = b[i] * scale[i]
-            for k in range(i):
-                total -= a[i, k] * b[k]
-            b[i] = total / a[i, i]
-        for i in range(n - 1, -1, -1):
-            total = b[i]
-            for k in range(i + 1, n):
-                total -= a[k, i] * b[k]
-            b[i] = total / a[i, i]
-        for i in range(n):
-            b[i] *= scale[i]
-    return -1, -1
+def articulated_body(arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = None) -> Array:
+    """The accelerations that generalised joint torques give, without the mass matrix.
+
+    Args:
+        arm: With rotors or without, at any level.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+        tau: Generalised torques, ``ratio_i`` times the torque of motor i [N m; N at a prismatic joint], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame, (moment [N m], force [N]),
+            (6,) or (N, 6). None: nothing.
+
+    Returns:
+        Accelerations [rad/s^2 or m/s^2], (n,) or (N, n): those of ``forward_dynamics``, to rounding.
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, numbers too large to calculate with, or a joint that moves no
+            inertia when the joints after it give way.
+
+    Reference: Modern Robotics, section 8.5; Featherstone (2008), table 7.1.
+    """
+    positions, speeds, torques = finite_samples(arm.n, {"q": q, "qd": qd, "tau": tau})
+    model = packed(arm)
+    if model.spread is not None:
+        return forward_dynamics(arm, q, qd, tau, tip_wrench=tip_wrench)
+    tip = tip_samples(model, tip_wrench, len(positions))
+    result = np.empty(positions.shape)
+    sample, joint = articulated_accelerations(
+        model.links, model.rotors, model.gravity, positions, speeds, torques, tip, result
+    )
+    if joint >= 0 or not np.isfinite(result).all():
+        where = f" at sample {sample}" if np.ndim(q) == 2 else ""
+        raise _too_large(arm, result) if joint < 0 else no_inertia(arm, joint, f"{where}{UNDEFINED}")
+    return result if np.ndim(q) == 2 else result[0]
 
 
-def _singular(arm: Arm, sample: int, joint: int, many: bool) -> InputError:
-    where = f" at sample {sample}" if many else ""
-    problem = f"moves no inertia of its own{where}: the mass matrix is singular there, accelerations are not defined"
-    hint = "give the links from this joint on mass and inertia, or the joint a rotor"
-    return InputError(Fault(f"joint {arm.joint_names[joint]!r}", problem, None, hint))
+def unchecked_accelerations(arm: Arm) -> Callable[[Array, Array, Array], Array]:
+    """``articulated_body`` for one sample after another, for solvers: a third of the time, nothing checked.
+
+    Returns:
+        A function of q, qd and tau [rad or m, per s, N m or N], contiguous float64, (n,), that gives accelerations
+        [rad/s^2 or m/s^2], (n,); not finite ones where the input is not finite.
+
+    Raises:
+        InputError: The function, where a joint moves no inertia.
+    """
+    model, n = packed(arm), arm.n
+
+    def by_mass_matrix(q: Array, qd: Array, tau: Array) -> Array:
+        finite = all(np.isfinite(values).all() for values in (q, qd, tau))
+        return forward_dynamics(arm, q, qd, tau) if finite else np.full(n, np.nan)
+
+    def accelerations(q: Array, qd: Array, tau: Array) -> Array:
+        result = np.full((1, n), np.nan)
+        rows = (q.reshape(1, n), qd.reshape(1, n), tau.reshape(1, n))
+        _, joint = articulated_accelerations(model.links, model.rotors, model.gravity, *rows, NO_TIP, result)
+        if joint >= 0 and all(np.isfinite(row).all() for row in rows):
+            raise no_inertia(arm, joint, UNDEFINED)
+        return result[0]
+
+    return accelerations if model.spread is None else by_mass_matrix
+
+
+def _too_large(arm: Arm, result: Array) -> InputError:
+    joint = int(np.argwhere(~np.isfinite(result))[0][1])
+    problem = "its acceleration is not finite: q, qd, tau or tip_wrench is too large to calculate with"
+    return InputError(Fault(f"joint {arm.joint_names[joint]!r}", problem))

@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.dynamics.composite import compiled
+from drivetrain.dynamics.core.composite import compose
 from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.doors import finite_samples
 from drivetrain.errors import Fault, InputError
@@ -55,10 +55,9 @@ def mass_matrices(model: Packed, q: Array) -> Array:
     """
     wide = q if model.spread is None else q @ model.spread.T
     count, n = wide.shape
-    flat = np.empty((count, n * n))
-    if compiled()(model.simple, model.rows, model.spins, wide, flat) != 0.0:
+    result = np.empty((count, n, n))
+    if compose(model.links, model.rotors, wide, result) != 0.0:
         raise InputError(Fault("q", "is too large to calculate with", float(np.abs(q).max())))
-    result = flat.reshape(count, n, n)
     if model.spread is None:
         return result
     return _gathered(result, model.spread[q.shape[1] :])

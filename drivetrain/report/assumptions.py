@@ -8,7 +8,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.words import DRIVE_MASS, safety_lines
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.study import GearAssumption, JointTask, MotorAssumption, Study
+from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, Study
 
 _UNKNOWN = "not stated"
 

@@ -13,7 +13,7 @@ from drivetrain.report.quantities import DASH, number, percent, printed_unit
 from drivetrain.report.sections import Section, SheetTable
 from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
-from drivetrain.sizing.answers.curve_results import CurvePiece, OptimumCurve
+from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
 from drivetrain.sizing.judge.evaluate import Pair
 
 

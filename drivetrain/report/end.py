@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drivetrain.report.quantities import with_unit
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 NEGLIGIBLE = 1e-9  # m or rad
 

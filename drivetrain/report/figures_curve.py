@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from drivetrain.report.colours import INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
 from drivetrain.report.quantities import convert, printed_unit, shown_unit
 from drivetrain.report.svg import house_style
-from drivetrain.sizing.answers.curve_results import CurvePiece, OptimumCurve, Vary
+from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
+from drivetrain.sizing.judge.vary import Vary
 
 NAMES = {
     Vary.PAYLOAD: "payload", Vary.CYCLE_TIME: "length of the cycle", Vary.VOLTAGE: "supply voltage",

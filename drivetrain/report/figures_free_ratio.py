@@ -10,7 +10,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from drivetrain.report.colours import BLUE, GREEN, INK, MUTED, ORANGE, VERMILLION
 from drivetrain.report.quantities import number, printed_unit
 from drivetrain.report.svg import house_style
-from drivetrain.sizing.answers.free_ratio_results import FreeJoint, FreeRatios
+from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.study.verdicts import Verdict
 
 COLOURS = {

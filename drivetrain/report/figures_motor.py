@@ -15,7 +15,7 @@ from drivetrain.report.picture import LABEL, TICK, Font, Key, Pen, Picture, lege
 from drivetrain.report.quantities import convert, number, percent, printed_unit, shown_unit
 from drivetrain.report.scales import Scale, text_width, tick_texts
 from drivetrain.sizing.results import JointResult
-from drivetrain.study.study import JointTask, Study
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.verdicts import Check
 
 WIDTH, HEIGHT = 446.0, 404.0  # [points] of the picture

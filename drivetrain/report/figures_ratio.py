@@ -14,7 +14,7 @@ from drivetrain.arrays import Array
 from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, SKY, VERMILLION
 from drivetrain.report.quantities import convert, number, printed_unit, shown_unit
 from drivetrain.report.svg import house_style
-from drivetrain.sizing.answers.ratio_results import RatioStudy
+from drivetrain.sizing.answers.ratio import RatioStudy
 from drivetrain.study.verdicts import Verdict
 
 BESIDE = 2.5  # times beyond the marks that the picture goes on

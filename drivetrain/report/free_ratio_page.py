@@ -10,7 +10,7 @@ from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS, anchor
-from drivetrain.sizing.answers.free_ratio_results import FreeJoint, FreeRatios
+from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.study.verdicts import Verdict
 
 WORDS = {

@@ -38,7 +38,7 @@ from drivetrain.report.views import (
 from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.tolerance.spread import Spread
-from drivetrain.study.study import JointTask, Study
+from drivetrain.study.model import JointTask, Study
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent

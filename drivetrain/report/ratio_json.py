@@ -7,7 +7,7 @@ from typing import Any
 
 from drivetrain.drive.matching import RatioRange
 from drivetrain.report.json_text import json_text
-from drivetrain.sizing.answers.ratio_results import RatioPoint, RatioStudy
+from drivetrain.sizing.answers.ratio import RatioPoint, RatioStudy
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without

@@ -15,7 +15,7 @@ from drivetrain.report.figures_ratio import figure_ratio
 from drivetrain.report.quantities import DASH, number, percent, with_unit
 from drivetrain.report.svg import house_style, share_glyphs, svg_text
 from drivetrain.report.views import CSS, anchor
-from drivetrain.sizing.answers.ratio_results import ClosedForms, NearGear, RatioStudy, RatioWindow
+from drivetrain.sizing.answers.ratio import ClosedForms, NearGear, RatioStudy, RatioWindow
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from drivetrain.report.sections import Section, with_markup
 from drivetrain.report.svg import share_glyphs
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent

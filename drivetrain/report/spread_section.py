@@ -12,7 +12,7 @@ from drivetrain.report.figures_tornado import MOST_BARS, UNITS, figure_tornado
 from drivetrain.report.quantities import percent
 from drivetrain.sizing.tolerance.spread import Spread
 from drivetrain.sizing.tolerance.uncertainty import Chance, Robustness
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 SURE = 0.9999  # of a probability: checks that hold more often are not listed one by one
 MOST_FIGURES = 4

@@ -11,7 +11,7 @@ from drivetrain.report.figures_sweep import sweep_svg
 from drivetrain.report.quantities import DASH, number, percent
 from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 MOST_ROWS = 500
 SAME = "as the last above"

@@ -18,7 +18,7 @@ from drivetrain.report.fallen_columns import COLUMNS
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.words import common_unit, digits_near_limit, joint_sentence, nearness, shared_place
 from drivetrain.sizing.results import Evaluation, Fallen, JointResult
-from drivetrain.study.study import JointTask, Study
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.verdicts import Check, Verdict
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}

@@ -9,7 +9,7 @@ from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
 from drivetrain.report.views import anchor, check_row
 from drivetrain.report.words import check_sentence
-from drivetrain.sizing.answers.why_not_results import PairAnswer, SmallestChange, Standing, WhyNot
+from drivetrain.sizing.answers.why_not import PairAnswer, SmallestChange, Standing, WhyNot
 from drivetrain.sizing.results import Selection
 
 STANDING_CSS = {

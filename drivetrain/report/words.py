@@ -9,8 +9,8 @@ from drivetrain.sizing.judge.missing import gap_lines, uncounted
 from drivetrain.sizing.judge.missing import gaps as missing_gaps
 from drivetrain.sizing.judge.objectives import drive_price
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.mounting import drive_mass
-from drivetrain.study.study import DriveMass, Study
 from drivetrain.study.verdicts import Check, Verdict, lacking
 
 DRIVE_MASS = {

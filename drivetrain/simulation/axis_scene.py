@@ -10,7 +10,7 @@ from drivetrain.effects.rotor import ReflectedRotor
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.scene import Inertia
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 
 def axis_faults(study: Study) -> list[Fault]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
-from drivetrain.dynamics.articulated_body import articulated_body, unchecked_accelerations
+from drivetrain.dynamics.forward import articulated_body, unchecked_accelerations
 from drivetrain.dynamics.lagrange import kinetic_energy, potential_energy
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.recording import Event, Recording, Series

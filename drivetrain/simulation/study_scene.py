@@ -34,8 +34,8 @@ from drivetrain.simulation.axis_scene import axis_body, axis_faults, axis_inerti
 from drivetrain.simulation.inverse import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import loaded_arm
-from drivetrain.study.study import JointTask, Study
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,9 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, wishes: Wishes = DEFA
         effects |= {body.name: own, WHOLE: (CommandedMotion(motion),)}
     else:
         effects[WHOLE] = (CommandedMotion(study.cycle, wishes.repetitions), *_carried(study, wishes.repetitions))
+    for added in study.simulation.add:
+        where = added.joint or WHOLE
+        effects[where] = (*effects[where], added.built(drives.get(where)))
     duration = study.cycle.duration * wishes.repetitions
     scene = Scene(body, effects, duration, start, study.cycle.velocity[0], study.name, _left_out(study, drives, wishes))
     return with_feed_forward(scene) if wishes.feed_forward else scene

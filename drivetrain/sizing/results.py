@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check, Verdict, lacking, verdict_of
 
 

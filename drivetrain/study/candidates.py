@@ -1,4 +1,4 @@
-"""Which motor-gear pairs may drive a joint, and how many rows each rule of the study put aside."""
+"""Which motor-gear pairs may drive a joint, and which rule of the study excludes the others."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.catalog.read import Catalog, FramelessRule, compatible_pairs
+from drivetrain.catalog.read import Catalog, FramelessRule, compatible_pairs, fits
 from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import nearest
 from drivetrain.study.document import Place
-from drivetrain.study.fields import Interval
-from drivetrain.study.form import Form
-from drivetrain.study.ledger import Ledger
-from drivetrain.study.schema_parts import CandidatesForm, DriveForm
-from drivetrain.units import PURE
+from drivetrain.study.faults import Ledger
+from drivetrain.study.form import Form, given
+from drivetrain.study.model import JointTask
+from drivetrain.study.rules import CandidatesForm, DriveForm
+from drivetrain.units import PURE, Interval
 
 DIRECT_DRIVE = "none"  # what a study calls the gear of a direct drive; its key in results is ""
 
@@ -30,11 +30,9 @@ Pair = tuple[str, str]
 def candidate_pairs(
     form: CandidatesForm, catalog: Catalog, ledger: Ledger, place: Place
 ) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
-    """The pairs that may drive a joint, lightest first, and what was put aside.
+    """The (motor key, gear key) that may drive a joint, and in words how many rows each rule excluded.
 
-    Returns:
-        (motor key, gear key) by combined mass, then by keys, rows of unknown mass last; and in words how many rows
-        each rule put aside.
+    They stand by combined mass, then by keys, rows of unknown mass last.
     """
     motors, motor_words = _kept("motors", catalog.motors, form.motors, ledger, (*place, "motors"))
     words = [motor_words]
@@ -64,11 +62,7 @@ def frameless_rule(form: CandidatesForm) -> FramelessRule:
 
 
 def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place) -> Pair | None:
-    """The keys of a drive that the study names, when the catalogue has them.
-
-    Returns:
-        (motor key, gear key), gear "" for a direct drive; None when one is unknown.
-    """
+    """The keys of a drive that the study names, gear "" for a direct drive; None when one is unknown."""
     gear = "" if drive.gear == DIRECT_DRIVE else drive.gear
     known = drive.motor in catalog.motors and (not gear or gear in catalog.gears)
     if known or ledger.spoiled(("catalogs",)):
@@ -125,7 +119,7 @@ def _kept(
     aside: list[str] = []
     units = {column.name: column.unit for column in (MOTOR_COLUMNS if part == "motors" else GEAR_COLUMNS)}
     for name in type(rules).model_fields:
-        if not rules.given(name):
+        if not given(rules, name):
             continue
         wanted = getattr(rules, name)
         if isinstance(wanted, tuple) and wanted and isinstance(wanted[0], str):
@@ -139,11 +133,7 @@ def _kept(
 
 
 def keeps(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:
-    """Whether a row keeps one rule; a row whose value is unknown does not.
-
-    Args:
-        wanted: What the study allows there: a range in SI, names, or yes and no.
-    """
+    """Whether a row keeps one rule, a range in SI, names, or yes and no; a row whose value is unknown does not."""
     value: Any = key if name == "keys" else getattr(row, name)
     if isinstance(wanted, bool):
         return bool(value) is wanted
@@ -160,7 +150,7 @@ def _inside(value: float, interval: Interval) -> bool:
 def _check_names(
     name: str, wanted: Iterable[str], rows: Mapping[str, Motor] | Mapping[str, Gear], ledger: Ledger, place: Place
 ) -> None:
-    """Names that no row has are faults: they would silently put everything aside."""
+    """Names that no row has are faults: they would silently exclude everything."""
     known = set(rows) if name == "keys" else {str(getattr(row, name)) for row in rows.values()}
     folded = {word.casefold() for word in known}
     for word in wanted:
@@ -171,14 +161,84 @@ def _check_names(
 
 
 def limits_in_words(wanted: object, unit: str) -> str:
-    """What a rule allows, as words.
-
-    Args:
-        wanted: A range in SI, names, or yes and no.
-    """
+    """What a rule allows, a range in SI, names, or yes and no, as words."""
     if isinstance(wanted, bool):
         return "yes" if wanted else "no"
     if isinstance(wanted, tuple) and len(wanted) == 2 and not any(isinstance(end, str) for end in wanted):
         low, high = ("open" if end is None else f"{end:g}" for end in wanted)
         return f"{low} to {high} {unit if unit not in PURE else ''}".strip()
     return " or ".join(map(str, wanted)) if isinstance(wanted, tuple) else str(wanted)
+
+
+def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str | None) -> tuple[str, ...]:
+    """By which rules of the study a part or a pair may not drive a joint.
+
+    A key of None asks after the other part alone; gear "" is a direct drive.
+    """
+    if (motor, gear) in task.pairs or (motor, gear) == task.drive:
+        return ()
+    if task.rules is None:
+        return () if task.pairs else (f"the study gives {task.name} its drive and considers no other",)
+    words: list[str] = []
+    if motor is not None:
+        words += _broken("motor", motor, catalog.motors[motor], task.rules.motors, MOTOR_COLUMNS)
+    if gear == "" and task.rules.gears != DIRECT_DRIVE:
+        words.append(f"direct drives are not considered at {task.name}")
+    if gear and isinstance(task.rules.gears, str):
+        words.append(f"only direct drives are considered at {task.name}")
+    elif gear and not isinstance(task.rules.gears, str):
+        words += _broken("gear", gear, catalog.gears[gear], task.rules.gears, GEAR_COLUMNS)
+    if motor is not None and gear:
+        words += _unpaired(task.rules, catalog, motor, gear)
+    return tuple(words)
+
+
+def _broken(what: str, key: str, row: Motor | Gear, rules: Form, columns: tuple[object, ...]) -> list[str]:
+    """The rules for rows of one table that a row does not keep."""
+    units = {column.name: column.unit for column in columns}  # type: ignore[attr-defined]
+    found = []
+    for name in type(rules).model_fields:
+        wanted = getattr(rules, name)
+        if not given(rules, name) or keeps(name, wanted, key, row):
+            continue
+        unit = units.get(name, "")
+        value = key if name == "keys" else getattr(row, name)
+        has = "unknown" if value is None else _shown(value, unit)
+        found.append(f"{what}s rule '{name}: {limits_in_words(wanted, unit)}': of {what} {key} it is {has}")
+    return found
+
+
+def _shown(value: object, unit: str) -> str:
+    """A value of a row in words."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float | int):
+        return f"{value:g} {unit if unit not in PURE else ''}".strip()
+    return str(value)
+
+
+def _unpaired(rules: CandidatesForm, catalog: Catalog, motor: str, gear: str) -> list[str]:
+    """Why motor and gear may not be put together."""
+    if not isinstance(rules.pairs, str):
+        listed = any((pair.motor, pair.gear) == (motor, gear) for pair in rules.pairs)
+        return [] if listed else ["the study lists the pairs that may be used, and this is none of them"]
+    if rules.pairs == "all" or gear in catalog.pairs.get(motor, ()):
+        return []
+    row, wheel = catalog.motors[motor], catalog.gears[gear]
+    if rules.pairs == "published" or not row.frameless:
+        return [f"nobody publishes that {motor} and {gear} fit each other"]
+    rule = frameless_rule(rules)
+    return [] if fits(row, wheel, rule) else [f"{motor} does not fit around {gear}: {_room(row, wheel, rule)}"]
+
+
+def _room(motor: Motor, gear: Gear, rule: FramelessRule) -> str:
+    """What the geometric rule says of a frameless motor and a gear."""
+    if gear.kind not in rule.kinds:
+        return f"a {gear.kind} gear is not built around a frameless motor"
+    if motor.diameter is None:
+        return "the motor's diameter is unknown"
+    if gear.pitch_diameter is None:
+        return "the gear's diameters are unknown" if gear.diameter is None else "it is wider than the gear"
+    share = motor.diameter / gear.pitch_diameter
+    span = f"{rule.min_diameter_ratio:g} to {rule.max_diameter_ratio:g}"
+    return f"its diameter is {share:.3g} of the gear's pitch diameter, {span} is allowed"

@@ -1,4 +1,4 @@
-"""The same task made harder or easier: payload, pace, supply voltage and air changed, everything else kept."""
+"""The same task made harder or easier: payload, pace, supply voltage and ambient changed, everything else kept."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class TaskChange:
         payload: Factor on mass and inertia of payloads: the same shape of another density; 0 or more.
         time: Factor on the length of the cycle: the same path, uniformly slower or faster; positive.
         voltage: Factor on the supply's voltage; positive.
-        ambient: Added to the air's temperature [K].
+        ambient: Added to the ambient temperature [K].
         payloads: Names of the payloads that ``payload`` scales; empty: all.
     """
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import copy
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, nearest
 
 Place = tuple[str | int, ...]  # keys and list positions from the top, such as ("joints", "elbow", "drive")
 
@@ -53,11 +56,7 @@ class Document:
 
 
 def spelled(place: Place) -> str:
-    """A place as text.
-
-    Returns:
-        Such as ``motions.pick.waypoints[2]``; ``the file`` for its top.
-    """
+    """A place as text, such as ``motions.pick.waypoints[2]``; ``the file`` for its top."""
     text = ""
     for part in place:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
@@ -65,11 +64,7 @@ def spelled(place: Place) -> str:
 
 
 def read_document(path: str | Path) -> Document:
-    """A YAML file with the line of each entry.
-
-    Raises:
-        InputError: No such file, not UTF-8, not YAML, not a mapping, or a key given twice; all doubles are listed.
-    """
+    """A YAML file with the line of each entry; raises where it is none, or where keys are given twice, all of them."""
     file = Path(path)
     content = _content(file)
     node = _root(file, content)
@@ -167,3 +162,39 @@ def _mapping(
         lines.setdefault(inner, key_node.start_mark.line + 1)
         found[key] = _data(value_node, inner, file, lines, faults)
     return found
+
+
+def place_of(document: Document, text: str) -> Place:
+    """The place in a study file that a text such as ``payloads.box.mass`` names.
+
+    Raises:
+        InputError: A name before the last that the file does not have, with those it has there.
+    """
+    place: Place = ()
+    found: Any = document.data
+    names = text.split(".")
+    for depth, name in enumerate(names):
+        last = depth == len(names) - 1
+        if isinstance(found, dict) and (name in found or last):
+            place, found = (*place, name), found.get(name)
+        elif isinstance(found, list) and name.isdigit() and int(name) < len(found):
+            place, found = (*place, int(name)), found[int(name)]
+        else:
+            problem = f"{spelled(place)} of {document.path} has no entry {name!r}"
+            known = found if isinstance(found, dict) else ()
+            raise InputError(Fault(text, problem, text, nearest(name, known)))
+    return place
+
+
+def varied(document: Document, entries: Mapping[Place, Any]) -> Document:
+    """A study file with entries replaced."""
+    if not entries:
+        return document
+    data = copy.deepcopy(document.data)
+    for place, value in entries.items():
+        inner: Any = data
+        for name in place[:-1]:
+            inner = inner[name]
+        inner[place[-1]] = copy.deepcopy(value)
+    changes = json.dumps([[list(place), value] for place, value in entries.items()], sort_keys=True, default=str)
+    return replace(document, data=data, content=document.content + b"\n# with " + changes.encode())

@@ -15,7 +15,7 @@ from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.errors import Fault, InputError
-from drivetrain.study.study import DriveMass, JointTask, Mount, Study
+from drivetrain.study.model import DriveMass, JointTask, Mount, Study
 
 DRIVE_DENSITY = 5200.0  # kg/m^3; median of the rows that print diameter, length and mass: 5180 motors, 5370 gears
 
@@ -25,13 +25,8 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
 
     Where the study says ``replaced``, what the links hold is first taken out at every joint, as a point (its own
     inertia is unknown and stays: a small excess on the safe side); ``added`` and ``replaced`` put each drive in as
-    solid cylinders; ``included`` moves no mass. The rotor turns behind its gear in all three.
-
-    Returns:
-        The arm with masses [kg], inertias [kg m^2] and rotors in place.
-
-    Raises:
-        InputError: The study has no arm, or a link would be left without mass.
+    solid cylinders; ``included`` moves no mass. The rotor turns behind its gear in all three. Raises InputError where
+    the study has no arm, or a link would be left without mass.
     """
     arm = emptied(study)
     rotors: list[Rotor | None] = [None] * arm.n
@@ -48,25 +43,15 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
 
 
 def carrying(study: Study, arm: Arm, payload_index: int) -> Arm:
-    """An arm with one of the study's payloads at its tip.
-
-    Returns:
-        The arm with the payload's mass [kg] and inertia [kg m^2] on its last link.
-    """
-    if payload_index < 0:
+    """An arm with one of the study's payloads at its tip; -1: none."""
+    if payload_index < 0 or study.payloads[payload_index].mass == 0.0:
         return arm
     payload = study.payloads[payload_index]
-    if payload.mass == 0.0:
-        return arm
     return with_payload(arm, payload.mass, payload.com, payload.inertia)
 
 
 def drive_mass(drive: Drive) -> float | None:
-    """Mass of motor and gear together; an ideal gear weighs nothing.
-
-    Returns:
-        [kg]; None when one of them is unknown.
-    """
+    """Mass of motor and gear together [kg]; an ideal gear weighs nothing; None when one of them is unknown."""
     gear = 0.0 if drive.gear.kind == "ideal" and drive.gear.mass is None else drive.gear.mass
     return None if drive.motor.mass is None or gear is None else drive.motor.mass + gear
 
@@ -82,10 +67,8 @@ def drive_body(drive: Drive) -> tuple[float, float, float]:
     """Motor and gear as solid cylinders with one centre, the rotor's inertia about its axis left out.
 
     That part belongs to the rotor, which is a body of its own; counted here too it would count twice. Sizes that a
-    sheet does not print follow from DRIVE_DENSITY, with both unknown from a cylinder as long as wide.
-
-    Returns:
-        Mass [kg]; inertia about the centre, across the axis and along it [kg m^2].
+    sheet does not print follow from DRIVE_DENSITY, with both unknown from a cylinder as long as wide. Mass [kg];
+    inertia about the centre, across the axis and along it [kg m^2].
     """
     motor, gear = drive.motor, drive.gear
     cylinders = [cylinder_inertia(part.mass, part.diameter, part.length) for part in (motor, gear)]
@@ -95,14 +78,7 @@ def drive_body(drive: Drive) -> tuple[float, float, float]:
 
 
 def rotor_ratio(drive: Drive, task: JointTask) -> float:
-    """Rotor angle over the joint's coordinate.
-
-    Args:
-        task: Of the joint: its travel a radian, where it slides.
-
-    Returns:
-        [-], or [rad/m] where the joint slides.
-    """
+    """Rotor angle over the joint's coordinate [-], or [rad/m] where the joint slides."""
     return drive.gear.ratio / (task.travel_per_turn or 1.0)
 
 
@@ -118,12 +94,7 @@ def seat(joint: int, mount: Mount) -> int:
 
 
 def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: float) -> Rotor:
-    """A rotor where its drive sits, along the axis of the joint there.
-
-    Args:
-        ratio: Of the gear behind it [-, rad/m].
-        inertia: About its axis [kg m^2].
-    """
+    """A rotor where its drive sits, along the axis of the joint there; ratio [- or rad/m], inertia [kg m^2]."""
     axis = joint_axis(arm, seat(joint, mount))
     line = np.concatenate([axis, np.cross(arm.joint_points[seat(joint, mount)], axis)])
     return Rotor(ratio, inertia, screw=line, carrier=carrier_link(joint, mount))
@@ -132,13 +103,8 @@ def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: floa
 def emptied(study: Study) -> Arm:
     """The study's arm without rotors, and without the drives that its links hold where these are to be replaced.
 
-    Rotors that an arm states are those of its own drives; those that the study judges bring theirs.
-
-    Returns:
-        The arm; as a point is taken out, the drives' own inertia [kg m^2] stays in the links.
-
-    Raises:
-        InputError: The study has no arm, or a link cannot hold what is to be taken out of it; all such joints.
+    Rotors that an arm states are those of its own drives; those that the study judges bring theirs. As points are taken
+    out, the drives' own inertia stays in the links. Raises InputError for all joints whose link cannot hold so much.
     """
     arm = study.arm
     if arm is None:
@@ -167,36 +133,23 @@ def _without(arm: Arm, joint: int, task: JointTask) -> Arm:
 
 
 def joint_axis(arm: Arm, joint: int) -> Array:
-    """Direction of a joint's axis, or of its travel, base frame, all joints at zero.
-
-    Returns:
-        Unit vector, (3,).
-    """
+    """Direction of a joint's axis, or of its travel, base frame, all joints at zero, (3,)."""
     screw = arm.screws[joint]
     axis: Array = screw[:3] if screw[:3].any() else screw[3:]
     return axis
 
 
 def mount_point(arm: Arm, joint: int, mount: Mount) -> Array:
-    """Where a drive's centre of mass sits, base frame, all joints at zero.
-
-    Returns:
-        The point [m], (3,).
-    """
+    """Where a drive's centre of mass sits, base frame, all joints at zero [m], (3,)."""
     at = seat(joint, mount)
     point: Array = arm.joint_points[at] + mount.offset * joint_axis(arm, at)
     return point
 
 
 def cylinder_inertia(mass: float | None, diameter: float | None, length: float | None) -> tuple[float, float]:
-    """Inertia of a motor or gear as a solid cylinder, about its centre.
+    """Inertia of a motor or gear as a solid cylinder about its centre, across its axis and along it [kg m^2].
 
-    Args:
-        mass: [kg]; one of unknown mass counts nothing.
-        diameter, length: [m]; a size that is unknown follows from DRIVE_DENSITY.
-
-    Returns:
-        Across its axis and along it [kg m^2].
+    One of unknown mass counts nothing; a size that is unknown follows from DRIVE_DENSITY.
     """
     if not mass:
         return 0.0, 0.0

@@ -1,23 +1,36 @@
-"""The study file as a whole: what it may say, and its JSON Schema for editors."""
+"""What a study file may say, as a whole and part by part, and its JSON Schema for editors.
+
+A part that a dataclass describes already is ``Entry`` of it; only what a file says otherwise has a form of its own.
+"""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validator
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    GetJsonSchemaHandler,
+    Tag,
+    model_validator,
+)
 from pydantic_core import CoreSchema
 
-from drivetrain.study import fields as f
-from drivetrain.study.form import Form
-from drivetrain.study.schema_coupling import CouplingForm
-from drivetrain.study.schema_parts import AmplifierForm, AssumptionsForm, JointForm, SafetyForm, SupplyForm
-from drivetrain.study.schema_rows import GearRow, MotorRow
-from drivetrain.study.schema_selection import Objective, SelectionForm
-from drivetrain.study.schema_simulation import SimulationForm
-from drivetrain.study.schema_tolerances import TolerancesForm
+from drivetrain import units as f
+from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
+from drivetrain.drive.friction import Friction
+from drivetrain.study.form import AsForm, Entry, Form, form_of
+from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Safety
+from drivetrain.study.rules import CandidatesForm, DriveForm, GearRow, MotorRow
+from drivetrain.study.selection import CRITERIA, TERMS, UNITS, CurveWanted, SelectionOptions, read_criterion, read_curve
+from drivetrain.study.simulation import Simulation
+from drivetrain.study.tolerances import Tolerances
 
 SCHEMA_VERSION = 1
 DEFAULT = "default"  # the entry of `joints` and of `motions` that holds where the others are silent
+
+MountEntry = Annotated[Mount, AsForm(without=("joint",))]
 
 
 class ArmForm(Form):
@@ -43,22 +56,25 @@ class ArmForm(Form):
         return {"anyOf": [{"type": "string"}, handler.resolve_ref_schema(handler(schema))]}
 
 
+Product = Annotated[float, f.Quantity("kg m^2")]
+
+
 class InertiaForm(Form):
     """Inertia about the centre of mass, in axes parallel to the tip's."""
 
     xx: f.Inertia
     yy: f.Inertia
     zz: f.Inertia
-    xy: f.InertiaProduct = 0.0
-    xz: f.InertiaProduct = 0.0
-    yz: f.InertiaProduct = 0.0
+    xy: Product = 0.0
+    xz: Product = 0.0
+    yz: Product = 0.0
 
 
 class PayloadForm(Form):
     """A body fixed to the tip; without inertia a point mass."""
 
     mass: f.Mass
-    com: f.Position3 = (0.0, 0.0, 0.0)
+    com: Annotated[tuple[float, float, float], f.Vector("m")] = (0.0, 0.0, 0.0)
     inertia: InertiaForm | None = None
 
 
@@ -106,6 +122,171 @@ class MixForm(Form):
     cycle: Annotated[list[CycleForm], Field(min_length=1)]
 
 
+Turns = Annotated[float, f.Quantity("")]
+_WANTS = {"differential": "turns", "belt": "passes"}
+
+
+class CouplingForm(Form):
+    """Joints whose motors work together: the shafts behind their gears turn as these turn with the joints.
+
+    The drive of a joint listed here is the one behind its shaft, in the same order: speed, torque and friction of that
+    joint's drive are the shaft's.
+    """
+
+    joints: f.Names = Field(description="from the base towards the tip; their drives turn the shafts, in this order")
+    type: Literal["differential", "belt"] | None = Field(
+        default=None,
+        description="differential: two shafts turn the first joint together, the second against each other; belt: all "
+        "shafts start before the first joint, and reach theirs over wheels on the axes between",
+    )
+    turns: list[Turns] | None = Field(
+        default=None, description="differential: of a shaft, a turn of the first and of the second joint; default 1, 1"
+    )
+    passes: list[Turns] | None = Field(
+        default=None,
+        description="belt: what the wheel on each axis but the last passes on, a turn of its own; -1: the other way "
+        "round; default 1 each",
+    )
+    matrix: list[list[Turns]] | None = Field(
+        default=None, description="instead of a type: row i, turns of shaft i a turn of each joint"
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if (self.type is None) == (self.matrix is None):
+            raise f.refused("must have one of: type (differential or belt), matrix")
+        for name in _WANTS.values():
+            if getattr(self, name) is not None and _WANTS.get(self.type or "") != name:
+                owner = next(kind for kind, wanted in _WANTS.items() if wanted == name)
+                raise f.refused(f"{name} goes with type: {owner}")
+        return self
+
+
+class FreeRatioForm(Form):
+    """A gear of any ratio in a range: ideal, or one of a series of the catalogue, scaled.
+
+    The motor is that of the joint's drive, or the one named here.
+    """
+
+    ratio: Annotated[f.Interval, f.Between("")]
+    series: f.Name | None = None
+    motor: f.Name | None = None
+
+
+class ContainedForm(Form):
+    """The drive that the arm's links already hold at a joint (drive_mass: replaced)."""
+
+    mass: f.Mass
+    mount: MountEntry = Field(default_factory=Mount)
+
+
+class AmplifierForm(form_of(Amplifier)):  # type: ignore[misc]
+    """Limits of an amplifier; current_basis says whether its ampere is dc, rms or peak of a sine."""
+
+    current_basis: CurrentBasis | None = None
+    modulation: f.Efficiency | None = Field(
+        default=None, description="largest share of the supply voltage at the terminals"
+    )
+
+
+class JointForm(Form):
+    """One joint: a given drive, or which catalogue rows may drive it; `default` holds for all joints."""
+
+    drive: DriveForm | None = None
+    candidates: CandidatesForm | None = None
+    free_ratio: FreeRatioForm | None = Field(default=None, description="for `drivetrain free-ratio`")
+    mount: MountEntry = Field(default_factory=Mount)
+    contained: ContainedForm | None = None
+    friction: Entry[Friction] = Friction()
+    motor_friction: Entry[Friction] | None = Field(
+        default=None, description="replaces what the motor's no-load data imply"
+    )
+    amplifier: AmplifierForm = AmplifierForm()
+    travel_per_turn: Annotated[float, f.Quantity("m/rad")] | None = Field(
+        default=None, description="prismatic joints: travel per turn of the gear"
+    )
+    housing_to_ambient: f.ThermalResistance | None = Field(default=None, description="of the real mounting")
+    load_inertia: f.Inertia | None = Field(
+        default=None, description="without an arm: what the gear turns, already in the table's torque"
+    )
+
+
+class AssumptionsForm(Form):
+    """What to assume where a sheet is silent: gears by kind; motors by brushed, brushless or frameless."""
+
+    gears: dict[str, Annotated[GearAssumption, AsForm(needed=("source",))]] = Field(default_factory=dict)
+    motors: dict[str, Annotated[MotorAssumption, AsForm(needed=("source",))]] = Field(default_factory=dict)
+
+
+Weight = Annotated[float, f.Quantity("", minimum=0.0)]
+
+
+class WeightsForm(Form):
+    """Weights of a mixed objective, pure numbers: a kilogram, a unit of the price, a joule of each cycle."""
+
+    mass: Weight = Field(default=0.0, description="what one kilogram of motors and gears counts")
+    price: Weight = Field(default=0.0, description="what one unit of the catalogue's price counts")
+    energy: Weight = Field(default=0.0, description="what one joule a cycle counts")
+
+    @model_validator(mode="after")
+    def _something_counts(self) -> Self:
+        if not any(getattr(self, name) for name in TERMS):
+            raise f.refused("needs a weight above 0", f"for at least one of {', '.join(TERMS)}")
+        return self
+
+
+def _word_or_weights(value: Any) -> str:
+    return "<weights>" if isinstance(value, dict | WeightsForm) else "<word>"
+
+
+Objective = Annotated[
+    Annotated[Literal["mass", "price", "energy"], Tag("<word>")] | Annotated[WeightsForm, Tag("<weights>")],
+    Discriminator(_word_or_weights),
+]
+
+
+class _Criterion(f.Reader):
+    """A criterion that sets are compared by."""
+
+    def read(self, value: Any) -> str:
+        return read_criterion(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"type": "string", "enum": list(CRITERIA)}
+
+
+class _Curve(f.Reader):
+    """A curve: what is varied, and where it is given its range."""
+
+    def read(self, value: Any) -> CurveWanted:
+        return read_curve(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        span = {"type": "string", "description": "a range such as 0 kg..8 kg"}
+        mapping = {"type": "object", "properties": dict.fromkeys(UNITS, span), "maxProperties": 1}
+        return {"anyOf": [{"type": "string", "enum": list(UNITS)}, {"type": "string"}, mapping]}
+
+
+def _listed(value: Any) -> Any:
+    """Only a list is one; anything else says what is wanted."""
+    if not isinstance(value, list | tuple):
+        raise f.refused("must be a list", "such as [mass, energy] for front, [payload, cycle_time] for curves")
+    return value
+
+
+Criteria = Annotated[tuple[Annotated[str, _Criterion()], ...], BeforeValidator(_listed)]
+Curves = Annotated[tuple[Annotated[CurveWanted, _Curve()], ...], BeforeValidator(_listed)]
+
+
+class SelectionForm(form_of(SelectionOptions, without=("weights",))):  # type: ignore[misc]
+    """What a selection must respect, how far it goes, and what is reported beside the best set."""
+
+    front: Criteria = Field(default=(), description="criteria of a Pareto front in the report, such as [mass, energy]")
+    curves: Curves = Field(
+        default=(), description="the best drives over payload, cycle_time, voltage or ambient, in the report"
+    )
+
+
 def _arm(value: Any) -> Any:
     """`arm: ur5` is short for `arm: {source: ur5}`."""
     return {"source": value} if isinstance(value, str) else value
@@ -119,7 +300,9 @@ class StudyForm(Form):
     description: str = ""
     arm: Annotated[ArmForm | None, BeforeValidator(_arm)] = None
     tip: f.Name | None = Field(default=None, description="link of the arm's file that carries the payload")
-    gravity: f.Acceleration3 | None = Field(default=None, description="in the base frame; default [0, 0, -9.81] m/s^2")
+    gravity: Annotated[tuple[float, float, float], f.Vector("m/s^2")] | None = Field(
+        default=None, description="in the base frame; default [0, 0, -9.81] m/s^2"
+    )
     coupling: list[CouplingForm] = Field(default_factory=list, description="joints whose motors work together")
     drive_mass: Literal["added", "included", "replaced"] | None = None
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
@@ -127,10 +310,10 @@ class StudyForm(Form):
     cycle: list[CycleForm] | None = None
     mix: list[MixForm] | None = Field(default=None, description="instead of cycle: several, with shares of use")
     open_cycle: bool = Field(default=False, description="true: the task need not end where it starts")
-    supply: SupplyForm
+    supply: Entry[Supply]
     amplifier: AmplifierForm = AmplifierForm()
     ambient: f.Temperature = 25.0
-    safety: SafetyForm = SafetyForm()
+    safety: Entry[Safety] = Safety()
     objective: Objective = "mass"
     selection: SelectionForm = SelectionForm()
     catalogs: f.Names = ("shipped",)
@@ -138,8 +321,8 @@ class StudyForm(Form):
     gears: dict[str, GearRow] = Field(default_factory=dict)
     joints: dict[str, JointForm]
     assumptions: AssumptionsForm = AssumptionsForm()
-    tolerances: TolerancesForm = TolerancesForm()
-    simulation: SimulationForm = SimulationForm()
+    tolerances: Entry[Tolerances] = Tolerances()
+    simulation: Entry[Simulation] = Simulation()
 
 
 def json_schema() -> dict[str, Any]:

@@ -99,6 +99,8 @@ objective: mass # or price, energy, or a mix by the kg, the unit of price, the J
 #   control: # a digital controller: loops closed at samples, on an encoder's counts
 #     default: {{rate: 1 kHz, amplifier_rate: 10 kHz, delay: 1, encoder_bits: 17}}
 #   cogging: {{default: {{amplitude: 5 mN m, periods: 84}}}} # at the motor; periods a turn
+#   add: # any other effect, by the name of its class and of its fields
+#     - {{effect: HoldingBrake, joint: {first}, holding: 400 N m, engages: [2 s]}}
 
 # What may drive each joint; a joint's own entry goes over the default one, name by name.
 joints:
@@ -117,11 +119,7 @@ joints:
 
 
 def study_template(arm: str = "ur5-corrected") -> str:
-    """The text of a study that loads and runs, with comments on what to change.
-
-    Raises:
-        InputError: No such arm.
-    """
+    """The text of a study that loads and runs, with comments on what to change."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # told again, with the rest, when the study is read
         loaded = load_arm(arm)

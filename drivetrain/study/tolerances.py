@@ -6,8 +6,8 @@ plus and minus that value. What was measured on several pieces is better told by
 hold within 10 %. For gears the tables of efficiency and no-load torque over temperature and load in the catalogues of
 strain-wave gears show by how much these change in use, which is more than between pieces.
 
-Motor and gear of every joint are drawn by themselves; the air and each payload are the same for all joints. Nothing is
-correlated beyond that: where a batch of motors is off together, all of them fail together more often than is told here.
+Motor and gear of every joint are drawn by themselves; ambient and each payload are the same for all joints. Nothing is
+correlated beyond that: where a batch of motors is off together, all of them fail together more often than is said here.
 
 Two laws are known, uniform and normal. A normal law has no ends; it is cut only where nothing could be built: factors
 on parts at 1 % of the nominal value (what would be below lies there; with 30 %, the widest that a study file may state,
@@ -17,11 +17,17 @@ one part in 2000), payloads at nothing, efficiencies at 1.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Annotated, Any
 
 import numpy as np
+from annotated_types import Ge
 
 from drivetrain.arrays import Array
+from drivetrain.errors import nearest
+from drivetrain.units import Quantity, Reader, refused
 
+LAWS = ("uniform", "normal")
+WIDEST = {"uniform": 0.9, "normal": 0.3}  # shares of the nominal value that still leave a positive number likely
 SMALLEST = 0.01  # share of its nominal value below which nothing is drawn: a tail of the normal law, not a part
 
 
@@ -56,6 +62,34 @@ class Tolerance:
 
 
 @dataclass(frozen=True)
+class _Scatter(Reader):
+    """A width: ``5 %``, ``{uniform: 5 %}`` or ``{normal: 2 %}``; in a unit of its own where that is given."""
+
+    unit: str = ""
+    relative: bool = True
+
+    def read(self, value: Any) -> Tolerance:
+        law, width = "uniform", value
+        if isinstance(value, dict):
+            if len(value) != 1 or next(iter(value)) not in LAWS:
+                found = ", ".join(map(str, value))
+                hint = nearest(found, LAWS) if len(value) == 1 else "such as {normal: 2 %}"
+                raise refused("must have one of: uniform (plus and minus), normal (standard deviation)", hint, found)
+            law, width = next(iter(value.items()))
+        share = not self.unit or (self.relative and isinstance(width, int | float | str) and "%" in str(width))
+        read = Quantity("" if share else self.unit, minimum=0.0, maximum=WIDEST[law] if share else None).read(width)
+        return Tolerance(read, law == "normal", not share)
+
+    def json_schema(self) -> dict[str, Any]:
+        width = {"type": ["number", "string"]}
+        laws = {"type": "object", "properties": dict.fromkeys(LAWS, width), "minProperties": 1, "maxProperties": 1}
+        return {"anyOf": [width, laws], "description": "plus and minus (uniform), or {normal: standard deviation}"}
+
+
+Scatter = Annotated[Tolerance, _Scatter()]
+
+
+@dataclass(frozen=True)
 class Tolerances:
     """What scatters; None: known exactly.
 
@@ -64,22 +98,22 @@ class Tolerances:
         resistance: Of the windings.
         friction: Of motor shaft, gear (no-load running torque) and joint, all of one joint together.
         efficiency: Of the gears, relative: 5 % of 80 % are 4 points; never above 1.
-        thermal_resistance: From winding to housing and on to the air, both of one joint together; heat capacities stay.
+        thermal_resistance: From winding to housing and on to ambient, both of one joint together; heat capacities stay.
         payload: Of each payload's mass, its shape and centre staying the same.
-        ambient: Of the air's temperature.
+        ambient: Of the temperature around the drives.
         samples: How many sets of parts are drawn.
         seed: Of the random numbers.
     """
 
-    torque_constant: Tolerance | None = None
-    resistance: Tolerance | None = None
-    friction: Tolerance | None = None
-    efficiency: Tolerance | None = None
-    thermal_resistance: Tolerance | None = None
-    payload: Tolerance | None = None
-    ambient: Tolerance | None = None
-    samples: int = 20000
-    seed: int = 1
+    torque_constant: Scatter | None = None
+    resistance: Scatter | None = None
+    friction: Scatter | None = None
+    efficiency: Scatter | None = None
+    thermal_resistance: Scatter | None = None
+    payload: Annotated[Tolerance, _Scatter("kg")] | None = None
+    ambient: Annotated[Tolerance, _Scatter("K", relative=False)] | None = None
+    samples: Annotated[int, Ge(100)] = 20000
+    seed: Annotated[int, Ge(0)] = 1
 
     @property
     def given(self) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ class Check:
         verdict: See ``Verdict``.
         time: Instant in the cycle at which it is closest to its limit [s]; None when it belongs to no instant.
         source: Where the limit comes from.
-        remark: What a reader should know: why it was not checked, an assumption, the mend.
+        remark: What a reader should know: why it was not checked, an assumption, the fix.
     """
 
     name: str

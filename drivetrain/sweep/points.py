@@ -12,10 +12,9 @@ from typing import Any
 
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.document import Document, Place, read_document
-from drivetrain.study.load import study_from
-from drivetrain.study.study import Study
-from drivetrain.study.varied import place_of, varied
+from drivetrain.study.document import Document, Place, place_of, read_document, varied
+from drivetrain.study.model import Study
+from drivetrain.study.read import study_from
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1

@@ -10,7 +10,7 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.sizing.search.search import select
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.sweep.points import SELECT, Point, Sweep, task_of
 
 Row = dict[str, Any]

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import Document
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.sweep.points import Point, Sweep, study_of
 from drivetrain.sweep.rows import Row, rows_of
 from drivetrain.sweep.shards import done_shards, write_shard

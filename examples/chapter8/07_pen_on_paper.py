@@ -9,8 +9,7 @@ import numpy as np
 
 import drivetrain as dt
 from drivetrain.dynamics.constrained import constrained_inverse_dynamics, constraint_projectors
-from drivetrain.dynamics.constraints import Attachment
-from drivetrain.dynamics.contacts import Plane, PointOnSurface
+from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.tasks import TipVelocity
 from drivetrain.report.figures_constrained import figure_held_arm

@@ -9,9 +9,8 @@ import numpy as np
 
 import drivetrain as dt
 from drivetrain.arm.bodies import with_body
-from drivetrain.dynamics.closures import ClosingJoint, LoopClosure
 from drivetrain.dynamics.constrained import constrained_forward_dynamics
-from drivetrain.dynamics.constraints import Attachment
+from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure
 from drivetrain.dynamics.kinematics import body_jacobian, tip_pose
 from drivetrain.report.figures_constrained import figure_held_arm
 from drivetrain.report.svg import house_style, png_bytes

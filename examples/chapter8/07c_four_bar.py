@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import drivetrain as dt
-from drivetrain.dynamics.closures import ClosingJoint, LoopClosure
 from drivetrain.dynamics.constrained import closed_position, constrained_forward_dynamics, constraint_projectors
-from drivetrain.dynamics.constraints import Attachment
+from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure
 from drivetrain.report.figures_constrained import figure_drift
 from drivetrain.report.svg import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained

@@ -14,8 +14,8 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.deflection import joint_stiffness, tip_deflection, vibration
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.spatial.beams import Beam, round_tube
-from drivetrain.study.load import load_study
 from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.read import load_study
 
 STRONG, WEAK = "AM_MF0060020_48V", "AM_MF0060008_48V"
 GEARS = ("CSG-17-100", "CSG-25-160", "CSG-17-100", "CSG-14-100", "CSG-14-100", "CSG-14-100")

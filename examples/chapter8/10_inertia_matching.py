@@ -10,7 +10,7 @@ from drivetrain.report.figures_ratio import figure_ratio
 from drivetrain.report.ratio_page import ratio_sentence
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.ratio import ratio_study
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 STRONG, WEAK = "AM_MF0060020_48V", "AM_MF0060008_48V"
 GEARS = ("CSG-17-100", "CSG-25-160", "CSG-17-100", "CSG-14-100", "CSG-14-100", "CSG-14-100")

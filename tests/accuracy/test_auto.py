@@ -11,16 +11,12 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.accuracy import auto
-from drivetrain.accuracy.auto import Limits, cheapest, choose_effects
+from drivetrain.accuracy.auto import Limits, audited, cheapest, choose_effects
+from drivetrain.accuracy.costs import effects_cost, ran, solver_cost
 from drivetrain.accuracy.decision import basis_of, change, decision, tip_travel
-from drivetrain.accuracy.effects_cost import effects_cost
 from drivetrain.accuracy.estimates import Told, added
-from drivetrain.accuracy.full_scene import full_scene, wanted_scene
 from drivetrain.accuracy.inverse_forward import inverse_against_forward
-from drivetrain.accuracy.proof import audited
-from drivetrain.accuracy.runs import ran
-from drivetrain.accuracy.solver_cost import solver_cost
-from drivetrain.accuracy.variants import choices, without
+from drivetrain.accuracy.scenes import choices, full_scene, wanted_scene, without
 from drivetrain.effects.flexible_joint import FlexibleJoint
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Change, Choice

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from drivetrain.cli import app
 from drivetrain.errors import InputError
 from drivetrain.simulation.recording import load_recording
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 STUDY = """\
 schema_version: 1
@@ -92,9 +92,9 @@ def test_simulate_by_the_inverse_engine_and_with_effects_chosen(tmp_path: Path) 
 
 
 def test_accuracy_tells_effects_solvers_and_roads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from drivetrain.accuracy import solver_cost
+    from drivetrain.accuracy import costs
 
-    kept = solver_cost.solver_cost.__kwdefaults__
+    kept = costs.solver_cost.__kwdefaults__
     quick = kept | {
         "steps": (2e-3, 1e-3),
         "precisions": (1e-4,),
@@ -102,7 +102,7 @@ def test_accuracy_tells_effects_solvers_and_roads(tmp_path: Path, monkeypatch: p
         "explicit": (),
         "rounds": 1,
     }
-    monkeypatch.setattr(solver_cost.solver_cost, "__kwdefaults__", quick)
+    monkeypatch.setattr(costs.solver_cost, "__kwdefaults__", quick)
     code, output = run(
         "accuracy", write(tmp_path, "simulation: {step: 1 ms}\n"), "--tolerance", "5%", "--out", tmp_path
     )

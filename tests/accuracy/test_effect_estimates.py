@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
-from drivetrain.accuracy.conditions import shortest_move, task_of
+from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of, change, decision
-from drivetrain.accuracy.estimates import estimates
-from drivetrain.accuracy.runs import ran
-from drivetrain.accuracy.variants import choices, without
+from drivetrain.accuracy.estimates import estimates, shortest_move, task_of
+from drivetrain.accuracy.scenes import choices, without
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor

@@ -12,11 +12,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from test_effect_estimates import STEP, UNSAFE, measured, pair, single
 
-from drivetrain.accuracy.conditions import task_of
+from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of
-from drivetrain.accuracy.estimates import estimates
-from drivetrain.accuracy.runs import ran
-from drivetrain.accuracy.variants import without
+from drivetrain.accuracy.estimates import estimates, task_of
+from drivetrain.accuracy.scenes import without
 from drivetrain.drive.gear import Gear
 from drivetrain.effects import twisting
 from drivetrain.effects.backlash import Backlash

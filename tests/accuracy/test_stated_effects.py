@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,10 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.accuracy.auto import choose_effects
-from drivetrain.accuracy.conditions import task_of
+from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of, change, decision
-from drivetrain.accuracy.estimates import estimates
-from drivetrain.accuracy.full_scene import full_scene, wanted_scene
-from drivetrain.accuracy.runs import ran
-from drivetrain.accuracy.variants import LABELS, choices, without
+from drivetrain.accuracy.estimates import estimates, task_of
+from drivetrain.accuracy.scenes import LABELS, choices, full_scene, wanted_scene, without
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.cogging import Cogging
 from drivetrain.effects.current_loop import CurrentLoop
@@ -33,7 +32,7 @@ from drivetrain.simulation.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.simulation import Control, Teeth
+from drivetrain.study.simulation import AddedEffect, Control, Teeth
 
 STATED = """
 simulation:
@@ -114,6 +113,16 @@ def test_what_stands_in_may_be_left_out_too(full: Scene) -> None:
         assert not any(of_kind(quick, name, kind) for kind in (Winding, CurrentLoop, SampledCurrentLoop, Cogging))
     inductive = wanted_scene(full, ("inductance",))
     assert all(of_kind(inductive, name, CurrentLoop) for name in full.joints)
+
+
+def test_an_added_effect_stays_where_its_kind_is_left_out_and_acts(evaluation: Evaluation) -> None:
+    more = (AddedEffect("joint_1", Cogging, {"amplitudes": (3e-3,), "orders": (12,)}),)
+    study = replace(evaluation.study, simulation=replace(evaluation.study.simulation, add=more))
+    scene = wanted_scene(full_scene(replace(evaluation, study=study)), (), more)
+    assert of_kind(scene, "joint_1", Cogging) == [Cogging((3e-3,), (12,))] and not of_kind(scene, "joint_2", Cogging)
+    run = simulate(scene, solver=FixedStep(5e-4), interval=5e-3, duration=0.1)
+    turned = 12.0 * run["joint_1.motor_position"]
+    np.testing.assert_allclose(run["joint_1.cogging_energy"], 3e-3 / 12.0 * (1.0 - np.cos(turned)), atol=1e-12)
 
 
 def test_the_sampled_scene_runs_and_feels_its_samples(full: Scene) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.accuracy.decision import basis_of, decision
-from drivetrain.accuracy.full_scene import full_scene
+from drivetrain.accuracy.scenes import full_scene
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
 from drivetrain.simulation.recording import load_recording

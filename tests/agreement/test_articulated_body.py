@@ -13,8 +13,7 @@ from random_arms import EVERY_JOINT, balanced_rotor, error, motion, random_arm, 
 
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
-from drivetrain.dynamics.articulated_body import articulated_body
-from drivetrain.dynamics.forward import forward_dynamics
+from drivetrain.dynamics.forward import articulated_body, forward_dynamics
 from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.errors import InputError
 

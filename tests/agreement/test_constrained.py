@@ -12,7 +12,6 @@ from random_arms import EVERY_JOINT, error, motion, pose, random_arm, rotors_of
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.bias import bias_torque
-from drivetrain.dynamics.closures import ClosingJoint, LoopClosure
 from drivetrain.dynamics.constrained import (
     closed_position,
     closed_speed,
@@ -20,8 +19,19 @@ from drivetrain.dynamics.constrained import (
     constrained_inverse_dynamics,
     constraint_projectors,
 )
-from drivetrain.dynamics.constraints import Attachment, CallableConstraint, Constraint, stacked_rows
-from drivetrain.dynamics.contacts import Cylinder, KnifeEdge, Plane, PointOnSurface, Sphere
+from drivetrain.dynamics.constraints import (
+    Attachment,
+    CallableConstraint,
+    ClosingJoint,
+    Constraint,
+    Cylinder,
+    KnifeEdge,
+    LoopClosure,
+    Plane,
+    PointOnSurface,
+    Sphere,
+    stacked_rows,
+)
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.kinematics import link_poses, tip_pose
 from drivetrain.dynamics.mass_matrix import mass_matrix

@@ -13,7 +13,6 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques, with_coupling
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
-from drivetrain.dynamics.articulated_body import articulated_body, unchecked_accelerations
 from drivetrain.dynamics.closed_form import closed_form
 from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.flexibility import (
@@ -23,7 +22,7 @@ from drivetrain.dynamics.flexibility import (
     tip_compliance,
     tip_jacobian,
 )
-from drivetrain.dynamics.forward import forward_dynamics
+from drivetrain.dynamics.forward import articulated_body, forward_dynamics, unchecked_accelerations
 from drivetrain.dynamics.lagrange import kinetic_energy, potential_energy, power_balance
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.newton_euler import drive_torques, gravity_torque, inverse_dynamics, joint_loads

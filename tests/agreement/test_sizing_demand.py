@@ -19,8 +19,8 @@ from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.newton_euler import joint_loads
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.demand.demand import joint_demand
+from drivetrain.study.model import ContainedDrive, DriveMass, JointTask, Mount, Payload, Safety, Study
 from drivetrain.study.mounting import loaded_arm
-from drivetrain.study.study import ContainedDrive, DriveMass, JointTask, Mount, Payload, Safety, Study
 
 TRAVEL = 0.02  # m/rad of the prismatic joint
 

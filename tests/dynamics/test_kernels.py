@@ -1,22 +1,21 @@
-"""What the compiled recursion is made of."""
+"""Blocks of samples: sines and cosines to the last digit, batches of any size, and numbers that are none."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from random_arms import motion, random_arm
 
-from drivetrain.dynamics import blocks
-from drivetrain.dynamics.blocks import BLOCK, FAR
-
-read, sincos, write = blocks.read, blocks.sincos, blocks.write
-sum_of_squares = blocks.sum_of_squares
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, sincos
+from drivetrain.dynamics.newton_euler import inverse_dynamics, joint_loads
+from drivetrain.errors import InputError
 
 
-def sines(x: np.ndarray, factor: float, offset: float, far: bool) -> tuple[np.ndarray, np.ndarray]:
-    block, cs = np.zeros((1, 3 * BLOCK)), np.zeros((1, 2 * BLOCK))
-    block[0, :BLOCK] = x
-    sincos(block, 0, factor, offset, cs, 0, far)
-    return cs[0, :BLOCK], cs[0, BLOCK:]
+def sines(x: np.ndarray, offset: float, far: bool) -> tuple[np.ndarray, np.ndarray]:
+    joints = np.zeros(1, JOINT)
+    joints["q"] = x
+    sincos(joints[0], 1.0, offset, far)
+    return joints["cos"][0], joints["sin"][0]
 
 
 @pytest.mark.parametrize("far", [False, True])
@@ -26,7 +25,7 @@ def test_sines_and_cosines(size: float, offset: float, far: bool) -> None:
     rng = np.random.default_rng(0)
     x = rng.uniform(-size, size, BLOCK)
     x[:4] = [0.0, -0.0, size, -size]
-    c, s = sines(x, 1.0, offset, far)
+    c, s = sines(x, offset, far)
     # By the sum of angles, since x + offset is not exact for large x.
     wanted_c = np.cos(x) * np.cos(offset) - np.sin(x) * np.sin(offset)
     wanted_s = np.sin(x) * np.cos(offset) + np.cos(x) * np.sin(offset)
@@ -37,39 +36,37 @@ def test_sines_and_cosines(size: float, offset: float, far: bool) -> None:
 
 def test_sines_at_multiples_of_a_quarter_turn() -> None:
     x = np.arange(-32, 32) * (np.pi / 2)
-    c, s = sines(x, 1.0, 0.0, False)
+    c, s = sines(x, 0.0, False)
     np.testing.assert_allclose(c, np.cos(x), rtol=0, atol=2e-16)
     np.testing.assert_allclose(s, np.sin(x), rtol=0, atol=2e-16)
     small = np.full(BLOCK, 1e-200)
-    np.testing.assert_array_equal(sines(small, 1.0, 0.0, False)[1], small)
+    np.testing.assert_array_equal(sines(small, 0.0, False)[1], small)
 
 
 @pytest.mark.parametrize("n", [1, 5, 6, 7])
-@pytest.mark.parametrize("count", [1, 63, 64])
-def test_transposing_in_and_out(n: int, count: int) -> None:
-    rng = np.random.default_rng(n)
-    samples = rng.normal(size=(200, n))
-    block = np.full((n, 3 * BLOCK), 9.0)
-    read(samples, 70, count, n, 1, block)
-    np.testing.assert_array_equal(block[:, BLOCK : BLOCK + count], samples[70 : 70 + count].T)
-    assert not block[:, BLOCK + count : 2 * BLOCK].any()
-    assert (block[:, :BLOCK] == 9.0).all()
-    assert (block[:, 2 * BLOCK :] == 9.0).all()
-    out = np.full((200, n), 9.0)
-    write(block[:, BLOCK : 2 * BLOCK].copy(), 70, count, n, out)
-    np.testing.assert_array_equal(out[70 : 70 + count], samples[70 : 70 + count])
-    assert (np.delete(out, np.s_[70 : 70 + count], axis=0) == 9.0).all()
+@pytest.mark.parametrize("count", [1, BLOCK - 1, BLOCK, BLOCK + 1, 3 * BLOCK - 2])
+def test_a_batch_is_its_samples(n: int, count: int) -> None:
+    arm, (q, qd, qdd) = random_arm(n, "R" * n), motion(n, n, count)
+    whole = joint_loads(arm, q, qd, qdd)
+    for k in range(0, count, 7):
+        one = joint_loads(arm, q[k], qd[k], qdd[k])
+        for name in ("torque", "gear", "motor", "wrench", "carrier_acceleration"):
+            np.testing.assert_array_equal(getattr(whole, name)[k], getattr(one, name))
 
 
-def test_sum_of_squares_sees_what_is_no_number() -> None:
-    block = np.ones((2, 3 * BLOCK))
-    assert sum_of_squares(block) == 6 * BLOCK
-    for value in (np.nan, np.inf, -np.inf):
-        for place in ((0, 0), (1, 3 * BLOCK - 1), (0, 77)):
-            spoiled = block.copy()
-            spoiled[place] = value
-            assert not np.isfinite(sum_of_squares(spoiled))
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e200])
+@pytest.mark.parametrize("place", [(0, 0), (1, 5), (63, 3), (64, 0), (129, 2)])
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_what_is_no_number_is_seen_anywhere(value: float, place: tuple[int, int], which: int) -> None:
+    arm, samples = random_arm(0), [series.copy() for series in motion(0, 6, 130)]
+    samples[which][place] = value
+    with pytest.raises(InputError, match=("q", "qd", "qdd")[which]):
+        inverse_dynamics(arm, *samples)
 
 
-def test_block_is_whole_vectors() -> None:
-    assert blocks.BLOCK % 8 == 0
+def test_read_only_samples_are_taken_as_they_are() -> None:
+    arm, samples = random_arm(0), motion(0, 6, 3)
+    wanted = inverse_dynamics(arm, *samples)
+    for series in samples:
+        series.setflags(write=False)
+    np.testing.assert_array_equal(inverse_dynamics(arm, *samples), wanted)

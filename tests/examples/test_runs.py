@@ -12,7 +12,7 @@ import yaml
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = sorted(path.parent.name for path in ROOT.glob("examples/*/study.yaml"))

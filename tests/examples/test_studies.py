@@ -12,8 +12,8 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
-from drivetrain.study.load import load_study
-from drivetrain.study.study import DriveMass
+from drivetrain.study.model import DriveMass
+from drivetrain.study.read import load_study
 
 EXAMPLES = sorted(path.parent.name for path in shipped("examples").glob("*/study.yaml"))
 

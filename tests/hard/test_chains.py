@@ -15,8 +15,7 @@ from random_arms import EVERY_JOINT, error, motion, random_arm, rotors_of
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import with_rotors
-from drivetrain.dynamics.articulated_body import articulated_body
-from drivetrain.dynamics.forward import forward_dynamics
+from drivetrain.dynamics.forward import articulated_body, forward_dynamics
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.errors import InputError

@@ -12,10 +12,15 @@ from random_arms import error, motion, random_arm
 
 from drivetrain.arm.arm import Arm
 from drivetrain.dynamics.bias import bias_torque
-from drivetrain.dynamics.closures import ClosingJoint, LoopClosure
 from drivetrain.dynamics.constrained import closed_position, constrained_forward_dynamics
-from drivetrain.dynamics.constraints import Attachment, CallableConstraint
-from drivetrain.dynamics.contacts import Plane, PointOnSurface
+from drivetrain.dynamics.constraints import (
+    Attachment,
+    CallableConstraint,
+    ClosingJoint,
+    LoopClosure,
+    Plane,
+    PointOnSurface,
+)
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import simulate_constrained

@@ -11,7 +11,7 @@ from drivetrain.arm.load import load_arm
 from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear, wind_up
 from drivetrain.drive.gear_stiffness import spring_torque
-from drivetrain.dynamics.articulated_body import articulated_body
+from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.newton_euler import inverse_dynamics
 from drivetrain.solvers.explicit import RungeKutta4
 from drivetrain.solvers.integrate import integrate

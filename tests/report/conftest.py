@@ -16,7 +16,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.results import Evaluation, Fallen, JointResult, JointSeries, Selection
-from drivetrain.study.study import GearAssumption, JointTask, MotorAssumption, Mount, Safety, Study
+from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, Mount, Safety, Study
 from drivetrain.study.verdicts import Check, Verdict
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow")

@@ -19,7 +19,7 @@ from drivetrain.report.result_json import result_json
 from drivetrain.report.table import verdict_lines, verdict_table
 from drivetrain.report.words import objective_text
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
-from drivetrain.study.study import Wanted
+from drivetrain.study.selection import Wanted
 from drivetrain.study.verdicts import Check, Verdict
 
 

@@ -12,8 +12,9 @@ from drivetrain.cli import app
 from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
 from drivetrain.report.figures_curve import colour_of, figure_curve
 from drivetrain.shipped import shipped
-from drivetrain.sizing.answers.curve_results import CurvePiece, CurvePoint, OptimumCurve, Vary
-from drivetrain.study.load import load_study
+from drivetrain.sizing.answers.curve import CurvePiece, CurvePoint, OptimumCurve
+from drivetrain.sizing.judge.vary import Vary
+from drivetrain.study.read import load_study
 
 
 def point(value, pair, mass, used=0.8):

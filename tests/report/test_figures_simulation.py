@@ -8,8 +8,7 @@ import pytest
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level
-from drivetrain.dynamics.constraints import Attachment
-from drivetrain.dynamics.contacts import Plane, PointOnSurface
+from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.task_space import Damped, task_space_dynamics
 from drivetrain.dynamics.tasks import TipVelocity

@@ -13,8 +13,8 @@ from drivetrain.report.figures_free_ratio import figure_free_ratio
 from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.free_ratio import free_ratios
-from drivetrain.study.load import load_study
-from drivetrain.study.study import FreeRatio
+from drivetrain.study.model import FreeRatio
+from drivetrain.study.read import load_study
 from drivetrain.study.verdicts import Verdict
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"

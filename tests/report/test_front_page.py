@@ -17,7 +17,7 @@ from drivetrain.report.front_page import front_json, front_lines, front_report, 
 from drivetrain.shipped import shipped
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.front import Front
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"
 

@@ -16,12 +16,12 @@ from drivetrain.report.proof_section import proof_section
 from drivetrain.report.result_json import result_json
 from drivetrain.report.trade_off_sections import trade_off_extra
 from drivetrain.shipped import shipped
-from drivetrain.sizing.answers.curve_results import Vary
 from drivetrain.sizing.answers.trade_offs import trade_offs, usual_span
+from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.results import Selection
 from drivetrain.sizing.search.search import select
-from drivetrain.study.load import load_study
-from drivetrain.study.trade_offs import CurveWanted, TradeOffs
+from drivetrain.study.read import load_study
+from drivetrain.study.selection import CurveWanted, TradeOffs
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"
 

@@ -21,9 +21,8 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.report.figures_ratio import figure_ratio
 from drivetrain.report.ratio_json import ratio_json
 from drivetrain.report.ratio_page import ratio_report, ratio_rows, ratio_sentence
-from drivetrain.sizing.answers.ratio import ratio_studies, ratio_study
-from drivetrain.sizing.answers.ratio_results import RatioStudy
-from drivetrain.study.study import JointTask, Mount, Safety, Study
+from drivetrain.sizing.answers.ratio import RatioStudy, ratio_studies, ratio_study
+from drivetrain.study.model import JointTask, Mount, Safety, Study
 
 MOTOR = Motor(
     "acme <&> 1", resistance=0.3, torque_constant=0.05, inductance=2e-4, rotor_inertia=2e-5, mass=0.5,

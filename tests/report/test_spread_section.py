@@ -18,7 +18,7 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.spread import robustly, spread
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
 TOLERANCES = Tolerances(

@@ -12,10 +12,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import with_rotors
-from drivetrain.dynamics.closures import ClosingJoint, LoopClosure
 from drivetrain.dynamics.constrained import closed_position
-from drivetrain.dynamics.constraints import Attachment
-from drivetrain.dynamics.contacts import KnifeEdge, PointOnSurface, Sphere
+from drivetrain.dynamics.constraints import Attachment, ClosingJoint, KnifeEdge, LoopClosure, PointOnSurface, Sphere
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import simulate_constrained

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 import drivetrain as dt
 from drivetrain.accuracy.auto import choose_effects
 from drivetrain.accuracy.decision import basis_of
-from drivetrain.accuracy.full_scene import full_scene
+from drivetrain.accuracy.scenes import full_scene
 from drivetrain.arm.coupling import belts_over, differential, placed, rotor_turns, shaft_motion, with_coupling
 from drivetrain.arm.rotors import RotorLevel
 from drivetrain.drive.friction import Friction

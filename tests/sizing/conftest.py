@@ -17,7 +17,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.study.study import DriveMass, JointTask, Mount, Payload, Safety, Study
+from drivetrain.study.model import DriveMass, JointTask, Mount, Payload, Safety, Study
 
 MOTOR = Motor(
     "m1", resistance=0.3, torque_constant=0.05, inductance=2e-4, rotor_inertia=2e-5, mass=0.5, nominal_voltage=48.0,

@@ -14,7 +14,7 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.friction import Friction
 from drivetrain.motion.mix import build_mix
-from drivetrain.study.study import ContainedDrive, DriveMass, Mount, Safety, Study
+from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Study
 
 KINDS = ("table", "arm", "sliding", "coupled", "mix", "dwell")
 

@@ -11,7 +11,7 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.load_basis import loading_drives
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.search.search import select
-from drivetrain.study.study import Mount
+from drivetrain.study.model import Mount
 from drivetrain.study.verdicts import Verdict
 
 GROUP = (1, 2)

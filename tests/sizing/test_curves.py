@@ -12,12 +12,12 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
-from drivetrain.sizing.answers.curve_results import Vary
-from drivetrain.sizing.answers.curves import optimum_curve
+from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.vary import Vary
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.study import Wanted
+from drivetrain.study.selection import Wanted
 
 
 def small_study(make, seed, objective="mass"):

@@ -14,7 +14,7 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.study import GearAssumption, MotorAssumption, Safety
+from drivetrain.study.model import GearAssumption, MotorAssumption, Safety
 from drivetrain.study.verdicts import Check, Verdict
 
 LOAD = 0.4  # kg m^2 at the gear's output

@@ -9,8 +9,8 @@ import pytest
 
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.fill import INPUT_INERTIA_SHARE, Shelf
+from drivetrain.study.model import GearAssumption
 from drivetrain.study.mounting import drive_body, drive_mass
-from drivetrain.study.study import GearAssumption
 
 
 def shelf(make, motor=None, gear=None, **changes):

@@ -13,11 +13,9 @@ from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.errors import InputError
-from drivetrain.sizing.answers.free_ratio import free_ratios
-from drivetrain.sizing.answers.free_ratio_results import Goal
-from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.operation import operation
-from drivetrain.study.study import FreeRatio
+from drivetrain.sizing.answers.free_ratio import Goal, free_ratios
+from drivetrain.sizing.judge.evaluate import evaluate_drives
+from drivetrain.study.model import FreeRatio
 
 WIDE = FreeRatio(2.0, 2000.0)
 
@@ -84,11 +82,12 @@ def total_heat(study, ratios):
         i: Drive(study.catalog.motors["m1"], Gear(f"i{i}", ratio, kind="ideal", efficiency=1.0), task.friction, None)
         for i, (task, ratio) in enumerate(zip(study.joints, ratios, strict=True))
     }
-    work, heat = workload(study), 0.0
-    for i, drive in drives.items():
-        op = operation(study, i, work.at(i, drives).demand(drive), drive)
-        constant = float(torque_constant(drive.motor, study.ambient))
-        heat += float(winding_resistance(drive.motor, study.ambient)) * op.demand.mean(op.torque.total**2) / constant**2
+    found = evaluate_drives(study, {study.joints[i].name: drive for i, drive in drives.items()})
+    weights, heat = study.cycle.weights, 0.0
+    for i, result in enumerate(found.joints.values()):
+        motor = drives[i].motor
+        current = result.series.motor_torque / float(torque_constant(motor, study.ambient))
+        heat += float(winding_resistance(motor, study.ambient)) * float(weights @ current**2) / float(weights.sum())
     return heat
 
 

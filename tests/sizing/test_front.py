@@ -24,7 +24,8 @@ from drivetrain.sizing.search.front_prune import weigh
 from drivetrain.sizing.search.front_search import NAMES, FrontSearch
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.zones import Zones
-from drivetrain.study.study import Mount, Wanted
+from drivetrain.study.model import Mount
+from drivetrain.study.selection import Wanted
 
 
 def random_study(make, seed, joints=2, carrier="parent", pairs_a_joint=9):

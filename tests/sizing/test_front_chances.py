@@ -10,14 +10,13 @@ import pytest
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.errors import InputError
-from drivetrain.sizing.answers.curves import optimum_curve
+from drivetrain.sizing.answers.curve import optimum_curve
 from drivetrain.sizing.answers.trade_offs import check_trade_offs
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import check_criteria, pareto_front
 from drivetrain.sizing.tolerance.uncertainty import robustness
-from drivetrain.study.study import Wanted
+from drivetrain.study.selection import CurveWanted, TradeOffs, Wanted
 from drivetrain.study.tolerances import Tolerance, Tolerances
-from drivetrain.study.trade_offs import CurveWanted, TradeOffs
 
 WIDE = Tolerances(torque_constant=Tolerance(0.15), friction=Tolerance(0.3), efficiency=Tolerance(0.1), samples=2000)
 HOLDS = 0.9

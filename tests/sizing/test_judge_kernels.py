@@ -37,7 +37,7 @@ from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.packed_task import chosen_numbers, pack
 from drivetrain.sizing.results import Fallen
 from drivetrain.sizing.search.fallen import beside, fallen_table
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 from drivetrain.study.verdicts import ESSENTIAL, Verdict
 
 PACKAGE = Path(heat_state.__file__).parents[1]

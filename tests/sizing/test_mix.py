@@ -15,7 +15,7 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.operation import current_rate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import slowed
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 
 @pytest.fixture(scope="module")

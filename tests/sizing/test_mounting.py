@@ -9,7 +9,7 @@ from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.study.study import ContainedDrive, DriveMass, Mount
+from drivetrain.study.model import ContainedDrive, DriveMass, Mount
 
 
 def test_rotors_that_the_arm_states_do_not_count_beside_the_drives(make):

@@ -15,7 +15,8 @@ from drivetrain.sizing.search.choices import all_choices, segment
 from drivetrain.sizing.search.power_bound import power_range
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.propagation import OPEN, propagate
-from drivetrain.study.study import Mount, Wanted
+from drivetrain.study.model import Mount
+from drivetrain.study.selection import Wanted
 
 
 def study_of(make, seed: int, wanted: Wanted):

@@ -16,7 +16,7 @@ from drivetrain.drive.matching import scaled_gear
 from drivetrain.errors import InputError
 from drivetrain.sizing.answers.ratio import NEAR_GEARS, chosen_drives, ratio_studies, ratio_study
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.study.study import DriveMass, Mount
+from drivetrain.study.model import DriveMass, Mount
 from drivetrain.study.verdicts import Verdict
 
 JOINT = "j2"

@@ -15,7 +15,8 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.search.search import select
-from drivetrain.study.study import DriveMass, Mount, Wanted
+from drivetrain.study.model import DriveMass, Mount
+from drivetrain.study.selection import Wanted
 from drivetrain.study.verdicts import Verdict
 
 

@@ -19,7 +19,8 @@ from drivetrain.sizing.search.choices import all_choices, segment
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.propagation import propagate
 from drivetrain.sizing.search.search import select
-from drivetrain.study.study import Study, Wanted, family
+from drivetrain.study.model import Study
+from drivetrain.study.selection import Wanted, family
 
 WEIGHTS = (
     (("mass", 1.0),), (("price", 1.0),), (("energy", 1.0),), (("mass", 1.0), ("price", 0.01), ("energy", 0.02)),

@@ -21,8 +21,9 @@ from drivetrain.sizing.judge.packed_task import pack
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.search_tree import Tree
-from drivetrain.study.load import load_study
-from drivetrain.study.study import DriveMass, JointTask, Mount, Safety, Study, Wanted
+from drivetrain.study.model import DriveMass, JointTask, Mount, Safety, Study
+from drivetrain.study.read import load_study
+from drivetrain.study.selection import Wanted
 from drivetrain.study.verdicts import Check, Verdict
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

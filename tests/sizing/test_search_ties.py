@@ -12,7 +12,8 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
-from drivetrain.study.study import Study, Wanted
+from drivetrain.study.model import Study
+from drivetrain.study.selection import Wanted
 
 SAME = 1e-9  # relative: objectives that differ by less are equal
 RESERVE = 2e-3  # of utilisation: what differs by less at two joints comes in the order of the study

@@ -19,7 +19,7 @@ from drivetrain.sizing.tolerance.scatter import Source, built, deviated, drawn, 
 from drivetrain.sizing.tolerance.scatter_task import bench
 from drivetrain.sizing.tolerance.tornado import effects, variance_share
 from drivetrain.sizing.tolerance.uncertainty import Chance, drives_of, robustness
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(

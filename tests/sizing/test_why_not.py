@@ -12,14 +12,11 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.matching import scaled_gear
 from drivetrain.errors import InputError
-from drivetrain.sizing.answers.smallest_change import first_passing
-from drivetrain.sizing.answers.why_not import why_not
-from drivetrain.sizing.answers.why_not_results import Standing
-from drivetrain.sizing.demand.changed_work import WorkFamily
+from drivetrain.sizing.answers.why_not import Standing, why_not
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.tolerance.bench import Bench, Worst, worst_of
+from drivetrain.sizing.judge.vary import worst_of
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import Verdict
 
 
 def weak_catalog(make):
@@ -169,38 +166,3 @@ def test_a_part_number_names_its_row_and_unknown_names_are_told_together(arm_stu
     assert "'weak'" in text and "'g50'" in text and "j1" in text
     with pytest.raises(InputError, match="name a motor"):
         why_not(arm_study, "j1")
-
-
-def test_bench_is_evaluate(arm_study):
-    keys = {"j1": ("strong", "g80"), "j2": ("weak", "g50")}
-    bench = Bench(WorkFamily(arm_study), keys)
-    for change in (TaskChange(), TaskChange(payload=0.4, time=1.3, voltage=0.8, ambient=10.0)):
-        evaluation = evaluate(changed(arm_study, change), keys)
-        for joint, name in enumerate(keys):
-            # The same sums in another order.
-            expected = utilisation(evaluation, name)
-            assert bench.joint_worst(joint, change).utilisation == pytest.approx(expected, rel=1e-9)
-        everything = [c for one in evaluation.joints.values() for c in one.checks] + list(evaluation.shared)
-        assert bench.set_worst(change).utilisation == pytest.approx(worst_of(everything).utilisation, rel=1e-9)
-
-
-def test_first_passing_finds_the_nearest_edge():
-    asked = []
-
-    def at(value):
-        asked.append(value)
-        return Worst("x", 0.5 if 2.0 <= value <= 3.0 or value > 8.0 else 2.0)
-
-    edge = first_passing(at, list(np.geomspace(1.0, 10.0, 20)))
-    assert edge.passes == pytest.approx(2.0, rel=1e-6) and edge.passes >= 2.0 > edge.falls
-    assert len(asked) < 60
-    assert first_passing(lambda value: Worst("x", 2.0), [1.0, 2.0]) is None
-
-
-def test_what_runs_away_is_named_only_when_nothing_else_is_over():
-    hot = Check("heat", math.inf, 100.0, "C", math.inf, Verdict.FAIL)
-    over, under = (Check("x", used, 1.0, "", used, Verdict.FAIL) for used in (1.2, 0.9))
-    assert worst_of([hot, over])[:2] == ("x", 1.2)
-    assert worst_of([hot, under])[:2] == ("heat", math.inf)
-    assert worst_of([Check("x", None, None, "", None, Verdict.NOT_CHECKED)])[:2] == ("", 0.0)
-    assert worst_of([Check("x", 1.0, 1.0, "", math.nan, Verdict.FAIL)]).utilisation == math.inf

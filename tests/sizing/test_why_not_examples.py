@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from drivetrain.drive.matching import scaled_gear
 from drivetrain.shipped import shipped
-from drivetrain.sizing.answers.why_not import why_not
-from drivetrain.sizing.answers.why_not_results import Standing
+from drivetrain.sizing.answers.why_not import Standing, why_not
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.tolerance.bench import with_ratio
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 from drivetrain.study.verdicts import Verdict
 
 EXAMPLES = ("one_axis", "desktop_arm", "ur5_pick_and_place")
@@ -33,8 +33,10 @@ def verdict(study, joint, keys, what, factor):
     """Of one joint with one number of the task or of its gear changed, everything evaluated anew."""
     if what == "gear ratio":
         motor, gear = keys[joint]
-        turned, key = with_ratio(study, gear, abs(study.catalog.gears[gear].ratio) * factor)
-        return evaluate(turned, {**keys, joint: (motor, key)}).joints[joint].verdict
+        row = study.catalog.gears[gear]
+        turned = replace(scaled_gear(row, abs(row.ratio) * factor), key="turned")
+        catalog = replace(study.catalog, gears={**study.catalog.gears, "turned": turned})
+        return evaluate(replace(study, catalog=catalog), {**keys, joint: (motor, "turned")}).joints[joint].verdict
     change = {
         "payload": TaskChange(payload=factor), "cycle time": TaskChange(time=factor),
         "supply voltage": TaskChange(voltage=factor),

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import yaml
 
-from drivetrain.study.load import load_study
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
+from drivetrain.study.read import load_study
 
 MOTORS = """key,kind,current_basis,winding_basis,resistance [ohm],torque_constant [mNm/A],mass [g],source
 small,brushless,dc,line_line,1.2,50,200,sheet

@@ -1,4 +1,4 @@
-"""Which pairs may drive a joint: filters, pairing, order, and what was put aside in words."""
+"""Which pairs may drive a joint: filters, pairing, order, and what was excluded in words."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.study.candidates import candidate_pairs
 from drivetrain.study.document import Document
-from drivetrain.study.ledger import Ledger
-from drivetrain.study.schema_parts import CandidatesForm
+from drivetrain.study.faults import Ledger
+from drivetrain.study.rules import CandidatesForm
 
 PLACE = ("joints", "elbow", "candidates")
 

@@ -8,7 +8,7 @@ import pytest
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
 from drivetrain.study.change import TaskChange, changed, slowed
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.study.study import Mount
+from drivetrain.study.model import Mount
 
 GROUP = {"joints": ["joint_1", "joint_2"]}
 

@@ -6,7 +6,7 @@ import pytest
 
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 
 
 def written(tmp_path, entry):

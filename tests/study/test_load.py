@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.study.study import DriveMass, Study
+from drivetrain.study.model import DriveMass, Study
 
 
 def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:
@@ -170,7 +170,7 @@ def test_a_load_table_needs_no_arm(load: Any, folder: Path) -> None:
     assert study.joints[0].pairs
 
 
-def test_positions_outside_the_ranges_are_faults_and_speeds_doubts(load: Any) -> None:
+def test_positions_outside_the_ranges_are_faults_and_speeds_warnings(load: Any) -> None:
     panda = {
         "arm": "panda", "cycle": None, "payloads": None, "joints": {"default": {"candidates": {}}},
         "motions": {"nod": {"unit": "deg", "profile": "quintic", "durations": ["0.2 s", "0.2 s"],

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 ROUND: list[dict[str, Any]] = [
     {"motion": "there", "payload": "part"}, {"dwell": "500 ms", "payload": "part"}, {"motion": "back"},

@@ -13,7 +13,7 @@ import yaml
 
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
-from drivetrain.study.load import load_study
+from drivetrain.study.read import load_study
 from drivetrain.study.schema import json_schema
 
 JUNK = [None, 0, -1, 3.7, True, "x", "48 V", "1 kg", "-5 deg", "", [], {}, [1], ["a", "b"], {"a": 1}, "none",

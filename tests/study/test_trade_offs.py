@@ -9,7 +9,7 @@ import pytest
 
 from drivetrain.errors import InputError
 from drivetrain.study.schema import json_schema
-from drivetrain.study.trade_offs import CurveWanted, TradeOffs, read_curve, read_span
+from drivetrain.study.selection import CurveWanted, TradeOffs, read_curve, read_span
 
 
 def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:

@@ -8,8 +8,8 @@ import pytest
 
 from drivetrain.errors import Fault
 from drivetrain.study.document import read_document
+from drivetrain.study.faults import read_form
 from drivetrain.study.schema import StudyForm, json_schema
-from drivetrain.study.validate import read_form
 
 GOOD = """
 schema_version: 1

@@ -10,7 +10,7 @@ import pytest
 
 from drivetrain.errors import InputError
 from drivetrain.study.schema import json_schema
-from drivetrain.study.study import Wanted, family
+from drivetrain.study.selection import Wanted, family
 
 
 def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:

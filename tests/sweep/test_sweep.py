@@ -15,9 +15,8 @@ from drivetrain.cli import app
 from drivetrain.errors import InputError
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.document import read_document
-from drivetrain.study.load import study_from
-from drivetrain.study.varied import place_of, varied
+from drivetrain.study.document import place_of, read_document, varied
+from drivetrain.study.read import study_from
 from drivetrain.sweep.points import read_sweep
 from drivetrain.sweep.run import run_sweep
 from drivetrain.sweep.shards import read_results, shard_path

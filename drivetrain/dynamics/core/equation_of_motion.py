@@ -132,7 +132,7 @@ def _add_rotor(
 @exact
 def _move(link: Any, body: Any, before: Any, q: float, qd: float) -> None:
     """Where a body is, how it moves, its moments about the base's origin, and what its motion asks for."""
-    _place(link, body, before, link.turn * q, link.slide * q)
+    _place(link, body, before, link.turn * q + link.offset, link.slide * q)
     _add_motion(link, body, before, qd)
     _place_moments(link, body)
     w, v = vector(body.w), vector(body.v)

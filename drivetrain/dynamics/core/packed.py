@@ -20,11 +20,12 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.records import LINK, ROTOR
+from drivetrain.dynamics.core.records import LINK, MOMENTS, ROTOR
 from drivetrain.spatial.rotations import frame_along
 
 # On angles, on lengths over the arm's, on inertias over the rotor's: above rounding, far below any workshop.
 BALANCED = 1e-12
+ROTATION = "rxx rxy rxz ryx ryy ryz rzx rzy rzz"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +52,20 @@ class Packed:
 
     @property
     def rows(self) -> Array:
-        """The links as plain numbers, (n + m, passes.WIDTH), for who has not come to records yet."""
-        return self.links.view(np.float64).reshape(len(self.links), -1)
-
-    @property
-    def simple(self) -> np.ndarray:
-        """Whether a joint is revolute, for who has not come to records yet."""
-        return _revolute(self.links[: len(self.links) - len(self.rotors)])
+        """The links as plain numbers, (n + m, passes.WIDTH), for the simulation that has not come to records yet."""
+        plain = np.zeros((len(self.links), 31))
+        rotation = np.stack([self.links[name] for name in ROTATION.split()], axis=1).reshape(-1, 3, 3)
+        turn, zero, one = self.links["offset"], np.zeros(len(plain)), np.ones(len(plain))
+        c, s = np.cos(turn), np.sin(turn)
+        turned = rotation @ np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=1).reshape(-1, 3, 3)
+        names = ("px", "py", "pz", "offset", *MOMENTS, "spin", "rotor_inertia", "turn", "slide", "cos_own", "sin_own")
+        plain[:, 2:22] = np.stack([self.links[name] for name in names], axis=1)
+        plain[:, 22:] = turned.reshape(-1, 9)
+        return plain
 
     @property
     def spins(self) -> np.ndarray:
-        """The rotors as plain numbers, (m, 3), for who has not come to records yet."""
+        """The rotors as plain numbers, (m, 3), for the simulation that has not come to records yet."""
         return self.rotors.view(np.int64).reshape(-1, 3)
 
 
@@ -78,10 +82,10 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     bodies = _carry(inverse[1:] @ arm.home, arm.masses, arm.inertias)
     apart = sorted({*followers(arm), *free})
     links = np.zeros(arm.n + len(apart), LINK)
-    for name in ("cos_alpha", "cos_own", "rxx", "ryy", "rzz"):  # stand-ins: no turn, no shift
+    for name in ("cos_own", "rxx", "ryy", "rzz"):  # stand-ins: no turn, no shift
         links[name] = 1.0
-    _place(links[: arm.n], inverse[:-1] @ frames[1:])
     _joints(links[: arm.n], arm, frames)
+    _place(links[: arm.n], inverse[:-1] @ frames[1:])
     extra, rotors = _mount(arm, inverse, links, bodies, {i: ratios[i] if i in free else 1.0 for i in apart})
     _bodies(links[: arm.n], bodies)
     return Packed(
@@ -174,18 +178,20 @@ def _carry(poses: Array, masses: Array, inertias: Array) -> Array:
 
 
 def _place(links: np.ndarray, steps: Array) -> None:
-    """Where the joints stand in the frames before."""
-    rotation = steps[:, :3, :3]
-    tilt = np.hypot(rotation[:, 1, 2], rotation[:, 2, 2])
-    links["cos_alpha"] = rotation[:, 2, 2] / tilt
-    links["sin_alpha"] = -rotation[:, 1, 2] / tilt
-    links["offset"] = np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0])
+    """Where the joints stand in the frames before; a revolute joint turns there by ``Rx(alpha) Rz(q + offset)``."""
     _pose(links, steps)
+    simple, rotation = _revolute(links), steps[:, :3, :3]
+    tilt = np.hypot(rotation[:, 1, 2], rotation[:, 2, 2])
+    cosine, sine = rotation[:, 2, 2] / tilt, -rotation[:, 1, 2] / tilt
+    zero, one = np.zeros(len(links)), np.ones(len(links))
+    tilted = np.stack([one, zero, zero, zero, cosine, -sine, zero, sine, cosine], axis=1)
+    _set(links, ROTATION, np.where(simple[:, None], tilted, rotation.reshape(-1, 9)))
+    links["offset"] = np.where(simple, np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0]), 0.0)
 
 
 def _pose(links: np.ndarray, poses: Array) -> None:
     _set(links, "px py pz", poses[:, :3, 3])
-    _set(links, "rxx rxy rxz ryx ryy ryz rzx rzy rzz", poses[:, :3, :3].reshape(-1, 9))
+    _set(links, ROTATION, poses[:, :3, :3].reshape(-1, 9))
 
 
 def _joints(links: np.ndarray, arm: Arm, frames: Array) -> None:
@@ -196,7 +202,6 @@ def _joints(links: np.ndarray, arm: Arm, frames: Array) -> None:
     pitch[np.abs(pitch) <= 1e-12 * np.linalg.norm(arm.screws[:, 3:], axis=1)] = 0.0
     links["turn"] = turning
     links["slide"] = np.where(turning, pitch, 1.0)
-    links["offset"][~_revolute(links)] = 0.0  # the whole rotation holds it
     own = [frame[:, :2].T @ frame_along(frame[:, 2])[:, 0] for frame in frames[1:, :3, :3]]
     _set(links, "cos_own sin_own", own)
 

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+MOMENTS = ("mass", "hx", "hy", "hz", "sxx", "syy", "szz", "sxy", "sxz", "syz")
+
 # A link, and its joint on the link before; or a rotor on its carrier. SI units.
 LINK = np.dtype(
     [
         (name, np.float64)
         for name in (
-            # Place of the joint in the frame before: a revolute joint turns by Rx(alpha) Rz(q + offset).
-            *("cos_alpha", "sin_alpha", "px", "py", "pz", "offset"),
+            # Place of the joint in the frame before; there the link turns about z by ``turn q + offset``, slides along
+            # it by ``slide q``, and is then turned by the rotation. That of a revolute joint is one about x.
+            *("px", "py", "pz", "turn", "slide", "offset"),
+            *("rxx", "rxy", "rxz", "ryx", "ryy", "ryz", "rzx", "rzy", "rzz"),
             # Body, about the origin of its frame: mass, first moments, second moments.
-            *("mass", "hx", "hy", "hz", "sxx", "syy", "szz", "sxy", "sxz", "syz"),
+            *MOMENTS,
             # Of a balanced rotor on the joint's axis: angular momentum for a unit rate, inertia times ratio squared.
             *("spin", "rotor_inertia"),
-            # Turn and slide for a unit of q; cosine and sine from the recursion's frame to the joint's own.
-            *("turn", "slide", "cos_own", "sin_own"),
-            # Rotation into the frame before with the joint at zero, row by row.
-            *("rxx", "rxy", "rxz", "ryx", "ryy", "ryz", "rzx", "rzy", "rzz"),
+            # Cosine and sine of the turn about z from this frame to the joint's own.
+            *("cos_own", "sin_own"),
         )
     ]
 )

@@ -69,3 +69,33 @@ def turned(r: Array, a: Vector) -> Vector:
         r[1, 0] * a[0] + r[1, 1] * a[1] + r[1, 2] * a[2],
         r[2, 0] * a[0] + r[2, 1] * a[1] + r[2, 2] * a[2],
     )
+
+
+@exact
+def linear(a: Array) -> Vector:
+    """The linear part of an array of six, whose angular part is ``vector(a)``."""
+    return a[3], a[4], a[5]
+
+
+@exact
+def put_six(o: Array, a: Vector, b: Vector) -> None:
+    """Put an angular and a linear part into an array of six."""
+    o[0], o[1], o[2] = a
+    o[3], o[4], o[5] = b
+
+
+@exact
+def add_six(o: Array, a: Vector, b: Vector) -> None:
+    """Add an angular and a linear part to an array of six."""
+    o[0] += a[0]
+    o[1] += a[1]
+    o[2] += a[2]
+    o[3] += b[0]
+    o[4] += b[1]
+    o[5] += b[2]
+
+
+@exact
+def dot_six(a: Array, b: Array) -> float:
+    """The scalar product of two arrays of six."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]

@@ -10,33 +10,120 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive
+from drivetrain.drive.gear import Gear, torque_exponent
 from drivetrain.drive.gear_family import GearFamily, fitted_family, ideal_family
-from drivetrain.drive.matching import ratio_of_least_rms, torque_terms
+from drivetrain.drive.matching import ratio_of_least_rms
+from drivetrain.drive.motor import torque_constant, winding_resistance
+from drivetrain.drive.motor_limits import continuous_current
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.answers.free_design import FreeDesign, finite
-from drivetrain.sizing.answers.free_ratio_results import CatalogueGear, FreeJoint, FreeRatios, Goal
-from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.answers.ratio import partners, rms_torque, terms_of
+from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import judge
-from drivetrain.sizing.judge.operation import Operation
+from drivetrain.sizing.judge.missing import torque_lacks
+from drivetrain.sizing.judge.vary import Setup, Worst, edges, worst_of
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.tolerance.bench import worst_of
-from drivetrain.study.study import FreeRatio, Study
-from drivetrain.study.verdicts import verdict_of
+from drivetrain.study.model import FreeRatio, Study
+from drivetrain.study.mounting import drive_mass
+from drivetrain.study.verdicts import Verdict, verdict_of
 
 ROUNDS = 12
 MOVED = 1e-6  # relative change of a ratio below which it has settled
 STEPS = 20  # of a look over the range before the least is refined
-NEAR = 12  # gears of the catalogue told
+NEAR = 12  # gears of the catalogue shown
 SWEEP = 41
 EDGE = 1e-9
+SIZINGS = 12  # a gear that rides on the link it moves is sized again until its own weight is borne
+SETTLED = 1e-10
+ALLOWED = ("motor speed", "gear maximum input speed", "gear mean input speed", "motor voltage")  # what ends a range
+
+
+class Goal(StrEnum):
+    """What the ratios are to make small, over all joints together.
+
+    HEAT: mean copper loss at ambient temperature [W]. CURRENT: root mean square over the joints of RMS current over the
+    motor's continuous current [-]. ENERGY: drawn a cycle, what is fed back credited [J]. MASS: of all drives [kg].
+    """
+
+    HEAT = "heat"
+    CURRENT = "current"
+    ENERGY = "energy"
+    MASS = "mass"
+
+    @property
+    def unit(self) -> str:
+        """Of its value."""
+        return {"heat": "W", "current": "1", "energy": "J", "mass": "kg"}[self.value]
+
+
+@dataclass(frozen=True)
+class CatalogueGear:
+    """A gear of the catalogue in the place of the continuous one, the other joints at their best ratios."""
+
+    key: str
+    ratio: float  # as printed, with its sign
+    loss: float  # by how much the goal is above the continuous best, relative; NaN where the sheet says too little
+    verdict: Verdict  # of the joint's checks with the gear's own sheet
+    binding: str  # the check of highest utilisation
+    utilisation: float  # of that check
+
+
+@dataclass(frozen=True, eq=False)
+class FreeJoint:
+    """One joint with a free ratio."""
+
+    joint: str
+    motor: str
+    family: GearFamily
+    best: float  # the ratio that is best for the arm
+    alone: float  # of least RMS torque of this motor alone by formula, the other joints at theirs, limits not counted
+    low: float  # ends of what range, speed and voltage allow at the best
+    high: float
+    ended_by: str  # what ends the allowed range above; below it is the range itself or the voltage
+    gear: Gear  # the continuous gear at the best ratio
+    ratios: Array  # of the sweep, rising, (M,)
+    goal: Array  # over them, the other joints at their best, (M,)
+    rms_torque: Array  # of the motor over them [N m], (M,)
+    verdict: Verdict  # of the joint's checks at the best ratio
+    binding: str  # the check of highest utilisation there
+    utilisation: float  # of that check
+    gears: tuple[CatalogueGear, ...]  # of the catalogue, nearest in ratio first
+
+
+@dataclass(frozen=True, eq=False)
+class FreeRatios:
+    """The best ratios of an arm.
+
+    Attributes:
+        study: The task.
+        goal: What they make small.
+        value: Of the goal at the best ratios, over all joints [the goal's unit].
+        alone: Of the goal when every joint takes the best ratio for its own motor, within its limits.
+        joints: Those with a free ratio.
+        rounds: Sweeps over the joints until no ratio moved.
+        notes: What a reader should know.
+    """
+
+    study: Study
+    goal: Goal
+    value: float
+    alone: float
+    joints: tuple[FreeJoint, ...]
+    rounds: int
+    notes: tuple[str, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every joint with a free ratio holds; one whose motor lacks data is not proven to."""
+        return all(one.verdict in (Verdict.PASS, Verdict.MARGINAL) for one in self.joints)
 
 
 def free_ratios(
@@ -66,22 +153,16 @@ def free_ratios(
     wanted = free if free is not None else {t.name: t.free_ratio for t in study.joints if t.free_ratio is not None}
     design = _design(study, aim, wanted, drives or {})
     ratios, rounds = _settled(design)
-    alone = {joint: _bounded(design, joint, ratios, _alone(design, joint, ratios)) for joint in design.families}
-    best, own = design.mounted(ratios), design.mounted(alone)
+    lines = {joint: _Line(design, joint, ratios) for joint in sorted(design.families)}
+    joints = tuple(_joint(line, ratios[joint]) for joint, line in lines.items())
+    alone = {
+        joint: ratios[joint] if math.isnan(found.alone) else min(max(found.alone, found.low), found.high)
+        for joint, found in zip(lines, joints, strict=True)
+    }
+    best = design.setup(ratios)
     return FreeRatios(
-        study, aim, _value(design, best), _value(design, own),
-        tuple(_joint(design, joint, ratios, best) for joint in sorted(design.families)), rounds, _notes(design, best),
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Allowed:
-    """Where the least of a goal was found, and the range that speed and voltage leave."""
-
-    best: float
-    low: float
-    high: float
-    ended_by: str
+        study, aim, design.total(best), design.total(design.setup(alone)), joints, rounds, _notes(design, best.drives)
+    )
 
 
 def goal_of(goal: Goal | str) -> Goal:
@@ -96,7 +177,84 @@ def goal_of(goal: Goal | str) -> Goal:
     return Goal(str(goal))
 
 
-def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: Mapping[str, Pair]) -> FreeDesign:
+@dataclass(frozen=True, eq=False)
+class _Design:
+    """A task with a motor and either a fixed gear or a family of gears at every joint."""
+
+    work: Workload
+    shelf: Shelf
+    motors: Mapping[int, str]
+    families: Mapping[int, GearFamily]
+    fixed: Mapping[int, Drive]
+    goal: Goal
+
+    @property
+    def study(self) -> Study:
+        return self.work.study
+
+    def setup(self, ratios: Mapping[int, float], after: Setup | None = None, joint: int | None = None) -> Setup:
+        """The drives for a set of ratios, each sized for the load of those after it.
+
+        Args:
+            after: Of the drives after a joint, already sized.
+            joint: To start from, going to the base; None: the tip.
+        """
+        drives = dict(self.fixed)
+        if after is not None and joint is not None:
+            drives.update({i: drive for i, drive in after.drives.items() if i > joint})
+        for index in range(len(self.study.joints) - 1 if joint is None else joint, -1, -1):
+            if index in self.families:
+                drives[index] = self._sized(index, ratios[index], drives)
+        return Setup(self.work, drives)
+
+    def share(self, setup: Setup, joint: int) -> float:
+        """What one joint adds to the goal; the square for CURRENT; NaN where data are missing."""
+        drive, ambient = setup.drives[joint], self.study.ambient
+        if self.goal is Goal.MASS:
+            mass = drive_mass(drive)
+            return math.nan if mass is None else mass
+        result = setup.joint(joint)
+        if not result.torque_known:
+            return math.nan
+        if self.goal is Goal.ENERGY:
+            return float(result.series.electrical_power @ self.work.weights)
+        squared = (rms_torque(setup, joint) / float(torque_constant(drive.motor, ambient))) ** 2
+        if self.goal is Goal.HEAT:
+            return float(winding_resistance(drive.motor, ambient)) * squared
+        mounting = self.study.joints[joint].housing_to_ambient
+        limit = continuous_current(drive.motor, ambient, housing_to_ambient=mounting).value
+        return math.nan if limit is None else squared / limit**2
+
+    def total(self, setup: Setup, known: Mapping[int, float] | None = None) -> float:
+        """The goal of all joints, of which the shares of some may be known."""
+        count = len(self.study.joints)
+        shares = [known[i] if known and i in known else self.share(setup, i) for i in range(count)]
+        return math.sqrt(math.fsum(shares) / count) if self.goal is Goal.CURRENT else math.fsum(shares)
+
+    def _sized(self, joint: int, ratio: float, drives: Mapping[int, Drive]) -> Drive:
+        """The drive of a ratio, its gear as small as its load allows."""
+        task, family, motor = self.study.joints[joint], self.families[joint], self.shelf.motor(self.motors[joint])
+        work = self.work.at(joint, drives)
+
+        def drive(torque: float) -> Drive:
+            return Drive(motor, self.shelf.filled(family.gear(ratio, torque)), task.friction, task.motor_friction)
+
+        found = drive(max(family.smallest, 1.0))
+        if not family.laws:
+            return found
+        before = 0.0
+        for _ in range(SIZINGS):
+            demand = work.demand(found)
+            peak = self.study.safety.peak_torque * demand.largest_load.value
+            torque = family.size_for(ratio, peak, demand.average_torque(torque_exponent(found.gear)))
+            found = drive(torque)
+            if not work.own_load or abs(torque - before) <= SETTLED * torque:
+                break
+            before = torque
+        return found
+
+
+def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: Mapping[str, Pair]) -> _Design:
     """Motors, families and the drives of the other joints."""
     names = [task.name for task in study.joints]
     strangers = [name for name in wanted if name not in names]
@@ -120,7 +278,7 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
     if faults:
         raise InputError(faults)
     fixed = {i: shelf.drive(t, *pairs[t.name]) for i, t in enumerate(study.joints) if i not in families}
-    design = FreeDesign(workload(study), shelf, motors, families, fixed, goal)
+    design = _Design(workload(study), shelf, motors, families, fixed, goal)
     _check_known(design)
     return design
 
@@ -155,14 +313,13 @@ def _family(study: Study, free: FreeRatio) -> GearFamily:
     return fitted_family(free.series, rows, free.low, free.high)
 
 
-def _check_known(design: FreeDesign) -> None:
+def _check_known(design: _Design) -> None:
     """Everything that the goal needs must be on the sheets."""
-    drives = design.mounted({joint: math.sqrt(f.low * f.high) for joint, f in design.families.items()})
-    faults = []
+    setup, faults = design.setup({joint: math.sqrt(f.low * f.high) for joint, f in design.families.items()}), []
     for joint, task in enumerate(design.study.joints):
-        if math.isnan(design.share(joint, drives)):
-            op = design.at(joint, drives)
-            lacks = op.missing or ("the mass" if design.goal is Goal.MASS else "the continuous current")
+        if math.isnan(design.share(setup, joint)):
+            lacks = torque_lacks(setup.drives[joint]) or "the continuous current"
+            lacks = "the mass" if design.goal is Goal.MASS else lacks
             problem = f"the {design.goal} cannot be computed: {lacks} is unknown"
             hint = "complete the row, or state assumptions in the study"
             faults.append(Fault(f"joints.{task.name}", problem, hint=hint))
@@ -170,163 +327,115 @@ def _check_known(design: FreeDesign) -> None:
         raise InputError(faults)
 
 
-def _value(design: FreeDesign, drives: Mapping[int, Drive]) -> float:
-    return design.total({joint: design.share(joint, drives) for joint in range(len(design.study.joints))})
-
-
-def _settled(design: FreeDesign) -> tuple[dict[int, float], int]:
+def _settled(design: _Design) -> tuple[dict[int, float], int]:
     """Ratios from which no joint wants to move alone."""
     ratios = {joint: math.sqrt(f.low * f.high) for joint, f in design.families.items()}
-    order = sorted(design.families, reverse=True)
     for turn in range(1, ROUNDS + 1):
         moved = 0.0
-        for joint in order:
-            new = _allowed(design, joint, ratios).best
-            moved = max(moved, abs(new / ratios[joint] - 1.0))
-            ratios[joint] = new
+        for joint in sorted(design.families, reverse=True):
+            best = _Line(design, joint, ratios).allowed().best
+            moved = max(moved, abs(best / ratios[joint] - 1.0))
+            ratios[joint] = best
         if moved <= MOVED:
             return ratios, turn
     return ratios, ROUNDS
 
 
+@dataclass(frozen=True)
+class _Allowed:
+    """Where the least of a goal was found, and the range that speed and voltage leave."""
+
+    best: float
+    low: float
+    high: float
+    ended_by: str
+
+
 class _Line:
     """The goal along the ratio of one joint, everything else kept; the joints after it are not asked again."""
 
-    def __init__(self, design: FreeDesign, joint: int, ratios: Mapping[int, float]) -> None:
-        self.design, self.joint, self.ratios = design, joint, ratios
-        count = len(design.study.joints)
-        mounted = design.mounted(ratios)
-        self.after = {index: mounted[index] for index in range(joint + 1, count)}
-        self._fixed = {index: design.share(index, mounted) for index in self.after}
-        self._drives: dict[float, dict[int, Drive]] = {}
+    def __init__(self, design: _Design, joint: int, ratios: Mapping[int, float]) -> None:
+        self.design, self.joint, self.ratios = design, joint, dict(ratios)
+        self.now = design.setup(ratios)
+        self._after = {i: design.share(self.now, i) for i in range(joint + 1, len(design.study.joints))}
+        self._setups: dict[float, Setup] = {}
 
-    def drives(self, ratio: float) -> dict[int, Drive]:
-        if ratio not in self._drives:
-            self._drives[ratio] = self.design.mounted({**self.ratios, self.joint: ratio}, self.after, self.joint)
-        return self._drives[ratio]
+    def setup(self, ratio: float) -> Setup:
+        if ratio not in self._setups:
+            self._setups[ratio] = self.design.setup({**self.ratios, self.joint: ratio}, self.now, self.joint)
+        return self._setups[ratio]
 
     def goal(self, ratio: float) -> float:
-        drives = self.drives(ratio)
-        shares = {index: self.design.share(index, drives) for index in range(self.joint + 1)}
-        return finite(self.design.total(self._fixed | shares))
+        """What is not known is worst."""
+        value = self.design.total(self.setup(ratio), self._after)
+        return math.inf if math.isnan(value) else value
 
-    def over(self, ratio: float) -> float:
-        """Utilisation of speed and voltage; above 1 the ratio is not allowed."""
-        return self.design.limit(self.joint, self.drives(ratio)).utilisation
+    def limit(self, ratio: float) -> Worst:
+        """How near the joint comes to its limits of speed and of voltage; above 1 the ratio is not allowed."""
+        return worst_of(check for check in self.setup(ratio).joint(self.joint).checks if check.name in ALLOWED)
 
-
-def _allowed(design: FreeDesign, joint: int, ratios: Mapping[int, float]) -> _Allowed:
-    """The best ratio of a joint in the run of allowed ratios that holds the least goal."""
-    line, family = _Line(design, joint, ratios), design.families[joint]
-    steps = [float(x) for x in np.geomspace(family.low, family.high, STEPS)]
-    fits = [line.over(x) <= 1.0 for x in steps]
-    if not any(fits):
-        least = min(steps, key=line.over)
-        return _Allowed(least, least, least, design.limit(joint, line.drives(least)).check)
-    # Where the run of allowed ratios has its least.
-    goals = [line.goal(x) if fit else math.inf for x, fit in zip(steps, fits, strict=True)]
-    best = int(np.argmin(goals))
-    first, last = best, best
-    while first > 0 and fits[first - 1]:
-        first -= 1
-    while last < STEPS - 1 and fits[last + 1]:
-        last += 1
-    low = steps[0] if first == 0 else _edge(line, steps[first], steps[first - 1])
-    high = steps[-1] if last == STEPS - 1 else _edge(line, steps[last], steps[last + 1])
-    beyond = design.limit(joint, line.drives(high * (1.0 + 1e-6))).check if last < STEPS - 1 else "end of the range"
-    left = low if best == first else steps[best - 1]
-    right = high if best == last else steps[best + 1]
-    found = minimize_scalar(
-        lambda x: line.goal(math.exp(x)), bounds=(math.log(left), math.log(right)), method="bounded",
-        options={"xatol": 1e-8},
-    )  # fmt: skip
-    inner = math.exp(float(found.x))
-    ends = [end for end, at in ((low, first), (high, last)) if at == best]
-    return _Allowed(min([inner, steps[best], *ends], key=line.goal), low, high, beyond)
+    def allowed(self) -> _Allowed:
+        """The best ratio in the run of allowed ratios that holds the least goal."""
+        family = self.design.families[self.joint]
+        steps = [float(ratio) for ratio in np.geomspace(family.low, family.high, STEPS)]
+        runs = list(edges(lambda ratio: self.limit(ratio).utilisation <= 1.0, steps, error=EDGE))
+        if not runs:
+            least = min(steps, key=lambda ratio: self.limit(ratio).utilisation)
+            return _Allowed(least, least, least, self.limit(least).check)
+        goals = [self.goal(x) if any(a.inside <= x <= b.inside for a, b in runs) else math.inf for x in steps]
+        at = int(np.argmin(goals))
+        start, end = next((a, b) for a, b in runs if a.inside <= steps[at] <= b.inside)
+        low, high = max(start.inside, steps[0]), min(end.inside, steps[-1])
+        left, right = max(low, steps[max(at - 1, 0)]), min(high, steps[min(at + 1, STEPS - 1)])
+        found = minimize_scalar(
+            lambda x: self.goal(math.exp(x)), bounds=(math.log(left), math.log(right)), method="bounded",
+            options={"xatol": 1e-8},
+        )  # fmt: skip
+        best = min([math.exp(float(found.x)), steps[at], left, right], key=self.goal)
+        return _Allowed(best, low, high, self.limit(end.outside).check if end.known else "end of the range")
 
 
-def _edge(line: _Line, good: float, bad: float) -> float:
-    """The last allowed ratio between one that is and one that is not."""
-    while abs(good - bad) > EDGE * good:
-        middle = math.sqrt(good * bad)
-        good, bad = (middle, bad) if line.over(middle) <= 1.0 else (good, middle)
-    return good
-
-
-def _alone(design: FreeDesign, joint: int, ratios: Mapping[int, float]) -> float:
-    """By formula, of the joint's own motor."""
-    op = design.at(joint, design.mounted(ratios))
-    demand = op.demand
-    if op.missing:
-        return math.nan
-    terms = torque_terms(
-        op.drive, demand.gear_torque, demand.speed, demand.acceleration, demand.carrier_acceleration, demand.weights
-    )
-    return ratio_of_least_rms(terms)
-
-
-def _bounded(design: FreeDesign, joint: int, ratios: Mapping[int, float], ratio: float) -> float:
-    """A ratio moved into what range, speed and voltage allow."""
-    if math.isnan(ratio):
-        return ratios[joint]
-    allowed = _allowed(design, joint, ratios)
-    return min(max(ratio, allowed.low), allowed.high)
-
-
-def _joint(design: FreeDesign, joint: int, ratios: Mapping[int, float], drives: Mapping[int, Drive]) -> FreeJoint:
-    study, family = design.study, design.families[joint]
-    allowed, line = _allowed(design, joint, ratios), _Line(design, joint, ratios)
-    sweep = np.geomspace(family.low, family.high, SWEEP)
-    at = [design.at(joint, line.drives(float(x))) for x in sweep]
-    checks = judge(design.at(joint, drives))
-    most = worst_of(checks)
-    wish = drives[joint].gear.kind == "ideal"  # of which nobody states a limit, nor could
-    verdict = verdict_of(check for check in checks if not (wish and check.name.startswith("gear ")))
+def _joint(line: _Line, ratio: float) -> FreeJoint:
+    design, joint, allowed = line.design, line.joint, line.allowed()
+    family, sweep = design.families[joint], np.geomspace(design.families[joint].low, design.families[joint].high, SWEEP)
+    result, setups = line.now.joint(joint), [line.setup(float(x)) for x in sweep]
+    most, ideal = worst_of(result.checks), result.drive.gear.kind == "ideal"  # of which nobody could state a limit
+    verdict = verdict_of(check for check in result.checks if not (ideal and check.name.startswith("gear ")))
+    alone = ratio_of_least_rms(terms_of(line.now, joint)) if result.torque_known else math.nan
+    torque = [rms_torque(setup, joint) if setup.joint(joint).torque_known else math.nan for setup in setups]
     return FreeJoint(
-        study.joints[joint].name, design.motors[joint], family, ratios[joint], _alone(design, joint, ratios),
-        allowed.low, allowed.high, allowed.ended_by, drives[joint].gear, sweep,
-        np.array([line.goal(float(x)) for x in sweep]), np.array([_rms(op) for op in at]),
-        verdict, most.check, most.utilisation, _gears(design, joint, line, ratios),
+        result.name, design.motors[joint], family, ratio, alone, allowed.low, allowed.high, allowed.ended_by,
+        result.drive.gear, sweep, np.array([line.goal(float(x)) for x in sweep]), np.array(torque), verdict, most.check,
+        most.utilisation, _gears(line, ratio),
     )  # fmt: skip
 
 
-def _rms(op: Operation) -> float:
-    return math.nan if op.missing else math.sqrt(op.demand.mean(op.torque.total**2))
-
-
-def _gears(design: FreeDesign, joint: int, line: _Line, ratios: Mapping[int, float]) -> tuple[CatalogueGear, ...]:
+def _gears(line: _Line, ratio: float) -> tuple[CatalogueGear, ...]:
     """The catalogue's gears nearest in ratio, each in the place of the continuous one."""
-    study, best = design.study, line.goal(ratios[joint])
-    rows = study.catalog.gears
-    near = sorted(
-        _partners(design, joint), key=lambda key: (abs(math.log(abs(rows[key].ratio) / ratios[joint])), key)
-    )  # fmt: skip
-    found = []
+    design, joint, best, found = line.design, line.joint, line.goal(ratio), []
+    rows = design.study.catalog.gears
+    near = sorted(_partners(design, joint), key=lambda key: (abs(math.log(abs(rows[key].ratio) / ratio)), key))
     for key in near[:NEAR]:
-        drive = design.shelf.drive(study.joints[joint], design.motors[joint], key)
-        fixed = {**design.fixed, joint: drive}
+        drive = design.shelf.drive(design.study.joints[joint], design.motors[joint], key)
         families = {index: family for index, family in design.families.items() if index != joint}
-        placed = FreeDesign(design.work, design.shelf, design.motors, families, fixed, design.goal)
-        drives = placed.mounted({k: v for k, v in ratios.items() if k != joint})
-        checks = judge(placed.at(joint, drives))
-        most = worst_of(checks)
-        loss = _value(placed, drives) / best - 1.0 if best else math.nan
+        fixed = {**design.fixed, joint: drive}
+        setup = replace(design, families=families, fixed=fixed).setup(line.ratios)
+        checks = setup.joint(joint).checks
+        most, loss = worst_of(checks), design.total(setup) / best - 1.0 if best else math.nan
         found.append(CatalogueGear(key, rows[key].ratio, loss, verdict_of(checks), most.check, most.utilisation))
     return tuple(found)
 
 
-def _partners(design: FreeDesign, joint: int) -> Sequence[str]:
+def _partners(design: _Design, joint: int) -> Sequence[str]:
     """Gears that may take the place of the continuous one: of the series; else what goes with the motor."""
-    study, task, motor = design.study, design.study.joints[joint], design.motors[joint]
-    family = design.families[joint]
-    paired = [gear for one, gear in task.pairs if one == motor and gear]
-    series = [key for key in paired if study.catalog.gears[key].series == family.name]
-    if family.laws and not paired:
-        series = [key for key, row in study.catalog.gears.items() if row.series == family.name]
-    return series or paired or sorted(study.catalog.pairs.get(motor, ()))
+    rows, family, motor = design.study.catalog.gears, design.families[joint], design.motors[joint]
+    paired = [gear for one, gear in design.study.joints[joint].pairs if one == motor and gear]
+    among = paired or (list(rows) if family.laws else [])
+    series = [key for key in among if rows[key].series == family.name]
+    return series or partners(design.study, design.study.joints[joint], motor)
 
 
-def _notes(design: FreeDesign, drives: Mapping[int, Drive]) -> tuple[str, ...]:
+def _notes(design: _Design, drives: Mapping[int, Drive]) -> tuple[str, ...]:
     notes = []
     for family in dict.fromkeys(design.families.values()):
         notes.append(f"{family.name}: {family.source}")

@@ -4,75 +4,150 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import pairwise
+from dataclasses import dataclass
 
 import numpy as np
 
 from drivetrain.arm.coupling import shaft_motion
+from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.drive.gear import mesh_loss_coefficient
 from drivetrain.drive.matching import (
     LoadMatch,
+    RatioRange,
+    TorqueTerms,
     inertia_matching_ratio,
     load_match,
     rated_ranges,
     ratio_of_least_peak,
     ratio_of_least_rms,
-    scaled_gear,
     torque_terms,
 )
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.answers.ratio_results import (
-    ClosedForms,
-    NearGear,
-    RatioLimits,
-    RatioPoint,
-    RatioStudy,
-    RatioWindow,
-)
-from drivetrain.sizing.demand.demand import JointWork, workload
+from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
-from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.sizing.judge.judge import is_direct, judge
-from drivetrain.sizing.judge.operation import Operation, operation
+from drivetrain.sizing.judge.vary import Number, Setup, edges, named_drives, ratio_number
 from drivetrain.sizing.search.search import select
-from drivetrain.study.study import JointTask, Study
-from drivetrain.study.verdicts import lacking, verdict_of
+from drivetrain.study.model import JointTask, Study
+from drivetrain.study.verdicts import Check, Verdict, lacking
 
 GRID = 81  # ratios of the sweep
 SPAN = 8.0  # times below and above the ratios of interest
 SMALLEST, LARGEST = 0.05, 2.0e4  # where a window that nothing ends is let go on no further
 CHANGE = 1e-9  # share by which a utilisation must change over the sweep to depend on the ratio
-EDGE = 1e-7  # relative error of a window's end
 NEAR_GEARS = 8
 
 
 @dataclass(frozen=True, eq=False)
-class _Bench:
-    """One joint with its motor, and a gear whose ratio can be turned."""
+class RatioPoint:
+    """One motor with one ratio doing the joint's work."""
 
-    study: Study
-    joint: int
-    work: JointWork
-    mounted: Mapping[int, Drive]
+    ratio: float  # magnitude
+    rms_torque: float  # of the motor over the cycle [N m]
+    peak_torque: float  # of the motor, with what it takes to start [N m]
+    motor_speed: float  # largest [rad/s]
+    winding_temperature: float  # hottest of the repeated cycle [C]; infinite: runs away, NaN: not computed
+    utilisations: Mapping[str, float]  # of every check, by its name; NaN where it could not be judged
 
     @property
-    def drive(self) -> Drive:
-        """The template."""
-        return self.mounted[self.joint]
+    def binding(self) -> str:
+        """The check of highest utilisation; empty when none was judged."""
+        judged = {name: used for name, used in self.utilisations.items() if not math.isnan(used)}
+        return max(judged, key=lambda name: judged[name], default="")
 
-    def at(self, ratio: float) -> Operation:
-        """The template with this ratio at its work."""
-        return self.run(replace(self.drive, gear=scaled_gear(self.drive.gear, ratio)))
+    @property
+    def utilisation(self) -> float:
+        """The highest of all checks; 1 is the limit; infinite when none was judged."""
+        return self.utilisations[self.binding] if self.binding else math.inf
 
-    def run(self, drive: Drive) -> Operation:
-        return operation(self.study, self.joint, self.work.demand(drive), drive)
+    @property
+    def fits(self) -> bool:
+        """Whether no check is over its limit."""
+        return self.utilisation <= 1.0
 
-    @cached_property
-    def template(self) -> Operation:
-        return self.run(self.drive)
+
+@dataclass(frozen=True)
+class RatioWindow:
+    """Ratios at which every check is satisfied, and the check that fails just beyond each end.
+
+    An end is infinite (or 0) and its check empty where nothing ends the window in the range looked at.
+    """
+
+    low: float
+    high: float
+    low_binding: str
+    high_binding: str
+
+
+@dataclass(frozen=True)
+class NearGear:
+    """A gear of the catalogue held against the same task with the same motor, with its own sheet."""
+
+    key: str
+    ratio: float  # as printed, with its sign
+    utilisation: float  # the highest of all checks; infinite when none was judged
+    binding: str  # the check it belongs to
+    verdict: Verdict
+    inside: bool  # whether its ratio lies in a window of the template; its own limits may still differ
+
+
+@dataclass(frozen=True)
+class RatioLimits:
+    """Where the limits of motor and gear lie, safety factors taken out of them; None where unknown."""
+
+    continuous_torque: float | None  # of the warm motor [N m]
+    peak_torque: float | None  # of the motor [N m]
+    motor_speed: float | None  # of motor and gear input, the smaller [rad/s]
+    winding_temperature: float | None  # [C]
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedForms:
+    """The ratios that formulas give for the same motion."""
+
+    matching: float | None  # sqrt(mean load inertia over rotor inertia); None without an arm
+    least_rms: float  # of the smallest RMS motor torque, all but Stribeck friction counted; NaN where data are missing
+    least_peak: float  # of the smallest peak motor torque, starting from rest not counted; NaN where data are missing
+    rated: tuple[RatioRange, ...] | None  # RMS torque within the continuous one; None where that is unknown
+    load_match: LoadMatch | None  # the same with one efficiency for all of the motion; None where unknown
+
+
+@dataclass(frozen=True, eq=False)
+class RatioStudy:
+    """What the ratio of one joint's gear decides, every other number of its motor and gear kept."""
+
+    study: Study
+    joint: str
+    motor: str
+    gear: str  # whose ratio is varied; "" is an ideal gear
+    drive: Drive  # the template, assumptions filled in
+    points: tuple[RatioPoint, ...]  # by rising ratio
+    windows: tuple[RatioWindow, ...]  # lowest first
+    best: RatioPoint  # of the smallest highest utilisation among the checks that the ratio changes
+    limits: RatioLimits
+    closed_forms: ClosedForms
+    gears: tuple[NearGear, ...]  # nearest to ``best`` first
+    reaction: Mapping[str, float]  # change of each earlier joint's torque across the window, over its own peak
+    notes: tuple[str, ...]
+    lacking: tuple[Check, ...] = ()  # essential checks that could not be made: with one no ratio is proven to fit
+
+    @property
+    def feasible(self) -> bool:
+        """Whether some ratio is proven to fit."""
+        return bool(self.windows) and not self.lacking
+
+    @property
+    def ratios(self) -> Array:
+        """Of the points, rising, (M,)."""
+        return np.array([point.ratio for point in self.points])
+
+    def series(self, field: str) -> Array:
+        """One number of the points, such as ``rms_torque``, (M,)."""
+        return np.array([getattr(point, field) for point in self.points], dtype=np.float64)
+
+    def utilisation_of(self, check: str) -> Array:
+        """Utilisation of one check; NaN where it could not be judged, (M,)."""
+        return np.array([point.utilisations.get(check, math.nan) for point in self.points])
 
 
 def ratio_study(
@@ -104,28 +179,36 @@ def ratio_study(
     Raises:
         InputError: Unknown joints, motors or gears, a joint without a drive, or ratios that are not positive.
     """
-    bench, keys = _bench(study, joint, drives or {}, motor, gear)
-    probed = _probe(bench)
+    names = [task.name for task in study.joints]
+    if joint not in names:
+        raise InputError(Fault("joint", "is no joint of the study", joint, nearest(joint, names)))
+    index, own = names.index(joint), (drives or {}).get(joint, study.joints[names.index(joint)].drive) or ("", "")
+    wanted = (own[0] if motor is None else motor, own[1] if gear is None else gear)
+    keys = given_drives(study, {**(drives or {}), joint: wanted} if any(wanted) else drives or {})
+    setup = Setup(workload(study), named_drives(study, keys))
+    number, template = ratio_number(setup, index), setup.joint(index)
+
+    known: dict[float, RatioPoint] = {}
+
+    def at(ratio: float) -> RatioPoint:
+        if ratio not in known:
+            known[ratio] = _point(number.put(ratio), index)
+        return known[ratio]
+
     # Where torque cannot be judged nothing ends a window, and there is no sense in looking further.
-    points = _sweep(probed, _grid(bench, ratios), fixed=ratios is not None or bool(bench.template.missing))
-    windows = _windows(probed, points)
-    best = min(points, key=_strain(points))
-    return RatioStudy(
-        study=study,
-        joint=joint,
-        motor=keys[0],
-        gear=keys[1],
-        drive=bench.drive,
-        points=points,
-        windows=windows,
-        best=best,
-        limits=_limits(bench.at(best.ratio)),
-        closed_forms=_closed_forms(bench.at(best.ratio)),
-        gears=_near_gears(bench, keys, best.ratio, windows),
-        reaction=_reaction(bench, windows),
-        notes=_notes(bench),
-        lacking=lacking(judge(bench.template)),
+    points = _sweep(at, _grid(setup, index, ratios), fixed=ratios is not None or not template.torque_known)
+    runs = edges(lambda ratio: at(ratio).fits, [point.ratio for point in points])
+    windows = tuple(
+        RatioWindow(low.inside, high.inside, *(at(end.outside).binding if end.known else "" for end in (low, high)))
+        for low, high in runs
     )
+    best = min(points, key=_strain(points))
+    there = number.put(best.ratio)
+    return RatioStudy(
+        study, joint, *keys[joint], setup.drives[index], points, windows, best, _limits(there, index),
+        _closed_forms(there, index), _near_gears(setup, index, keys[joint], best.ratio, windows),
+        _reaction(number, index, windows), _notes(setup, index), lacking(template.checks),
+    )  # fmt: skip
 
 
 def ratio_studies(study: Study, *, drives: Mapping[str, Pair] | None = None) -> tuple[RatioStudy, ...]:
@@ -149,72 +232,52 @@ def ratio_studies(study: Study, *, drives: Mapping[str, Pair] | None = None) -> 
 
 
 def chosen_drives(study: Study) -> dict[str, Pair]:
-    """The drives that the study gives, or those that are selected for it.
-
-    Returns:
-        Keys of (motor, gear) by joint name; when nothing fits, of the nearest set.
-    """
+    """Keys of the drives that the study gives, else of those selected for it, or the nearest when nothing fits."""
     given = {task.name: task.drive for task in study.joints if task.drive is not None}
     if len(given) == len(study.joints):
         return given
-    selection = select(study)
-    return {name: (joint.motor, joint.gear) for name, joint in selection.evaluation.joints.items()}
+    return {name: (joint.motor, joint.gear) for name, joint in select(study).evaluation.joints.items()}
 
 
-def _bench(
-    study: Study, joint: str, drives: Mapping[str, Pair], motor: str | None, gear: str | None
-) -> tuple[_Bench, Pair]:
-    names = [task.name for task in study.joints]
-    if joint not in names:
-        raise InputError(Fault("joint", "is no joint of the study", joint, nearest(joint, names)))
-    index = names.index(joint)
-    own = drives.get(joint, study.joints[index].drive) or ("", "")
-    wanted = (own[0] if motor is None else motor, own[1] if gear is None else gear)
-    keys = given_drives(study, {**drives, joint: wanted} if any(wanted) else drives)
-    shelf = Shelf(study)
-    mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
-    work = workload(study).at(index, mounted)
-    return _Bench(study, index, work, mounted), keys[joint]
-
-
-def _probe(bench: _Bench) -> Callable[[float], RatioPoint]:
-    """Every check at a ratio, each ratio once."""
-    known: dict[float, RatioPoint] = {}
-
-    def at(ratio: float) -> RatioPoint:
-        if ratio not in known:
-            known[ratio] = _point(bench.at(ratio))
-        return known[ratio]
-
-    return at
-
-
-def _point(op: Operation) -> RatioPoint:
-    # Far from any ratio that fits, the heat may leave the range of numbers: that is a runaway like any other.
-    with np.errstate(over="ignore", invalid="ignore"):
-        checks = judge(op)
-        heat = math.nan
-        if op.heat is not None and not op.missing:
-            heat = math.inf if op.heat.runaway else op.heat.peak_winding
+def _point(setup: Setup, joint: int) -> RatioPoint:
+    with np.errstate(over="ignore", invalid="ignore"):  # far from any ratio that fits, heat leaves the range of numbers
+        result = setup.joint(joint)
+    series, checks = result.series, {check.name: check for check in result.checks}
+    peak, heat = checks["motor peak torque"].required, checks["winding temperature"].required
+    if heat is None:
+        heat = math.nan if series.winding_temperature is None else float(series.winding_temperature.max())
     return RatioPoint(
-        ratio=abs(op.drive.gear.ratio),
-        rms_torque=math.sqrt(op.demand.mean(op.torque.total**2)),
-        peak_torque=float(np.abs(op.peak_torque).max()),
-        motor_speed=float(np.abs(op.motor_speed).max()),
+        ratio=abs(result.drive.gear.ratio),
+        rms_torque=rms_torque(setup, joint),
+        peak_torque=float(np.abs(series.motor_torque).max()) if peak is None else peak / setup.study.safety.peak_torque,
+        motor_speed=float(np.abs(series.motor_speed).max()),
         winding_temperature=heat,
-        utilisations={check.name: math.nan if check.utilisation is None else check.utilisation for check in checks},
+        utilisations={name: math.nan if c.utilisation is None else c.utilisation for name, c in checks.items()},
     )
 
 
-def _grid(bench: _Bench, ratios: Sequence[float] | None) -> list[float]:
+def rms_torque(setup: Setup, joint: int) -> float:
+    """Of a joint's motor over the cycle [N m]."""
+    weights = setup.work.weights if setup.work.weights.any() else None
+    return math.sqrt(np.average(setup.joint(joint).series.motor_torque ** 2, weights=weights))
+
+
+def terms_of(setup: Setup, joint: int) -> TorqueTerms:
+    """How a joint's motor torque depends on the ratio of its gear."""
+    demand = setup.demand(joint)
+    motion = (demand.speed, demand.acceleration, demand.carrier_acceleration)
+    return torque_terms(setup.drives[joint], demand.gear_torque, *motion, demand.weights)
+
+
+def _grid(setup: Setup, joint: int, ratios: Sequence[float] | None) -> list[float]:
     if ratios is not None:
         wrong = [Fault(f"ratios[{i}]", "must be positive and finite", r) for i, r in enumerate(ratios)
                  if not 0.0 < r < math.inf]  # fmt: skip
         if wrong or not len(ratios):
             raise InputError(wrong or Fault("ratios", "must not be empty"))
         return sorted(float(ratio) for ratio in ratios)
-    centres = [abs(bench.drive.gear.ratio), _closed_forms(bench.template).least_rms]
-    known = [ratio for ratio in centres if SMALLEST < ratio < LARGEST] or [abs(bench.drive.gear.ratio)]
+    own = abs(setup.drives[joint].gear.ratio)
+    known = [ratio for ratio in (own, _closed_forms(setup, joint).least_rms) if SMALLEST < ratio < LARGEST] or [own]
     low, high = max(min(known) / SPAN, SMALLEST), min(max(known) * SPAN, LARGEST)
     return [float(ratio) for ratio in np.geomspace(low, high, GRID)]
 
@@ -256,131 +319,89 @@ def _least(function: Callable[[float], float], low: float, high: float) -> float
     return math.exp(0.5 * (low + high))
 
 
-def _windows(at: Callable[[float], RatioPoint], points: tuple[RatioPoint, ...]) -> tuple[RatioWindow, ...]:
-    """Runs of ratios that fit, their ends found by bisection."""
-    edges: list[tuple[float, str]] = []
-    if points[0].fits:
-        edges.append((0.0, ""))
-    edges += [_edge(at, a, b) for a, b in pairwise(points) if a.fits != b.fits]
-    if points[-1].fits:
-        edges.append((math.inf, ""))
-    starts, ends = edges[0::2], edges[1::2]
-    return tuple(RatioWindow(a[0], b[0], a[1], b[1]) for a, b in zip(starts, ends, strict=True))
+def _limits(setup: Setup, joint: int) -> RatioLimits:
+    checks, safety = {check.name: check for check in setup.joint(joint).checks}, setup.study.safety
 
-
-def _edge(at: Callable[[float], RatioPoint], first: RatioPoint, second: RatioPoint) -> tuple[float, str]:
-    """The last ratio that fits between one that does and one that does not, and what fails beyond it."""
-    good, bad = (first, second) if first.fits else (second, first)
-    while abs(good.ratio - bad.ratio) > EDGE * good.ratio:
-        middle = at(math.sqrt(good.ratio * bad.ratio))
-        good, bad = (middle, bad) if middle.fits else (good, middle)
-    return good.ratio, bad.binding
-
-
-def _limits(op: Operation) -> RatioLimits:
-    checks = {check.name: check for check in judge(op)}
-    safety = op.safety
-
-    def available(name: str, factor: float) -> float | None:
+    def available(name: str, factor: float = 1.0) -> float | None:
         check = checks.get(name)
         return None if check is None or check.available is None else check.available / factor
 
     speeds = [available(name, safety.speed) for name in ("motor speed", "gear maximum input speed")]
-    known = [speed for speed in speeds if speed is not None]
     return RatioLimits(
-        _rated_torque(op),
+        _rated_torque(setup, joint),
         available("motor peak torque", safety.peak_torque),
-        min(known) if known else None,
-        available("winding temperature", 1.0),
+        min((speed for speed in speeds if speed is not None), default=None),
+        available("winding temperature"),
     )
 
 
-def _rated_torque(op: Operation) -> float | None:
-    """Continuous torque of the warm motor, the safety factor taken out; None where a sheet does not say enough."""
-    lasting = op.continuous_current.value
-    return None if lasting is None or op.missing else lasting * op.constant / op.safety.rms
+def _rated_torque(setup: Setup, joint: int) -> float | None:
+    """Continuous torque of the warm motor: the RMS torque with which its RMS current would be at the limit [N m]."""
+    result = setup.joint(joint)
+    used = next(check.utilisation for check in result.checks if check.name == "motor RMS current")
+    return rms_torque(setup, joint) / used if used else None
 
 
-def _closed_forms(op: Operation) -> ClosedForms:
-    demand, drive = op.demand, op.drive
-    if op.missing:
+def _closed_forms(setup: Setup, joint: int) -> ClosedForms:
+    demand, drive, rated = setup.demand(joint), setup.drives[joint], _rated_torque(setup, joint)
+    if not setup.joint(joint).torque_known:
         return ClosedForms(None, math.nan, math.nan, None, None)
-    terms = torque_terms(
-        drive, demand.gear_torque, demand.speed, demand.acceleration, demand.carrier_acceleration, demand.weights
-    )
-    inertia, rated = drive_inertia(drive), _rated_torque(op)
-    matching = None
+    terms, inertia, matching, match = terms_of(setup, joint), drive_inertia(drive), None, None
     if demand.load_inertia is not None and inertia > 0.0 and demand.mean(demand.load_inertia) > 0.0:
         matching = inertia_matching_ratio(demand.mean(demand.load_inertia), inertia)
-    match: LoadMatch | None = None
     if rated is not None and inertia > 0.0:
         efficiency = 1.0 / (1.0 + mesh_loss_coefficient(drive.gear))
         load = demand.load_torque
         match = load_match(rated, inertia, load, demand.acceleration, demand.weights, efficiency=efficiency)
     return ClosedForms(
-        matching,
-        ratio_of_least_rms(terms),
-        ratio_of_least_peak(terms),
-        None if rated is None else rated_ranges(terms, rated),
-        match,
-    )
+        matching, ratio_of_least_rms(terms), ratio_of_least_peak(terms),
+        None if rated is None else rated_ranges(terms, rated), match,
+    )  # fmt: skip
 
 
-def _near_gears(bench: _Bench, keys: Pair, best: float, windows: tuple[RatioWindow, ...]) -> tuple[NearGear, ...]:
-    """The catalogue's gears for this motor whose ratios are nearest to the best one, each with its own sheet."""
-    study, task = bench.study, bench.study.joints[bench.joint]
-    gears = study.catalog.gears
-    allowed = [key for key in _allowed(study, task, keys) if key in gears]
-    order = sorted(allowed, key=lambda key: (abs(math.log(abs(gears[key].ratio) / best)), key))
-    shelf, found = Shelf(study), []
-    for key in order[:NEAR_GEARS]:
-        checks = judge(bench.run(shelf.drive(task, keys[0], key)))
-        judged = [check for check in checks if check.utilisation is not None]
-        binding = max(judged, key=lambda check: check.utilisation or 0.0, default=None)
-        ratio = gears[key].ratio
-        found.append(NearGear(
-            key, ratio, math.inf if binding is None else binding.utilisation or 0.0,
-            "" if binding is None else binding.name, verdict_of(checks),
-            any(window.low <= abs(ratio) <= window.high for window in windows),
-        ))  # fmt: skip
+def _near_gears(
+    setup: Setup, joint: int, keys: Pair, best: float, windows: tuple[RatioWindow, ...]
+) -> tuple[NearGear, ...]:
+    """The gears whose ratios are nearest to the best one, by their own sheets; where none is known to go with the
+    motor, those of the same kind.
+    """
+    (motor, gear), gears, found = keys, setup.study.catalog.gears, []
+    allowed = [key for key in partners(setup.study, setup.study.joints[joint], motor) if key in gears]
+    if gear and not allowed:
+        allowed = [key for key, row in gears.items() if row.kind == gears[gear].kind]
+    for key in sorted(allowed, key=lambda key: (abs(math.log(abs(gears[key].ratio) / best)), key))[:NEAR_GEARS]:
+        result, ratio = setup.with_keys(joint, motor, key).joint(joint), gears[key].ratio
+        used, name = (math.inf, "") if result.binding is None else (result.binding.utilisation, result.binding.name)
+        inside = any(window.low <= abs(ratio) <= window.high for window in windows)
+        found.append(NearGear(key, ratio, used or 0.0, name, result.verdict, inside))
     return tuple(found)
 
 
-def _allowed(study: Study, task: JointTask, keys: Pair) -> list[str]:
-    """Gears that may sit behind the motor: the study's pairs, else published ones, else those of the same kind."""
-    motor, gear = keys
-    paired = [other for one, other in task.pairs if one == motor and other]
-    published = sorted(study.catalog.pairs.get(motor, ()))
-    if paired or published or not gear:
-        return paired or published
-    kind = study.catalog.gears[gear].kind
-    return [key for key, row in study.catalog.gears.items() if row.kind == kind]
+def partners(study: Study, task: JointTask, motor: str) -> list[str]:
+    """Gears that may sit behind a motor: of the study's pairs, else published ones."""
+    return [gear for one, gear in task.pairs if one == motor and gear] or sorted(study.catalog.pairs.get(motor, ()))
 
 
-def _reaction(bench: _Bench, windows: tuple[RatioWindow, ...]) -> dict[str, float]:
+def _reaction(number: Number, joint: int, windows: tuple[RatioWindow, ...]) -> dict[str, float]:
     """How much the joints before feel of the window's width."""
     closed = [window for window in windows if 0.0 < window.low < window.high < math.inf]
-    if not closed or bench.study.arm is None:
+    if not closed:
         return {}
-    ends = (closed[0].low, closed[-1].high)
+    low, high = number.put(closed[0].low), number.put(closed[-1].high)
     found = {}
-    for before in range(bench.joint):
-        torques = []
-        for ratio in ends:
-            turned = replace(bench.drive, gear=scaled_gear(bench.drive.gear, ratio))
-            drives = {**bench.mounted, bench.joint: turned}
-            torques.append(bench.work.work.at(before, drives).demand(drives[before]).gear_torque)
-        peak = float(np.abs(torques[0]).max())
-        change = float(np.abs(torques[1] - torques[0]).max())
-        found[bench.study.joints[before].name] = change / peak if peak > 0.0 else math.inf
+    for before in range(joint if low.study.arm is not None else 0):
+        torque = low.demand(before).gear_torque
+        peak = float(np.abs(torque).max())
+        change = float(np.abs(high.demand(before).gear_torque - torque).max())
+        found[low.study.joints[before].name] = change / peak if peak > 0.0 else math.inf
     return found
 
 
-def _notes(bench: _Bench) -> tuple[str, ...]:
-    op = bench.template
-    notes = [f"not judged at any ratio: {check.name}" for check in lacking(judge(op))]
-    if is_direct(op):
+def _notes(setup: Setup, joint: int) -> tuple[str, ...]:
+    result = setup.joint(joint)
+    notes = [f"not judged at any ratio: {check.name}" for check in result.lacking]
+    if not result.gear:
         notes.append("an ideal gear: no limits, no loss, no inertia of its own")
-    if bench.joint > 0 and bench.study.arm is not None:
+    if joint > 0 and setup.study.arm is not None:
         notes.append("the joints before feel this joint's rotor; they are not judged here")
-    return (*notes, *bench.drive.assumptions)
+    return (*notes, *result.drive.assumptions)

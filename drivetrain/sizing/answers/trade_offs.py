@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drivetrain.errors import Fault, InputError
-from drivetrain.sizing.answers.curve_results import OptimumCurve, Vary
-from drivetrain.sizing.answers.curves import Progress, check_curve, optimum_curve
+from drivetrain.sizing.answers.curve import OptimumCurve, Progress, check_curve, optimum_curve
+from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.search.front import Front, check_criteria, pareto_front
-from drivetrain.study.study import Study
-from drivetrain.study.trade_offs import CurveWanted
+from drivetrain.study.model import Study
+from drivetrain.study.selection import CurveWanted
 
 FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}  # of the study's own
 AROUND = 20.0  # K each way of the study's air
@@ -17,12 +17,7 @@ AROUND = 20.0  # K each way of the study's air
 
 @dataclass(frozen=True, eq=False)
 class TradeOffsFound:
-    """Answers beside the best set.
-
-    Attributes:
-        front: Where it was asked for.
-        curves: Each of another number of the task.
-    """
+    """Answers beside the best set: the front where it was asked for, and curves over numbers of the task."""
 
     front: Front | None
     curves: tuple[OptimumCurve, ...]
@@ -52,11 +47,7 @@ def trade_offs(study: Study, *, progress: Progress | None = None) -> TradeOffsFo
 
 
 def check_trade_offs(study: Study) -> None:
-    """Refuse a front or a curve that cannot be found, before anything is searched.
-
-    Raises:
-        InputError: Every fault at once: a payload that the study does not carry, criteria without any data.
-    """
+    """Refuse a front or a curve that cannot be found, before anything is searched, with every fault at once."""
     faults: list[Fault] = []
     asked = study.trade_offs
     if asked.front:
@@ -67,7 +58,7 @@ def check_trade_offs(study: Study) -> None:
     for one in asked.curves:
         vary = Vary(one.vary)
         # Without a payload there is no usual range of one: any shows what is wrong.
-        own = (0.0, 1.0) if vary is Vary.PAYLOAD and not _carries(study) else usual_span(study, vary)
+        own = (0.0, 1.0) if vary is Vary.PAYLOAD and not vary.now(study) else usual_span(study, vary)
         try:
             check_curve(study, vary, one.span or own)
         except InputError as error:
@@ -77,20 +68,9 @@ def check_trade_offs(study: Study) -> None:
 
 
 def usual_span(study: Study, vary: Vary) -> tuple[float, float]:
-    """The range of a curve where none is named: around the study's own value.
-
-    Returns:
-        Its ends: [kg], [s], [V] or [C].
-    """
-    if vary is Vary.AMBIENT:
-        return study.ambient - AROUND, study.ambient + AROUND
-    own = {
-        Vary.PAYLOAD: max((one.mass for one in study.payloads), default=0.0),
-        Vary.CYCLE_TIME: study.cycle.duration,
-        Vary.VOLTAGE: study.supply.voltage,
-    }[vary]
-    low, high = FACTORS[vary]
-    return low * own, high * own
+    """The range of a curve where none is named, around the study's own value: [kg], [s], [V] or [C]."""
+    own, (low, high) = vary.now(study), FACTORS.get(vary, (1.0, 1.0))
+    return (own - AROUND, own + AROUND) if vary is Vary.AMBIENT else (low * own, high * own)
 
 
 def _curve(study: Study, wanted: CurveWanted, tell: Progress) -> OptimumCurve:
@@ -100,8 +80,3 @@ def _curve(study: Study, wanted: CurveWanted, tell: Progress) -> OptimumCurve:
         study, vary, wanted.span or usual_span(study, vary),
         progress=lambda done, total, text: tell(done, total, f"over the {name}: {text}"),
     )  # fmt: skip
-
-
-def _carries(study: Study) -> bool:
-    """Whether a study carries any payload of mass."""
-    return any(one.mass > 0.0 for one in study.payloads)

@@ -1,29 +1,123 @@
-"""Why a part was not chosen: by which rule, by which check, what would let it pass, and what it would cost."""
+"""Why a part was not chosen: by which rule, by which check, what would let it pass, and what it would cost.
+
+The smallest change of one number is searched outwards from no change, in steps, until the drive passes; between the
+last step that fails and the first that passes the edge is bisected. Both sides of it are then evaluated in full.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
+import numpy as np
+
+from drivetrain.arrays import Array
 from drivetrain.catalog.read import compatible_pairs
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.answers.smallest_change import smallest_changes
-from drivetrain.sizing.answers.why_not_results import PairAnswer, SmallestChange, Standing, WhyNot
+from drivetrain.sizing.answers.ratio import NearGear, partners
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import NO_GEAR, Pair
-from drivetrain.sizing.judge.judge import joint_result
 from drivetrain.sizing.judge.missing import lacking_parts, row_of
 from drivetrain.sizing.judge.objectives import weight_of
-from drivetrain.sizing.results import JointResult, Selection
+from drivetrain.sizing.judge.vary import (
+    EDGE,
+    Edge,
+    Number,
+    Setup,
+    Vary,
+    Worst,
+    first_edge,
+    named_drives,
+    ratio_number,
+    task_number,
+    worst_of,
+)
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.search.search import select
-from drivetrain.sizing.tolerance.bench import Bench, worst_of
+from drivetrain.study.candidates import excluded_by
+from drivetrain.study.change import TaskChange
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import drive_mass, mass_counts
-from drivetrain.study.put_aside import put_aside
-from drivetrain.study.study import JointTask, Study
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.verdicts import Check, Verdict, worst
+
+MOST = 10.0  # times slower, times the voltage, times the ratio or a tenth of it: beyond, it is another task
+STEPS, RATIO_STEPS = 32, 64
+SLOWEST = 1e4  # times the cycle's length: nothing but weight and friction is left
+AT_THE_OUTPUT = {
+    "gear repeated peak torque", "gear momentary peak torque", "gear average torque", "output bearing tilting moment",
+    "output bearing axial load", "output bearing radial load",
+}  # fmt: skip
+
+
+class Standing(StrEnum):
+    """How a pair stands at a joint, beside the other drives of the chosen set."""
+
+    CHOSEN = "chosen"
+    HOLDS = "holds, not chosen"
+    FALLS = "falls"
+    NOT_JUDGED = "cannot be judged"
+    NO_PARTNER = "has no partner"
+
+
+@dataclass(frozen=True)
+class SmallestChange:
+    """The smallest change of one number that lets a drive pass; or why none does."""
+
+    what: str  # ``gear ratio``, ``payload``, ``cycle time`` or ``supply voltage``
+    unit: str  # of the numbers; empty for a ratio
+    before: float
+    after: float | None = None  # with which it passes, evaluated; None: no change of this number lets it pass
+    short: float | None = None  # a little less changed, with which it does not pass, evaluated
+    check: str = ""  # that fails at ``short``; where no change helps, the one that stays over its limit
+    utilisation: float = 0.0  # of that check, at ``short`` or at the furthest change tried
+    set_holds: bool = False  # whether the whole set of drives is feasible with the change
+    reason: str = ""  # why no change helps
+    gear: NearGear | None = None  # of the catalogue, nearest in ratio among those that pass with their own sheet
+
+
+@dataclass(frozen=True, eq=False)
+class PairAnswer:
+    """One pair at one joint; the gear of a direct drive is "", of a part without any partner too."""
+
+    joint: str
+    motor: str
+    gear: str
+    standing: Standing
+    passed_over: tuple[str, ...]  # rules of the study and missing data for which it may not be chosen, in sentences
+    partners: int  # how many pairs of the part were looked at here; 1 where a pair was named
+    holding: int  # how many of them are feasible beside the other chosen drives
+    result: JointResult | None  # every check beside the other chosen drives; None without a partner
+    felled: Check | None  # the failed check that is furthest over its limit
+    lacking: tuple[str, ...]  # checks without which no drive is chosen and for which data are missing
+    changes: tuple[SmallestChange, ...]  # of each kind; empty where it is feasible
+    best: Selection | None  # the best set with a pair of the part; None where not asked, or it is the chosen one
+
+
+@dataclass(frozen=True, eq=False)
+class WhyNot:
+    """Why a part was not chosen.
+
+    Attributes:
+        study: The task.
+        motor, gear: Keys that were asked after; None for one that was left open.
+        selection: What was chosen instead.
+        answers: One a joint asked after.
+    """
+
+    study: Study
+    motor: str | None
+    gear: str | None
+    selection: Selection
+    answers: tuple[PairAnswer, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether it holds at every joint asked after."""
+        return all(one.standing in (Standing.CHOSEN, Standing.HOLDS) for one in self.answers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +129,7 @@ class _Question:
     gear: str | None
     chosen: Mapping[str, Pair]
     family: WorkFamily
+    setup: Setup
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,17 +137,26 @@ class _Tried:
     """One pair judged beside the chosen set."""
 
     keys: Pair
+    setup: Setup
     result: JointResult
-    lacks: tuple[str, ...]
 
     @property
-    def holds(self) -> bool:
+    def lacks(self) -> tuple[str, ...]:
+        return tuple(check.name for check in self.result.lacking)
+
+    @property
+    def feasible(self) -> bool:
         return not self.lacks and self.result.verdict is not Verdict.FAIL
 
     @property
     def distance(self) -> float:
-        """How far from holding; last what cannot be judged."""
+        """How far from feasible; last what cannot be judged."""
         return math.inf if self.lacks else worst_of(self.result.checks).utilisation
+
+    @property
+    def mass(self) -> float:
+        mass = drive_mass(self.result.drive)
+        return math.inf if mass is None else mass
 
 
 def why_not(
@@ -87,15 +191,14 @@ def why_not(
     """
     key, wheel = _named(study, joint, motor, gear)
     found = select(study) if selection is None else selection
-    chosen = {name: (one.motor, one.gear) for name, one in found.evaluation.joints.items()}
-    question = _Question(study, key, wheel, chosen, WorkFamily(study))
+    chosen, family = {name: (one.motor, one.gear) for name, one in found.evaluation.joints.items()}, WorkFamily(study)
+    setup = Setup(family.at(TaskChange()), named_drives(study, chosen))
+    question = _Question(study, key, wheel, chosen, family, setup)
     joints = [i for i, task in enumerate(study.joints) if joint in (None, task.name)]
     return WhyNot(study, key, wheel, found, tuple(_answer(question, i, cost) for i in joints))
 
 
-def _named(
-    study: Study, joint: str | None, motor: str | None, gear: str | None
-) -> tuple[str | None, str | None]:  # fmt: skip
+def _named(study: Study, joint: str | None, motor: str | None, gear: str | None) -> tuple[str | None, str | None]:
     """The keys of the rows that are meant."""
     faults: list[Fault] = []
     names = [task.name for task in study.joints]
@@ -132,26 +235,25 @@ def _key(what: str, name: str, rows: Mapping[str, Motor] | Mapping[str, Gear], f
 def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
     """One joint."""
     study, task = question.study, question.study.joints[joint]
-    pairs = _pairs(question, task)
+    pairs, chosen = _pairs(question, task), question.chosen.get(task.name)
     if not pairs:
-        words = put_aside(task, study.catalog, question.motor, question.gear)
+        words = excluded_by(task, study.catalog, question.motor, question.gear)
         words = words or ("nothing in the catalogue that the study allows goes with it",)
         motor, gear = question.motor or "", question.gear or ""
-        return PairAnswer(
-            task.name, motor, gear, Standing.NO_PARTNER, words, 0, 0, None, None, (), (), None
-        )  # fmt: skip
+        return PairAnswer(task.name, motor, gear, Standing.NO_PARTNER, words, 0, 0, None, None, (), (), None)
     tried = [_tried(question, joint, pair) for pair in pairs]
-    holding = [one for one in tried if one.holds]
-    shown = min(holding, key=lambda one: _weight(one.result)) if holding else min(tried, key=lambda one: one.distance)
-    if question.chosen[task.name] in pairs:
-        shown = next(one for one in tried if one.keys == question.chosen[task.name])
+    feasible = [one for one in tried if one.feasible]
+    shown = min(feasible, key=lambda one: one.mass) if feasible else min(tried, key=lambda one: one.distance)
+    shown = next((one for one in tried if one.keys == chosen), shown)
     failed = [check for check in shown.result.checks if check.verdict is Verdict.FAIL]
     furthest = worst_of(failed).check
-    standing = _standing(question, shown, task)
+    standing = Standing.NOT_JUDGED if shown.lacks else Standing.HOLDS if shown.feasible else Standing.FALLS
+    if shown.keys == chosen and shown.feasible:
+        standing = Standing.CHOSEN
     return PairAnswer(
-        task.name, *shown.keys, standing, _passed_over(question, task, shown), len(pairs), len(holding),
+        task.name, *shown.keys, standing, _passed_over(question, joint, shown), len(pairs), len(feasible),
         shown.result, next((check for check in failed if check.name == furthest), None), shown.lacks,
-        _changes(question, joint, shown) if standing is Standing.FALLS else (),
+        _smallest_changes(question, joint, shown.setup) if standing is Standing.FALLS else (),
         _best_with(study, joint, pairs) if cost and standing in (Standing.HOLDS, Standing.FALLS) else None,
     )  # fmt: skip
 
@@ -173,48 +275,22 @@ def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
     return tuple(compatible_pairs(catalog, motors or None, gears or None))
 
 
-def _bench(question: _Question, joint: int, pair: Pair) -> Bench:
-    return Bench(question.family, {**question.chosen, question.study.joints[joint].name: pair})
-
-
 def _tried(question: _Question, joint: int, pair: Pair) -> _Tried:
-    op = _bench(question, joint, pair).run(joint)
-    result = joint_result(op, question.study.joints[joint].name, *pair)
-    return _Tried(pair, result, tuple(check.name for check in result.lacking))
+    setup = question.setup.with_keys(joint, *pair)
+    return _Tried(pair, setup, setup.joint(joint))
 
 
-def _weight(result: JointResult) -> float:
-    mass = drive_mass(result.drive)
-    return math.inf if mass is None else mass
-
-
-def _standing(question: _Question, shown: _Tried, task: JointTask) -> Standing:
-    if shown.keys == question.chosen[task.name] and shown.holds:
-        return Standing.CHOSEN
-    if shown.lacks:
-        return Standing.NOT_JUDGED
-    return Standing.HOLDS if shown.holds else Standing.FALLS
-
-
-def _passed_over(question: _Question, task: JointTask, shown: _Tried) -> tuple[str, ...]:
+def _passed_over(question: _Question, joint: int, shown: _Tried) -> tuple[str, ...]:
     """Rules of the study and missing data for which the shown pair may not be chosen."""
     study = question.study
-    words = list(put_aside(task, study.catalog, *shown.keys))
-    drive, joint = shown.result.drive, [one.name for one in study.joints].index(task.name)
+    words = list(excluded_by(study.joints[joint], study.catalog, *shown.keys))
     for column in ("mass", "price"):
-        for part in lacking_parts(drive, column):
+        for part in lacking_parts(shown.result.drive, column):
             counted = weight_of(study.wanted, column) != 0.0
             if counted or (column == "mass" and mass_counts(study, joint)):
                 why = f"the study minimises the {column}" if counted else "it loads the joints before"
                 words.append(f"its {column} is unknown ({part.key}, {row_of(study, part)}), and {why}")
     return tuple(words)
-
-
-def _changes(question: _Question, joint: int, shown: _Tried) -> tuple[SmallestChange, ...]:
-    task = question.study.joints[joint]
-    allowed = [gear for motor, gear in task.pairs if motor == shown.keys[0]]
-    published = sorted(question.study.catalog.pairs.get(shown.keys[0], ()))
-    return smallest_changes(_bench(question, joint, shown.keys), joint, allowed or published)
 
 
 def _best_with(study: Study, joint: int, pairs: Sequence[Pair]) -> Selection:
@@ -224,3 +300,115 @@ def _best_with(study: Study, joint: int, pairs: Sequence[Pair]) -> Selection:
         task = replace(study.joints[joint], drive=pairs[0])
     joints = tuple(task if i == joint else other for i, other in enumerate(study.joints))
     return select(replace(study, joints=joints))
+
+
+def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[SmallestChange, ...]:
+    """The smallest change of ratio, of payload, of cycle time and of supply voltage that lets a joint's drive pass."""
+    study = question.study
+    payload, pace, voltage = (
+        task_number(question.family, setup.drives, vary) for vary in (Vary.PAYLOAD, Vary.CYCLE_TIME, Vary.VOLTAGE)
+    )
+    slowest, held = _worst(pace, joint, pace.now * SLOWEST), ""
+    if slowest.utilisation > 1.0 and study.arm is not None:
+        held = f"; all but standing still, {slowest.check} asks {_percent(slowest)}"
+    if study.arm is None:
+        lighter = SmallestChange("payload", "kg", 0.0, reason="a load table gives the torques: it has no payload")
+    elif payload.now == 0.0:
+        lighter = SmallestChange("payload", "kg", 0.0, reason="nothing is carried")
+    else:
+        lighter = _smallest(payload, joint, np.linspace(1.0, 0.0, STEPS), "without any payload")
+    outwards = np.geomspace(1.0, MOST, STEPS)
+    return (
+        _ratio(setup, joint), lighter, _smallest(pace, joint, outwards, f"in {MOST:g} times the time", held),
+        _smallest(voltage, joint, outwards, f"with {MOST:g} times the voltage"),
+    )  # fmt: skip
+
+
+def _worst(number: Number, joint: int, value: float) -> Worst:
+    return worst_of(number.put(value).joint(joint).checks)
+
+
+def _smallest(number: Number, joint: int, steps: Array, furthest: str, held: str = "") -> SmallestChange:
+    """The edge, evaluated; or what is still over its limit at the furthest change."""
+    values = number.now * steps
+    found = first_edge(lambda value: _worst(number, joint, value).utilisation <= 1.0, values)
+    if found is not None:
+        return _proven(number, joint, found)
+    left, now = _worst(number, joint, float(values[-1])), _worst(number, joint, number.now)
+    words = f"even {furthest}, {left.check} asks {_percent(left)} of what there is"
+    if left.check == now.check and math.isclose(left.utilisation, now.utilisation, rel_tol=1e-9):
+        words = f"{left.check} does not depend on it: {_percent(left)} of what there is"
+    return SmallestChange(number.name, number.unit, number.now, check=left.check, utilisation=left.utilisation,
+                          reason=words + held)  # fmt: skip
+
+
+def _ratio(setup: Setup, joint: int) -> SmallestChange:
+    """The nearer edge of a larger and of a smaller ratio."""
+    number = ratio_number(setup, joint)
+    if not setup.joint(joint).gear:
+        return SmallestChange("gear ratio", "", number.now, reason="a direct drive has no ratio to change")
+    up, down = (number.now * np.geomspace(1.0, end, RATIO_STEPS) for end in (MOST, 1.0 / MOST))
+    found = [first_edge(lambda value: _worst(number, joint, value).utilisation <= 1.0, steps) for steps in (up, down)]
+    known, gear = [one for one in found if one is not None], _nearest_gear(setup, joint)
+    if known:
+        nearer = min(known, key=lambda one: abs(math.log(one.inside / number.now)))
+        return replace(_proven(number, joint, nearer), gear=gear)
+    tried = {float(value): _worst(number, joint, float(value)) for value in (*down[:0:-1], *up)}
+    there = min(tried, key=lambda value: (tried[value].utilisation, value))
+    stays = tried[there]
+    reason = (
+        f"no ratio from a tenth to ten times as large lets it pass: at the best, {there:.4g}, "
+        f"{stays.check} asks {_percent(stays)} of what there is"
+    )
+    if stays.check in AT_THE_OUTPUT:
+        reason = f"{stays.check} is asked of the gear's output, whatever the ratio: {_percent(stays)} of what there is"
+    return SmallestChange("gear ratio", "", number.now, check=stays.check, utilisation=stays.utilisation,
+                          reason=reason, gear=gear)  # fmt: skip
+
+
+def _nearest_gear(setup: Setup, joint: int) -> NearGear | None:
+    """The gear nearest in ratio that passes with its own sheet; of equals, one of the same series and size first."""
+    study, own, rows = setup.study, setup.drives[joint].gear, setup.study.catalog.gears
+    motor = setup.drives[joint].motor.key
+
+    def far(key: str) -> tuple[float, bool, str]:
+        row = rows[key]
+        other = (row.maker, row.series, row.size) != (own.maker, own.series, own.size)
+        return abs(math.log(abs(row.ratio / own.ratio))), other, key
+
+    known = [key for key in partners(study, study.joints[joint], motor) if key in rows and key != own.key]
+    for key in sorted(known, key=far):
+        result = setup.with_keys(joint, motor, key).joint(joint)
+        if result.torque_known and result.binding is not None and result.verdict is not Verdict.FAIL:
+            verdict = worst(check.verdict for check in result.checks)
+            return NearGear(key, rows[key].ratio, result.binding.utilisation or 0.0, result.binding.name, verdict, True)
+    return None
+
+
+def _proven(number: Number, joint: int, found: Edge) -> SmallestChange:
+    """Both sides of an edge evaluated in full; each is moved away from it while rounding lets it say otherwise."""
+    passes, fails = found
+    step = math.copysign(EDGE * max(abs(passes), abs(fails)), passes - fails)
+    good, bad = number.put(passes).proven(), number.put(fails).proven()
+    joints = good.study.joints
+    name = joints[joint].name
+
+    def rejected(evaluation: Evaluation) -> bool:
+        return evaluation.joints[name].verdict is Verdict.FAIL
+
+    for _ in range(8):
+        if rejected(good):
+            passes += step
+            good = number.put(passes).proven()
+        if not rejected(bad):
+            fails -= step
+            bad = number.put(fails).proven()
+    most = worst_of(bad.joints[name].checks)
+    return SmallestChange(
+        number.name, number.unit, number.now, passes, fails, most.check, most.utilisation,
+        good.feasible and len(good.joints) == len(joints),
+    )  # fmt: skip
+
+
+def _percent(found: Worst) -> str:
+    return f"{100.0 * found.utilisation:.4g} %" if math.isfinite(found.utilisation) else "without bound"

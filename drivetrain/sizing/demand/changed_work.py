@@ -17,7 +17,7 @@ from drivetrain.arrays import Array
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.demand.load_basis import JointBasis, Loads, load_basis
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 Basis = tuple[JointBasis, ...]
 

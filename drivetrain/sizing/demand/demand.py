@@ -16,8 +16,8 @@ from drivetrain.drive.gear import average_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
 from drivetrain.sizing.judge.checks import Peak, peak
+from drivetrain.study.model import Study
 from drivetrain.study.mounting import seat
-from drivetrain.study.study import Study
 
 
 class BearingLoad(NamedTuple):

@@ -20,6 +20,7 @@ from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.newton_euler import inverse_dynamics, joint_loads
+from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.mounting import (
     carrier_link,
     carrying,
@@ -31,7 +32,6 @@ from drivetrain.study.mounting import (
     seat,
     seated_rotor,
 )
-from drivetrain.study.study import DriveMass, Study
 
 NUMBERS = 5  # of a drive: mass, inertia across, along, of the rotor, of the rotor times ratio
 

@@ -15,7 +15,7 @@ from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import UNWEIGHED, Check
 
 Pair = tuple[str, str]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, no_load_friction
-from drivetrain.study.study import JointTask, Study
+from drivetrain.study.model import JointTask, Study
 
 DIRECT = Gear("", 1.0, kind="ideal", efficiency=1.0)
 """What stands for the gear of a direct drive."""

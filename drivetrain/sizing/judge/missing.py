@@ -14,8 +14,8 @@ from drivetrain.drive.motor import Motor
 from drivetrain.drive.motor_limits import continuous_current
 from drivetrain.sizing.judge.checks_motor import short_time_limit
 from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import drive_mass, mass_counts
-from drivetrain.study.study import JointTask, Study
 from drivetrain.study.verdicts import ESSENTIAL, lacking
 
 REPEATED, PEAK, _, RMS, _ = ESSENTIAL
@@ -83,6 +83,22 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
         if name in unweighed:
             found += _of_column(study, joint, "mass", ("what the joints before must bear",))
     return tuple(found)
+
+
+def torque_lacks(drive: Drive) -> str:
+    """What the sheets of a drive lack to compute the motor's torque, in words; empty when nothing does."""
+    geared = drive.gear.kind != "ideal"
+    lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
+    lacks += ["the gear's efficiency"] if geared and drive.gear.efficiency is None else []
+    lacks += ["the gear's input inertia"] if geared and drive.gear.inertia is None else []
+    return " and ".join(lacks)
+
+
+def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
+    """What is missing to prove that a set fits."""
+    found = gap_lines(gaps(evaluation))
+    hint = "No change of the task mends missing data: complete the catalogue rows, or state assumptions."
+    return (*found, hint) if found else ()
 
 
 def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...]:

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Mapping
 
 from drivetrain.drive.drive import Drive
 from drivetrain.sizing.results import JointResult
+from drivetrain.study.model import Study
 from drivetrain.study.mounting import drive_mass
-from drivetrain.study.study import Study, Wanted
+from drivetrain.study.selection import Wanted
 from drivetrain.study.verdicts import Check
 
 TERMS = ("mass", "price", "energy")

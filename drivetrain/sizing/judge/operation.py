@@ -16,7 +16,7 @@ from drivetrain.drive.motor import terminal_voltage, torque_constant, winding_re
 from drivetrain.drive.motor_limits import SourcedValue, continuous_current
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.results import JointSeries
-from drivetrain.study.study import JointTask, Safety, Study, Supply
+from drivetrain.study.model import JointTask, Safety, Study, Supply
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,8 +37,8 @@ from drivetrain.sizing.judge.packed_rows import (
     motor_row,
     rows,
 )
+from drivetrain.study.model import DriveMass, JointTask, Study
 from drivetrain.study.mounting import cylinder_inertia
-from drivetrain.study.study import DriveMass, JointTask, Study
 
 Indices = NDArray[np.int64]
 

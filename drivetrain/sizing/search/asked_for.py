@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.judge.objectives import TERMS
-from drivetrain.study.study import JointTask, Study, Wanted
+from drivetrain.study.model import JointTask, Study
+from drivetrain.study.selection import Wanted
 
 
 def check_asked(study: Study, wanted: Wanted | None) -> None:

@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.sizing.answers.advice import missing_words
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluated, evaluation_of, shared_checks
 from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.judge.packed_task import pack
 from drivetrain.sizing.results import DriveSet, JointResult
 from drivetrain.sizing.search.front_chances import OftenEnough, chance_of, scatters
@@ -21,7 +21,7 @@ from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE
 from drivetrain.sizing.tolerance.scatter_ground import ground
 from drivetrain.sizing.tolerance.uncertainty import Chance
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 CRITERIA = ("mass", "energy")
 TIME_LIMIT = 60.0  # s

@@ -18,7 +18,7 @@ from drivetrain.sizing.tolerance.scatter import Pair, drawn
 from drivetrain.sizing.tolerance.scatter_ground import Ground, ground
 from drivetrain.sizing.tolerance.scatter_task import bench
 from drivetrain.sizing.tolerance.uncertainty import Chance
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 SAMPLES = 4096  # arms of a set, where no probability is wanted
 

@@ -6,7 +6,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault
 from drivetrain.sizing.judge.objectives import TERMS, weight_of
-from drivetrain.study.study import JointTask, Study
+from drivetrain.study.model import JointTask, Study
 
 SHEET = ("mass", "price")  # what sheets state; energy and utilisation are computed
 MOST_NAMED = 3

@@ -12,7 +12,7 @@ from drivetrain.sizing.judge.judge_kernels import LACKS
 from drivetrain.sizing.search.beside_set import first_held
 from drivetrain.sizing.search.fallen import beside
 from drivetrain.sizing.search.problem import Problem
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 SUPPLY = -1  # what stands in place of a joint where every joint has a drive that holds
 

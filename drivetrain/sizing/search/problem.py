@@ -30,7 +30,7 @@ from drivetrain.sizing.search.propagation import (
 )
 from drivetrain.sizing.search.spare_parts import Rule, rules_of
 from drivetrain.study.mounting import mass_counts
-from drivetrain.study.study import Wanted
+from drivetrain.study.selection import Wanted
 from drivetrain.study.verdicts import Verdict
 
 CLOSE = 1e-9  # to the limit: what is nearer is asked of the exact road

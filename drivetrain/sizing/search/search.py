@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from drivetrain.errors import Fault, InputError
-from drivetrain.sizing.answers.advice import advice_on, missing_words
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import evaluated
-from drivetrain.sizing.judge.missing import uncounted
+from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.judge.packed_task import pack
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
+from drivetrain.sizing.search.advice import advice_on
 from drivetrain.sizing.search.asked_for import check_asked, check_keys
 from drivetrain.sizing.search.beside_set import FallenBeside, alternatives
 from drivetrain.sizing.search.choices import all_choices
@@ -23,7 +23,8 @@ from drivetrain.sizing.search.no_candidates import nothing_to_choose, why_nothin
 from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.search_tree import Found, Tell, Tree
 from drivetrain.sizing.search.spare_parts import narrowed_by
-from drivetrain.study.study import Study, Wanted
+from drivetrain.study.model import Study
+from drivetrain.study.selection import Wanted
 
 OPTIMAL = "optimal"
 ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none

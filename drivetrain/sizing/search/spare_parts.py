@@ -17,7 +17,8 @@ from drivetrain.arrays import Array
 from drivetrain.sizing.judge.packed_task import Packed
 from drivetrain.sizing.search.choices import UNPRICED, cheapest, chosen, segment
 from drivetrain.sizing.search.propagation import Choices, Indices
-from drivetrain.study.study import Study, Wanted, family
+from drivetrain.study.model import Study
+from drivetrain.study.selection import Wanted, family
 
 FREE = -1  # label of what is no part at all, such as the gear of a direct drive
 STEPS = 30  # of the multipliers of a bound

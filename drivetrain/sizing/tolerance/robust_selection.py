@@ -37,7 +37,7 @@ from drivetrain.sizing.tolerance.scatter import drawn
 from drivetrain.sizing.tolerance.scatter_ground import Ground, ground
 from drivetrain.sizing.tolerance.scatter_task import Bench, bench
 from drivetrain.sizing.tolerance.uncertainty import Chance
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 FIRST, GROWTH = 256, 2  # arms of the first look, and how many more each time
 PRIOR = 0.5  # both numbers of the beta law that the martingale mixes over

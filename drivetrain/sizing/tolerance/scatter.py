@@ -14,7 +14,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.sizing.judge.fill import Shelf
-from drivetrain.study.study import JointTask, Study
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.tolerances import SMALLEST, Tolerance
 
 PARTS = ("torque_constant", "resistance", "friction", "efficiency", "thermal_resistance")

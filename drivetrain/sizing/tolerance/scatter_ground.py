@@ -10,7 +10,7 @@ from drivetrain.arrays import Array
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.demand.load_basis import load_basis
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 
 @dataclass(frozen=True, eq=False)

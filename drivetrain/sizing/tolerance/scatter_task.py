@@ -35,7 +35,7 @@ from drivetrain.sizing.tolerance.scatter_blocks import (
     loss_moments,
 )
 from drivetrain.sizing.tolerance.scatter_ground import Ground, bearing_rows, ground, loads_scatter
-from drivetrain.study.study import Study
+from drivetrain.study.model import Study
 
 Indices = NDArray[np.int64]
 ROUNDING = 1e-9  # of the largest value: peaks that near may be exchanged by rounding

@@ -1,0 +1,56 @@
+"""Which modules of the package the three main jobs enter: the roads of the README's architecture, measured.
+
+    python benchmarks/roads.py
+
+A module counts when one of its Python functions is called after the study is loaded; compiled laws are entered by
+their kernel and do not count.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import drivetrain as dt
+
+ROOT = Path(dt.__file__).resolve().parent
+STUDY = ROOT.parent / "examples" / "ur5_pick_and_place" / "study.yaml"
+
+
+def entered(job: Callable[[], Any]) -> list[str]:
+    """The modules of the package whose functions a job calls."""
+    found: set[str] = set()
+
+    def look(frame: FrameType, event: str, _: Any) -> None:
+        if event == "call" and frame.f_code.co_name != "<module>":
+            path = Path(frame.f_code.co_filename)
+            if ROOT in path.parents:
+                found.add(".".join(path.relative_to(ROOT).with_suffix("").parts))
+
+    sys.setprofile(look)
+    try:
+        job()
+    finally:
+        sys.setprofile(None)
+    return sorted(found - {"__init__"})
+
+
+def main() -> None:
+    study = dt.load_study(STUDY)
+    chosen = dt.select(study)
+    roads = {
+        "does it fit (evaluate)": lambda: dt.evaluate(study, chosen.drives),
+        "which one (select)": lambda: dt.select(study),
+        "what happens (simulate)": lambda: dt.simulate(chosen.evaluation, duration=0.1),
+    }
+    for name, job in roads.items():
+        job()  # once before, so that nothing that is only made once counts
+        modules = entered(job)
+        print(f"{name}: {len(modules)} modules\n  " + ", ".join(modules))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,208 @@
+"""What each effect changes and costs in the user's own motion, and work and precision of every solver on it."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+
+from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
+from drivetrain.accuracy.scenes import LABELS, choices, without
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.cost_results import Choice, Decision, EffectCost, EffectCosts, SolverCosts, SolverRun
+from drivetrain.simulation.engine import Engine
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.plan import Plan, plan
+from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Scene
+from drivetrain.solvers.adaptive import DormandPrince54
+from drivetrain.solvers.explicit import RungeKutta4
+from drivetrain.solvers.rosenbrock import Rodas5P
+
+MOST_ROWS = 20_000  # of a recording
+USUAL_INTERVAL = 1e-3  # s
+WORK = ("rates", "solves")  # what an engine counts its evaluations as
+FIXED = "fixed implicit step"
+ADAPTIVE = "adaptive RODAS5P"
+STEPS = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)  # s
+PRECISIONS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+REFERENCES = (1e-7, 1e-8)
+EXPLICIT: tuple[tuple[str, float, Engine], ...] = (
+    ("explicit RK4", 1e-4, AdaptiveStep(RungeKutta4(1e-4))),
+    ("explicit RK4", 5e-5, AdaptiveStep(RungeKutta4(5e-5))),
+    ("explicit DP5(4)", 1e-4, AdaptiveStep(DormandPrince54(1e-4, 1e-6))),
+)
+"""What others use, at settings at which it may run; where it cannot, the reason is told."""
+LONGEST = 20.0  # s of wall time that one run may take
+LONG = 1.0  # s of wall time after which a run is not repeated
+
+Progress = Callable[[int, int, str], None]
+
+
+def silent(_done: int, _total: int, _text: str) -> None:
+    """Progress that nobody is told."""
+
+
+def interval_of(duration: float) -> float:
+    """Between two recorded instants of a run that decisions are read from: 1 ms, or longer for a long run [s]."""
+    return max(min(USUAL_INTERVAL, duration / 500.0), duration / MOST_ROWS)
+
+
+def ran(ready: Plan, engine: Engine) -> Recording:
+    """A run that must reach its end; why it did not is an error."""
+    recording = simulate(ready, solver=engine, interval=interval_of(ready.scene.duration))
+    if recording.stopped_by is not None:
+        event = recording.stopped_by
+        raise InputError(Fault(ready.scene.name, f"{event.name} at {event.time:.6g} s: {event.detail}"))
+    return recording
+
+
+def seconds(plans: Sequence[tuple[Plan, Engine]], rounds: int = 3, longest: float = math.inf) -> list[float]:
+    """Median wall time of runs [s], measured in turns so that what else the machine does falls on all of them.
+
+    Args:
+        longest: Wall time of all runs after which no round begins [s].
+    """
+    found: list[list[float]] = [[] for _ in plans]
+    for done in range(rounds):
+        if done and sum(map(sum, found)) >= longest:
+            break
+        for own, (ready, engine) in zip(found, plans, strict=True):
+            begin = clock.perf_counter()
+            simulate(ready, solver=engine, interval=ready.scene.duration)  # two rows: recording costs nothing
+            own.append(clock.perf_counter() - begin)
+    return [statistics.median(own) for own in found]
+
+
+def work(counters: Mapping[str, int]) -> int:
+    """Evaluations that a run took."""
+    return next((counters[name] for name in WORK if name in counters), 0)
+
+
+def effects_cost(
+    scene: Scene, basis: Basis, *, engine: Engine | None = None, rounds: int = 3, progress: Progress | None = None
+) -> EffectCosts:
+    """Every effect of a scene left out once, at all joints that have it.
+
+    Args:
+        engine: What runs it; None: the default of ``simulate`` with half its step.
+        progress: Told (done, of how many, what).
+
+    Raises:
+        InputError: A scene that contradicts itself or does not reach its end.
+    """
+    engine, tell = FixedStep(5e-4) if engine is None else engine, progress or silent
+    groups: dict[str, list[Choice]] = {}
+    for choice in choices(scene):
+        groups.setdefault(choice.kind, []).append(choice)
+    full = without(scene, ())
+    plans = [plan(full), plan(without(scene, choices(scene)))]
+    recording = ran(plans[0], engine)
+    base, rows = decision(recording, full, basis), []
+    for done, (kind, members) in enumerate(groups.items()):
+        tell(done, len(groups) + 1, f"without {LABELS[kind]}")
+        less = without(scene, members)
+        plans.append(plan(less))
+        one = ran(plans[-1], engine)
+        found, share = decision(one, less, basis), work(recording.counters) / max(work(one.counters), 1)
+        rows.append((LABELS[kind], tuple(m.joint for m in members), change(found, base), found.verdict, share))
+    tell(len(groups), len(groups) + 1, "timing")
+    whole, bare, *each = seconds([(ready, engine) for ready in plans], rounds)
+    costs = [EffectCost(*row[:4], whole / taken, row[4]) for row, taken in zip(rows, each, strict=True)]
+    ordered = tuple(sorted(costs, key=lambda row: -row.time))
+    return EffectCosts(base, whole, repr(engine), recording.counters, ordered, bare / whole)
+
+
+def solver_cost(
+    scene: Scene,
+    basis: Basis,
+    *,
+    steps: Sequence[float] = STEPS,
+    precisions: Sequence[float] = PRECISIONS,
+    references: tuple[float, float] = REFERENCES,
+    explicit: Sequence[tuple[str, float, Engine]] = EXPLICIT,
+    rounds: int = 3,
+    progress: Progress | None = None,
+) -> SolverCosts:
+    """Error in the decision quantities against wall time and against evaluations.
+
+    Args:
+        steps: Of the fixed engine [s].
+        precisions: Relative tolerances of the adaptive engine [-].
+        progress: Told (done, of how many, what).
+
+    Raises:
+        InputError: The reference does not reach the end.
+    """
+    ready = plan(scene)
+    listed = [
+        *((FIXED, step, FixedStep(step)) for step in steps),
+        *((ADAPTIVE, rtol, AdaptiveStep(Rodas5P(rtol=rtol))) for rtol in precisions),
+        *explicit,
+    ]
+    total = len(listed) + 2
+    tell = progress or silent
+    try:
+        engines: list[Engine] = [AdaptiveStep(Rodas5P(rtol=rtol)) for rtol in references]
+        name = f"{ADAPTIVE} at a relative tolerance of 1e−{-math.log10(references[1]):.3g}"
+        best = _references(ready, scene, basis, engines, tell, total)
+    except InputError as error:
+        finest = min(steps)
+        engines = [FixedStep(finest / 4.0), FixedStep(finest / 8.0)]
+        name = f"{FIXED} at {1e3 * finest / 8.0:.3g} ms, as the adaptive one stops: {error.faults[0].problem}"
+        best = _references(ready, scene, basis, engines, tell, total)
+    settled, _ = distance(best[0][0], *best[1])
+    runs = []
+    for done, (family, setting, engine) in enumerate(listed):
+        tell(done + 2, total, f"{family} at {setting:g}")
+        runs.append(_run(ready, basis, (family, setting, engine), best[1], rounds))
+    return SolverCosts(tuple(runs), name, settled)
+
+
+def _references(
+    ready: Plan, scene: Scene, basis: Basis, engines: Sequence[Engine], tell: Progress, total: int
+) -> list[tuple[Decision, float]]:
+    """What each decides, and how far the tip is commanded to go."""
+    found = []
+    for done, engine in enumerate(engines):
+        tell(done, total, "reference")
+        recording = ran(ready, engine)
+        found.append((decision(recording, scene, basis), tip_travel(scene, recording)))
+    return found
+
+
+def _run(
+    ready: Plan, basis: Basis, listed: tuple[str, float, Engine], best: tuple[Decision, float], rounds: int
+) -> SolverRun:
+    """One engine, its error and its median time."""
+    family, setting, engine = listed
+    begun = clock.perf_counter()
+
+    def patient(_share: float) -> bool:
+        return clock.perf_counter() - begun < LONGEST
+
+    try:
+        recording = simulate(ready, solver=engine, interval=interval_of(ready.scene.duration), progress=patient)
+    except InputError as error:
+        return SolverRun(family, setting, math.nan, math.nan, 0, error.faults[0].problem)
+    if recording.stopped_by is not None:
+        event = recording.stopped_by
+        why = f"not done in {LONGEST:g} s" if event.name == "stopped" else f"{event.name} at {event.time:.4g} s"
+        return SolverRun(family, setting, math.nan, math.nan, work(recording.counters), why)
+    (taken,) = seconds([(ready, engine)], rounds, LONG)
+    apart, where = distance(decision(recording, ready.scene, basis), *best)
+    return SolverRun(family, setting, apart, taken, work(recording.counters), where=where)
+
+
+def distance(one: Decision, best: Decision, travel: float) -> tuple[float, str]:
+    """The largest share by which two decisions differ in any quantity of any joint, and in which.
+
+    Args:
+        travel: How far the tip is commanded to go [m], beside which its deviation counts.
+    """
+    apart = change(one, best)
+    joint = max(apart, key=lambda name: apart[name].largest(travel))
+    return apart[joint].largest(travel), f"{apart[joint].leading(travel)} of {joint}"

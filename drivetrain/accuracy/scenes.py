@@ -1,0 +1,222 @@
+"""Everything that a study's sheets know as one scene, and a scene with some of its effects left out."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.rotors import RotorLevel
+from drivetrain.arm.with_rotors import at_level
+from drivetrain.drive.amplifier import available_voltage
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.effects.cogging import Cogging
+from drivetrain.effects.current_loop import CurrentLoop
+from drivetrain.effects.effect import Effect, Place
+from drivetrain.effects.encoder import Encoder
+from drivetrain.effects.given_current import GivenCurrent
+from drivetrain.effects.motor_current import MotorCurrent
+from drivetrain.effects.position_loop import PositionLoop
+from drivetrain.effects.rotor import ReflectedRotor
+from drivetrain.effects.sampled_cascade import SampledCascade
+from drivetrain.effects.sampled_current_loop import SampledCurrentLoop
+from drivetrain.effects.supply_bus import StiffSupply
+from drivetrain.effects.winding import Winding
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.errors import InputError
+from drivetrain.simulation.cost_results import Choice
+from drivetrain.simulation.inverse import demanded
+from drivetrain.simulation.mechanics import coupling_of, ratios_of
+from drivetrain.simulation.plan import plan
+from drivetrain.simulation.scene import WHOLE, Scene
+from drivetrain.simulation.study_scene import Wishes, scene_of, with_feed_forward
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.model import JointTask, Study
+from drivetrain.study.simulation import KNOWN_EFFECTS, AddedEffect, Control, Simulation
+
+LABELS = {
+    "ViscousFriction": "viscous friction",
+    "DryFriction": "dry friction",
+    "LuGreFriction": "bristle friction",
+    "MeshLoss": "mesh loss",
+    "Cogging": "cogging",
+    "Backlash": "backlash",
+    "FlexibleJoint": "joint spring",
+    "CurrentLoop": "inductance and current loop",
+    "WindingHeat": "heat: R(T) and kt(T)",
+    "FullRotor": "rotor as a body",
+    "SampledCascade": "samples of position and speed loop",
+    "SampledCurrentLoop": "samples of the current loop",
+    "Encoder": "steps of the encoder",
+}
+"""Effects that may be left out; commands, loops, motors, supplies and contacts may not."""
+PARTNERS = {"SampledCurrentLoop": "Winding"}  # whose stand-in holds what the partner does
+SPRINGS = ("FlexibleJoint", "Backlash")
+AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``drive/heat.py``
+
+
+def choices(scene: Scene) -> tuple[Choice, ...]:
+    """The effects of a scene that may be left out."""
+    found = [
+        Choice(type(effect).__name__, joint)
+        for joint, effects in scene.effects.items()
+        for effect in effects
+        if type(effect).__name__ in LABELS and effect.quasi_static() != effect
+    ]
+    body = scene.body
+    if isinstance(body, Arm) and body.level is RotorLevel.FULL and any(rotor is not None for rotor in body.rotors):
+        found.append(Choice("FullRotor", WHOLE))
+    return tuple(dict.fromkeys(found))
+
+
+def without(scene: Scene, dropped: Collection[Choice]) -> Scene:
+    """A scene without some of its effects, ready to run."""
+    gone = set(dropped)
+    body = scene.body
+    if isinstance(body, Arm) and Choice("FullRotor", WHOLE) in gone:
+        body = at_level(body, RotorLevel.REFLECTED)
+    effects = {joint: left(joint, own, gone) for joint, own in scene.effects.items()}
+    ratios = dict(zip(scene.joints, ratios_of(scene), strict=True))
+    less = replace(scene, body=body, effects=effects)
+    for joint, now in zip(scene.joints, ratios_of(less), strict=True):
+        if now != ratios[joint]:  # the effect that told the ratio is gone, the gear is not
+            effects[joint] = (*effects[joint], ReflectedRotor(0.0, ratios[joint]))
+    return fed_forward(replace(less, effects=effects))
+
+
+def fed_forward(scene: Scene) -> Scene:
+    """A scene with the currents that its command takes commanded along, where that can be known."""
+    if any(isinstance(effect, GivenCurrent) for effects in scene.effects.values() for effect in effects):
+        return scene
+    try:
+        return with_feed_forward(_settled(scene))
+    except InputError:
+        return scene
+
+
+def _settled(scene: Scene) -> Scene:
+    """With motors, not links, where the command begins: a spring that carries load is twisted from the start."""
+    ready = plan(scene)
+    if not ready.body.springs:
+        return scene
+    demand = demanded(ready, np.zeros(1))
+    position = demand.position[0].copy()
+    for joint, shape in ready.body.springs.items():
+        if shape.deflection is not None:
+            position[joint] -= shape.deflection(float(demand.mesh_torque[0, joint]))
+    return replace(scene, position=position, speed=demand.speed[0])
+
+
+def left(joint: str, effects: tuple[Effect, ...], gone: Collection[Choice]) -> tuple[Effect, ...]:
+    """What is left of a joint's effects."""
+    kept: list[Effect] = []
+    for effect in effects:
+        stays: Effect | None = effect
+        kind = ""
+        while stays is not None and type(stays).__name__ != kind and Choice(type(stays).__name__, joint) in gone:
+            kind, stays = type(stays).__name__, stays.quasi_static()
+        if any(Choice(owner, joint) in gone for owner, one in PARTNERS.items() if one == type(effect).__name__):
+            stays = None
+        if stays is not None:
+            kept.append(stays)
+    return tuple(kept)
+
+
+def place_of(scene: Scene, joint: str) -> Place:
+    """Where effects of a joint stand."""
+    return Place(
+        scene.joints.index(joint), joint, scene.joints, tuple(ratios_of(scene)), scene.turning, 0, coupling_of(scene)
+    )
+
+
+def full_scene(evaluation: Evaluation, wishes: Simulation | None = None) -> Scene:
+    """The scene with every effect that the sheets have numbers for; what the controller feeds forward is not in yet.
+
+    Args:
+        wishes: Loops and repetitions; None: the study's own.
+
+    Raises:
+        InputError: As ``scene_of``.
+    """
+    study = evaluation.study
+    told = study.simulation if wishes is None else wishes
+    built = scene_of(
+        study, {name: joint.drive for name, joint in evaluation.joints.items()},
+        wishes=Wishes(
+            bandwidth=told.bandwidth, feed_forward=False, heat=False, springs=True, damping=told.damping,
+            repetitions=told.repetitions,
+        ),
+    )  # fmt: skip
+    effects, ratios = dict(built.effects), dict(zip(built.joints, ratios_of(built), strict=True))
+    for task in study.joints:
+        joint = evaluation.joints[task.name]
+        own = [one for effect in effects[task.name] for one in _electrical(effect, joint.drive, told, task.name)]
+        own = [one for effect in own for one in _sampled(effect, ratios[task.name], told.control.get(task.name))]
+        teeth = told.cogging.get(task.name)
+        own += [Cogging((teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
+        effects[task.name] = (*own, *_heat(study, task, joint))
+    volts = {available_voltage(task.amplifier, study.supply.voltage) for task in study.joints}
+    if len(volts) == 1:
+        effects[WHOLE] = (*effects[WHOLE], StiffSupply(volts.pop()))
+    else:
+        gone = [Choice(kind, task.name) for task in study.joints for kind in ("SampledCurrentLoop", "CurrentLoop")]
+        effects |= {name: left(name, effects[name], gone) for name in built.joints}
+    return replace(built, effects=effects)
+
+
+def wanted_scene(full: Scene, names: Iterable[str], added: Iterable[AddedEffect] = ()) -> Scene:
+    """A full scene with only those effects that are named or that the study adds, ready to run."""
+    kept = {KNOWN_EFFECTS[name] for name in names}
+    own = {Choice(one.kind.__name__, one.joint or WHOLE) for one in added}
+    gone = [one for one in choices(full) if one.kind not in kept and one not in own]
+    if "CurrentLoop" not in kept:  # what stands in for a sampled one is left out too
+        gone += [Choice("CurrentLoop", joint) for joint in full.joints]
+    return without(full, gone)
+
+
+def _electrical(effect: Effect, drive: Drive, told: Simulation, joint: str) -> tuple[Effect, ...]:
+    """A current loop around the winding where the sheet prints an inductance; sampled where that is stated."""
+    if not isinstance(effect, MotorCurrent) or not drive.motor.inductance:
+        return (effect,)
+    control = told.control.get(joint)
+    if control is None or control.amplifier_rate is None:
+        return (CurrentLoop(drive.motor, told.current_bandwidth, effect.peak_current),)
+    every = 1.0 / control.amplifier_rate
+    loop = SampledCurrentLoop(drive.motor, told.current_bandwidth, every, effect.peak_current)
+    return Winding(drive.motor), loop
+
+
+def _sampled(effect: Effect, ratio: float, control: Control | None) -> tuple[Effect, ...]:
+    """The position loop as a digital controller runs it: a cascade of the same gains on an encoder, where stated.
+
+    Stiffness K and damping D at the joint are a position gain K / D around a speed gain D / (ratio^2 kt) at the motor.
+    """
+    if control is None or not isinstance(effect, PositionLoop):
+        return (effect,)
+    gain = effect.damping / (ratio**2 * effect.torque_constant)
+    counts = None if control.encoder_bits is None else 2**control.encoder_bits
+    cascade = SampledCascade(effect.stiffness / effect.damping, gain, every=1.0 / control.rate, delay=control.delay)
+    return Encoder(counts), cascade
+
+
+def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ...]:
+    """Heat that starts where the repeated cycle starts."""
+    winding, housing = joint.series.winding_temperature, joint.series.housing_temperature
+    network = thermal_network(joint.drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
+    if network is None or winding is None or housing is None or not np.isfinite(winding).all():
+        return ()
+    return (WindingHeat(_lasting(network, study.cycle.duration), float(winding[0]), float(housing[0])),)
+
+
+def _lasting(network: ThermalNetwork, period: float) -> ThermalNetwork:
+    """The network with capacities for nodes whose own are unknown, so large that nothing moves in a cycle."""
+    longest = AT_REST_IN * period
+    inner = network.resistance_winding_housing or network.resistance_housing_ambient
+    return replace(
+        network,
+        winding_capacity=network.winding_capacity or longest / inner,
+        housing_capacity=network.housing_capacity or longest / network.resistance_housing_ambient,
+    )

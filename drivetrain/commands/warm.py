@@ -1,0 +1,128 @@
+"""The command that compiles the numerical kernels ahead of their first use, on all cores."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drivetrain.commands.shared import FITS, say, told
+from drivetrain.shipped import shipped
+
+app = typer.Typer(rich_markup_mode="rich")
+
+
+@app.command("warm")
+def _warm(
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="NAME", help="One of the jobs, as often as wanted.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes.  [default: one a core]", min=1)] = None,
+) -> None:
+    """Compile everything now, so that no later run has to; what is already compiled is found done."""
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import get_context
+
+    from drivetrain.errors import Fault, InputError, nearest
+    from drivetrain.report.terminal import console, progress
+
+    with told():
+        faults = [Fault("--only", "is no job", name, nearest(name, JOBS)) for name in only or () if name not in JOBS]
+        if faults:
+            raise InputError(faults)
+        names = [name for name in JOBS if not only or name in only]
+        with (
+            progress(console(errors=True), "compiling") as step,
+            ProcessPoolExecutor(workers or os.cpu_count(), get_context("spawn")) as pool,
+        ):
+            running = {pool.submit(_timed, name): name for name in names}
+            for done, job in enumerate(as_completed(running), 1):
+                say(f"{running[job]:<12} {job.result():5.1f} s")
+                step(done, len(names), f"{running[job]} is compiled")
+        raise typer.Exit(FITS)
+
+
+def _timed(name: str) -> float:
+    """Run one job; how long it took [s]."""
+    begin = time.perf_counter()
+    with _quiet():
+        JOBS[name]()
+    return time.perf_counter() - begin
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Warnings belong to the user's own studies, not to these."""
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+def _example(name: str) -> Path:
+    """The file of a shipped study."""
+    return shipped("examples") / name
+
+
+def _select() -> None:
+    from drivetrain.sizing.search.search import select
+    from drivetrain.study.read import load_study
+
+    select(load_study(_example("desktop_arm/study.yaml")))
+
+
+def _front() -> None:
+    from drivetrain.sizing.search.front import pareto_front
+    from drivetrain.study.read import load_study
+
+    pareto_front(load_study(_example("one_axis/study.yaml")), ("mass", "energy"))
+
+
+def _tolerances() -> None:
+    from drivetrain.sizing.judge.evaluate import evaluate
+    from drivetrain.sizing.tolerance.uncertainty import robustness
+    from drivetrain.study.read import load_study
+
+    study = load_study(_example("ur5_pick_and_place/tradeoffs.yaml"))
+    robustness(evaluate(study, {joint.name: joint.pairs[0] for joint in study.joints}), samples=100)
+
+
+def _simulate() -> None:
+    from drivetrain.accuracy.study_run import simulate
+    from drivetrain.simulation.adaptive_engine import AdaptiveStep
+    from drivetrain.study.read import load_study
+
+    study = load_study(_example("desktop_arm/study.yaml"))
+    simulate(study, duration=0.01)
+    simulate(study, duration=0.01, solver=AdaptiveStep())
+
+
+def _dynamics() -> None:
+    import numpy as np
+
+    from drivetrain.arm.load import load_arm
+    from drivetrain.dynamics.forward import articulated_body, forward_dynamics
+    from drivetrain.dynamics.mass_matrix import mass_matrix
+    from drivetrain.dynamics.newton_euler import inverse_dynamics
+
+    arm, rest = load_arm("planar-2r"), np.zeros((1, 2))
+    inverse_dynamics(arm, rest, rest, rest)
+    mass_matrix(arm, rest)
+    forward_dynamics(arm, rest, rest, rest)
+    articulated_body(arm, rest[0], rest[0], rest[0])
+
+
+# The dearest first, so that no core waits for it at the end.
+JOBS: dict[str, Callable[[], None]] = {
+    "simulate": _simulate,
+    "select": _select,
+    "front": _front,
+    "tolerances": _tolerances,
+    "dynamics": _dynamics,
+}

@@ -1,0 +1,542 @@
+"""The articulated-body recursion, compiled: accelerations in time that grows as n, rotors of any kind included.
+
+All six-vectors are (angular, linear) and stand at the origin of a link's own frame, but along the axes of the base: so
+moving on to the next link is a shift, never a turn, and no lever is longer than a link.
+
+A rotor that is geared to joint i and rides on link c makes two bodies share the coordinate i. To the quantity that the
+accelerations make least (Gauss) it adds ``R qdd_i^2 / 2 + qdd_i (k . a_c + b)``, besides its own inertia and bias force
+on its carrier. R is its inertia about the spin axis times the ratio squared, k its momentum for a unit speed of the
+joint, b what its spin asks of the joint; balanced or not, only k, R and b differ. With c the link before the joint or
+the one after it, k joins the vector that eliminates ``qdd_i``. A carrier further off leaves a number open between joint
+and carrier: its ``k . a_c`` when the carrier is nearer to the base, ``qdd_i`` when it is further out. Open numbers are
+carried along, as a border around the articulated inertia, until they are met. So work grows as
+``n (6 + numbers open at once)^2``.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 7.3, for an arm without rotors.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.dynamics.core.vectors import (
+    Vector,
+    add,
+    add_six,
+    cross,
+    dot,
+    dot_six,
+    exact,
+    linear,
+    minus,
+    plus,
+    put,
+    put_six,
+    times,
+    turned,
+    vector,
+)
+from drivetrain.jit import kernel
+
+# What may be left of the inertia that a joint moves when the joints after it give way; rounding leaves 1e-15 of none.
+SINGULAR = 1e-12
+
+# A link, or the base, at work.
+BODY = np.dtype(
+    [
+        # Pose against the link before, velocity, acceleration that the joint's own motion makes.
+        ("rotation", np.float64, (3, 3)),
+        ("step", np.float64, (3,)),
+        ("w", np.float64, (3,)),
+        ("v", np.float64, (3,)),
+        ("coriolis", np.float64, (6,)),
+        # Articulated inertia [[A, B], [B^T, C]] and bias force.
+        *((name, np.float64) for name in ("axx", "ayy", "azz", "axy", "axz", "ayz")),
+        *((f"b{row}{column}", np.float64) for row in "xyz" for column in "xyz"),
+        *((name, np.float64) for name in ("cxx", "cyy", "czz", "cxy", "cxz", "cyz")),
+        ("bias", np.float64, (6,)),
+        # Momentum for a unit speed of the joint of rotors on this link, and on the link before; what eliminates the
+        # joint's acceleration; the acceleration itself.
+        *((name, np.float64, (6,)) for name in ("on_self", "on_parent", "eliminator", "acceleration")),
+        # Motion for a unit of the joint, and what the inertia makes of it.
+        ("axis", np.float64, (6,)),
+        ("image", np.float64, (6,)),
+        # Inertia that eliminates it, torque left, inertia of rotors, torque at the joint.
+        *((name, np.float64) for name in ("divisor", "rest", "rotor", "load")),
+        # Mass, first moment and half the trace of the inertia of all from this link on.
+        ("mass", np.float64),
+        ("first", np.float64, (3,)),
+        ("polar", np.float64),
+        # First far rotor that rides here, and the joint's own far rotor; -1: none.
+        ("riding", np.int64),
+        ("far", np.int64),
+    ]
+)
+
+# A rotor whose carrier is not next to its joint: momentum k for a unit speed of the joint; what couples its open number
+# with the acceleration of the link at hand, that number's linear term, and at last its value; the next on its carrier.
+FAR = np.dtype(
+    [
+        ("momentum", np.float64, (6,)),
+        ("coupled", np.float64, (6,)),
+        ("linear", np.float64),
+        ("value", np.float64),
+        ("next", np.int64),
+    ]
+)
+
+Inertia = tuple[float, float, float, float, float, float]  # xx, yy, zz, xy, xz, yz
+
+
+@kernel
+def articulated_accelerations(
+    links: Any, rotors: Any, gravity: Array, q: Array, qd: Array, tau: Array, tip: Array, qdd: Array
+) -> tuple[int, int]:
+    """Fill the accelerations; sample and joint of the first that moves no inertia, or -1 and -1.
+
+    Args:
+        links, rotors, gravity: As ``packed.Packed`` tells.
+        q, qd, tau: Positions, speeds, torques [rad or m, per s, N m or N], (N, n).
+        tip: 0, 1 or N wrenches on the environment in the last link's frame, (.., 6) [N m, N].
+        qdd: Takes the accelerations [rad/s^2 or m/s^2], (N, n).
+    """
+    n, m = q.shape[1], len(rotors)
+    bodies, spinning, far = np.zeros(n + 1, BODY), np.zeros(1, BODY), np.zeros(m, FAR)  # the last body: the base
+    # Open numbers at hand in row 0, those that joint i was coupled with in row 1 + i, up to a -1; gains of each.
+    corner, live, gains = np.zeros((m, m)), np.full((n + 1, m), -1), np.zeros((n, m))
+    base = bodies[n]
+    for j in range(3):
+        base.rotation[j, j] = 1.0
+        base.acceleration[3 + j] = -gravity[j]
+    _list_far(rotors, bodies, far)
+    for sample in range(len(q)):
+        for i in range(n):
+            _move(links[i], bodies[i], bodies[i - 1], q[sample, i], qd[sample, i], tau[sample, i], i > 0)
+        for r in range(m):
+            joint = rotors[r].joint
+            _spin(links[n + r], rotors[r], bodies, far[r], spinning[0], q[sample, joint], qd[sample, joint])
+        if len(tip):
+            last, at = bodies[n - 1], sample if len(tip) > 1 else 0
+            moment = turned(last.rotation, (tip[at, 0], tip[at, 1], tip[at, 2]))
+            add_six(last.bias, moment, turned(last.rotation, (tip[at, 3], tip[at, 4], tip[at, 5])))
+        joint = _inwards(links, rotors, bodies, far, corner, live, gains)
+        if joint >= 0:
+            return sample, joint
+        _outwards(links, rotors, bodies, far, live, gains, qdd[sample])
+    return -1, -1
+
+
+@exact
+def _list_far(rotors: Any, bodies: Any, far: Any) -> None:
+    """Note the rotors whose carrier is not next to their joint at carrier and joint."""
+    for i in range(len(bodies)):
+        bodies[i].riding = bodies[i].far = -1
+    for r in range(len(rotors)):
+        joint, on = rotors[r].joint, rotors[r].carrier
+        if on >= 0 and on != joint and on != joint - 1:
+            far[r].next = bodies[on].riding
+            bodies[on].riding = r
+            bodies[joint].far = r
+
+
+# One link, or rotor: pose, velocity, own inertia and bias force
+
+
+@exact
+def _axis(body: Any) -> Vector:
+    return body.rotation[0, 2], body.rotation[1, 2], body.rotation[2, 2]
+
+
+@exact
+def _turn(link: Any, before: Any, body: Any, angle: float) -> None:
+    """Rotation of a body that turns on the one before."""
+    c, s = math.cos(angle), math.sin(angle)
+    for r in range(3):
+        a, b, d = before.rotation[r, 0], before.rotation[r, 1], before.rotation[r, 2]
+        x = a * link.rxx + b * link.ryx + d * link.rzx
+        y = a * link.rxy + b * link.ryy + d * link.rzy
+        body.rotation[r, 0] = c * x + s * y
+        body.rotation[r, 1] = c * y - s * x
+        body.rotation[r, 2] = a * link.rxz + b * link.ryz + d * link.rzz
+
+
+@exact
+def _turned_moments(link: Any, body: Any) -> tuple[Vector, Inertia]:
+    """First moment and inertia of a link's own body, about its frame's origin."""
+    r = body.rotation
+    xx, yy, zz = link.syy + link.szz, link.sxx + link.szz, link.sxx + link.syy
+    a = turned(r, (xx, -link.sxy, -link.sxz))
+    b = turned(r, (-link.sxy, yy, -link.syz))
+    c = turned(r, (-link.sxz, -link.syz, zz))
+    x = turned(r, (a[0], b[0], c[0]))
+    y = turned(r, (a[1], b[1], c[1]))
+    z = turned(r, (a[2], b[2], c[2]))
+    return turned(r, (link.hx, link.hy, link.hz)), (x[0], y[1], z[2], x[1], x[2], y[2])
+
+
+@exact
+def _times(t: Inertia, a: Vector) -> Vector:
+    return (
+        t[0] * a[0] + t[3] * a[1] + t[4] * a[2],
+        t[3] * a[0] + t[1] * a[1] + t[5] * a[2],
+        t[4] * a[0] + t[5] * a[1] + t[2] * a[2],
+    )
+
+
+@exact
+def _add_body(body: Any, m: float, h: Vector, t: Inertia) -> None:
+    """A body (mass, first moment, inertia about the origin) joins the articulated inertia and the plain sum of it."""
+    body.axx += t[0]
+    body.ayy += t[1]
+    body.azz += t[2]
+    body.axy += t[3]
+    body.axz += t[4]
+    body.ayz += t[5]
+    body.cxx += m
+    body.cyy += m
+    body.czz += m
+    body.bxy -= h[2]
+    body.bxz += h[1]
+    body.byx += h[2]
+    body.byz -= h[0]
+    body.bzx -= h[1]
+    body.bzy += h[0]
+    body.mass += m
+    add(body.first, h)
+    body.polar += 0.5 * (t[0] + t[1] + t[2])
+
+
+@exact
+def _bias(m: float, h: Vector, t: Inertia, w: Vector, v: Vector) -> tuple[Vector, Vector]:
+    """The moment and force that keep a body's momentum turning along with its velocity."""
+    momentum, force = plus(_times(t, w), cross(h, v)), minus(times(m, v), cross(h, w))
+    return plus(cross(w, momentum), cross(v, force)), cross(w, force)
+
+
+@exact
+def _move(link: Any, body: Any, before: Any, q: float, qd: float, tau: float, carried: bool) -> None:
+    """Where a link is, how it moves, and what its own body asks for."""
+    shift, w, v = link.slide * q, vector(before.w), vector(before.v)
+    step = (link.px + link.rxz * shift, link.py + link.ryz * shift, link.pz + link.rzz * shift)
+    step = turned(before.rotation, step)
+    _turn(link, before, body, link.turn * q + link.offset)
+    put(body.step, step)
+    z, turn, slide = _axis(body), link.turn * qd, link.slide * qd
+    v = plus(plus(v, cross(w, step)), times(slide, z))
+    w = plus(w, times(turn, z))
+    put(body.w, w)
+    put(body.v, v)
+    wz = cross(w, z)
+    put_six(body.coriolis, times(turn, wz), plus(times(slide, wz), times(turn, cross(v, z))))
+    body.axx = body.ayy = body.azz = body.axy = body.axz = body.ayz = 0.0
+    body.cxx = body.cyy = body.czz = body.cxy = body.cxz = body.cyz = 0.0
+    body.bxx = body.bxy = body.bxz = body.byx = body.byy = body.byz = body.bzx = body.bzy = body.bzz = 0.0
+    for j in range(6):
+        body.on_self[j] = body.on_parent[j] = 0.0
+    body.mass = body.polar = body.first[0] = body.first[1] = body.first[2] = 0.0
+    h, inertia = _turned_moments(link, body)
+    _add_body(body, link.mass, h, inertia)
+    moment, force = _bias(link.mass, h, inertia, w, v)
+    put_six(body.bias, moment, force)
+    body.rotor, body.load = link.rotor_inertia, tau
+    if link.spin != 0.0:
+        # A balanced rotor on the axis, carried by the link before: it asks of that link spin (w x z qd + z qdd).
+        put_six(body.on_parent, times(link.spin, z), (0.0, 0.0, 0.0))
+        if carried:
+            add(before.bias, times(link.spin * qd, cross(vector(before.w), z)))
+
+
+@exact
+def _spin(link: Any, rotor: Any, bodies: Any, own: Any, spinning: Any, q: float, qd: float) -> None:
+    """A rotor that is not folded into the links: what it asks of carrier and joint, its momentum where it belongs."""
+    on, joint, body = rotor.carrier, rotor.joint, bodies[rotor.joint]
+    carrier = bodies[on]  # -1: the base, the last of them
+    if rotor.balanced:
+        momentum, force = turned(carrier.rotation, (link.px, link.py, link.pz)), (0.0, 0.0, 0.0)
+        if on >= 0:
+            add(carrier.bias, times(qd, cross(vector(carrier.w), momentum)))
+    else:
+        momentum, force = _spin_whole(link, q, qd, carrier, on >= 0, body, spinning)
+    put_six(own.momentum, momentum, force)
+    if on == joint:
+        add_six(body.on_self, momentum, force)
+    elif on == joint - 1:
+        add_six(body.on_parent, minus(momentum, cross(vector(body.step), force)), force)
+    elif on < 0:
+        body.load -= dot(momentum, vector(carrier.acceleration)) + dot(force, linear(carrier.acceleration))
+
+
+@exact
+def _spin_whole(
+    link: Any, q: float, qd: float, carrier: Any, held: bool, joint: Any, rotor: Any
+) -> tuple[Vector, Vector]:
+    """An unbalanced rotor: a body of its own joins its carrier; its momentum for a unit speed of its joint."""
+    _turn(link, carrier, rotor, link.turn * q)
+    p, z = turned(carrier.rotation, (link.px, link.py, link.pz)), _axis(rotor)
+    m, (h, t) = link.mass, _turned_moments(link, rotor)
+    # Inertia about the carrier's origin: that about the spin axis, shifted.
+    ph, pp = 2.0 * dot(p, h), m * dot(p, p)
+    t = (
+        t[0] + ph - 2.0 * p[0] * h[0] + pp - m * p[0] * p[0],
+        t[1] + ph - 2.0 * p[1] * h[1] + pp - m * p[1] * p[1],
+        t[2] + ph - 2.0 * p[2] * h[2] + pp - m * p[2] * p[2],
+        t[3] - p[0] * h[1] - p[1] * h[0] - m * p[0] * p[1],
+        t[4] - p[0] * h[2] - p[2] * h[0] - m * p[0] * p[2],
+        t[5] - p[1] * h[2] - p[2] * h[1] - m * p[1] * p[2],
+    )
+    h, pz, turn = plus(h, times(m, p)), cross(p, z), link.turn
+    # Momentum for a unit speed of the joint, and for the acceleration that its spin has by the carrier's turning.
+    momentum = times(turn, plus(_times(t, z), cross(h, pz)))
+    force = times(turn, minus(times(m, pz), cross(h, z)))
+    joint.rotor += turn * (dot(z, momentum) + dot(pz, force))
+    w, v, spin = vector(carrier.w), vector(carrier.v), turn * qd
+    e = times(spin, cross(w, z))
+    d = times(spin, plus(cross(v, z), cross(w, pz)))
+    moment, push = _bias(m, h, t, plus(w, times(spin, z)), plus(v, times(spin, pz)))
+    moment = plus(moment, plus(_times(t, e), cross(h, d)))
+    push = plus(push, minus(times(m, d), cross(h, e)))
+    joint.load -= turn * (dot(z, moment) + dot(pz, push))
+    if held:
+        _add_body(carrier, m, h, t)
+        add_six(carrier.bias, moment, push)
+    return momentum, force
+
+
+# The articulated inertia
+
+
+@exact
+def _apply(o: Any, x: Array, y: Array) -> None:
+    """The articulated inertia of a link, times x."""
+    a, b, c, d, e, f = x[0], x[1], x[2], x[3], x[4], x[5]
+    y[0] = o.axx * a + o.axy * b + o.axz * c + o.bxx * d + o.bxy * e + o.bxz * f
+    y[1] = o.axy * a + o.ayy * b + o.ayz * c + o.byx * d + o.byy * e + o.byz * f
+    y[2] = o.axz * a + o.ayz * b + o.azz * c + o.bzx * d + o.bzy * e + o.bzz * f
+    y[3] = o.bxx * a + o.byx * b + o.bzx * c + o.cxx * d + o.cxy * e + o.cxz * f
+    y[4] = o.bxy * a + o.byy * b + o.bzy * c + o.cxy * d + o.cyy * e + o.cyz * f
+    y[5] = o.bxz * a + o.byz * b + o.bzz * c + o.cxz * d + o.cyz * e + o.czz * f
+
+
+@exact
+def _join(o: Any, x: Array, y: Array, factor: float) -> None:
+    """``factor (x y^T + y x^T)`` joins the articulated inertia of a link."""
+    o.axx += factor * 2.0 * x[0] * y[0]
+    o.ayy += factor * 2.0 * x[1] * y[1]
+    o.azz += factor * 2.0 * x[2] * y[2]
+    o.axy += factor * (x[0] * y[1] + y[0] * x[1])
+    o.axz += factor * (x[0] * y[2] + y[0] * x[2])
+    o.ayz += factor * (x[1] * y[2] + y[1] * x[2])
+    o.bxx += factor * (x[0] * y[3] + y[0] * x[3])
+    o.bxy += factor * (x[0] * y[4] + y[0] * x[4])
+    o.bxz += factor * (x[0] * y[5] + y[0] * x[5])
+    o.byx += factor * (x[1] * y[3] + y[1] * x[3])
+    o.byy += factor * (x[1] * y[4] + y[1] * x[4])
+    o.byz += factor * (x[1] * y[5] + y[1] * x[5])
+    o.bzx += factor * (x[2] * y[3] + y[2] * x[3])
+    o.bzy += factor * (x[2] * y[4] + y[2] * x[4])
+    o.bzz += factor * (x[2] * y[5] + y[2] * x[5])
+    o.cxx += factor * 2.0 * x[3] * y[3]
+    o.cyy += factor * 2.0 * x[4] * y[4]
+    o.czz += factor * 2.0 * x[5] * y[5]
+    o.cxy += factor * (x[3] * y[4] + y[3] * x[4])
+    o.cxz += factor * (x[3] * y[5] + y[3] * x[5])
+    o.cyz += factor * (x[4] * y[5] + y[4] * x[5])
+
+
+@exact
+def _hand_on(o: Any, to: Any) -> None:
+    """Articulated inertia, bias force and body sums of a link join those of the link before, shifted to its origin."""
+    p = vector(o.step)
+    bx, by, bz = (o.bxx, o.bxy, o.bxz), (o.byx, o.byy, o.byz), (o.bzx, o.bzy, o.bzz)
+    rx, ry, rz = cross(p, bx), cross(p, by), cross(p, bz)
+    x, y, z = cross(p, (o.cxx, o.cxy, o.cxz)), cross(p, (o.cxy, o.cyy, o.cyz)), cross(p, (o.cxz, o.cyz, o.czz))
+    # Rows of B + [p] C; its column j is p x (column j of C), and C is symmetric.
+    bx = plus(bx, (x[0], y[0], z[0]))
+    by = plus(by, (x[1], y[1], z[1]))
+    bz = plus(bz, (x[2], y[2], z[2]))
+    # A + [p] B^T + ([p] B'^T)^T; column j of [p] B^T is p x (row j of B).
+    sx, sy, sz = cross(p, bx), cross(p, by), cross(p, bz)
+    to.axx += o.axx + rx[0] + sx[0]
+    to.ayy += o.ayy + ry[1] + sy[1]
+    to.azz += o.azz + rz[2] + sz[2]
+    to.axy += o.axy + ry[0] + sx[1]
+    to.axz += o.axz + rz[0] + sx[2]
+    to.ayz += o.ayz + rz[1] + sy[2]
+    to.bxx += bx[0]
+    to.bxy += bx[1]
+    to.bxz += bx[2]
+    to.byx += by[0]
+    to.byy += by[1]
+    to.byz += by[2]
+    to.bzx += bz[0]
+    to.bzy += bz[1]
+    to.bzz += bz[2]
+    to.cxx += o.cxx
+    to.cyy += o.cyy
+    to.czz += o.czz
+    to.cxy += o.cxy
+    to.cxz += o.cxz
+    to.cyz += o.cyz
+    force, first = linear(o.bias), vector(o.first)
+    add_six(to.bias, plus(vector(o.bias), cross(p, force)), force)
+    to.mass += o.mass
+    add(to.first, plus(first, times(o.mass, p)))
+    to.polar += o.polar + 2.0 * dot(p, first) + o.mass * dot(p, p)
+
+
+# Open numbers of far rotors
+
+
+@exact
+def _open(r: int, far: Any, corner: Array, live: Array, count: int) -> int:
+    """Number r is open from here on, coupled with no other open one yet; how many are open then."""
+    far[r].linear = 0.0
+    live[count] = r
+    for s in range(count + 1):
+        corner[r, live[s]] = corner[live[s], r] = 0.0
+    return count + 1
+
+
+@exact
+def _close(r: int, live: Array, count: int) -> int:
+    """Number r is open no more; how many are."""
+    kept = 0
+    for s in range(count):
+        if live[s] != r:
+            live[kept] = live[s]
+            kept += 1
+    return kept
+
+
+@exact
+def _meet(body: Any, i: int, rotors: Any, far: Any, corner: Array, live: Array, count: int) -> int:
+    """Numbers ``k . a`` of this link join its inertia and bias, those of joints nearer to the base open."""
+    r = body.riding
+    while r >= 0:
+        k = far[r].momentum
+        if rotors[r].joint > i:
+            _join(body, k, far[r].coupled, 1.0)
+            _join(body, k, k, 0.5 * corner[r, r])
+            for j in range(6):
+                body.bias[j] += far[r].linear * k[j]
+            count = _close(r, live, count)
+            for s in range(count):
+                for j in range(6):
+                    far[live[s]].coupled[j] += corner[r, live[s]] * k[j]
+        else:
+            for j in range(6):
+                far[r].coupled[j] = k[j]
+            count = _open(r, far, corner, live, count)
+        r = far[r].next
+    return count
+
+
+@exact
+def _at_joint(body: Any, outside: bool, far: Any, corner: Array, live: Array, count: int, gains: Array) -> int:
+    """The number of this joint's own far rotor: it is the joint's acceleration, and ends here, or it opens."""
+    r = body.far
+    if not outside:
+        for j in range(6):
+            far[r].coupled[j] = 0.0
+        gains[r] = 1.0
+        return _open(r, far, corner, live, count)
+    for j in range(6):
+        body.on_self[j] += far[r].coupled[j]
+    body.rotor += corner[r, r]
+    body.load -= far[r].linear
+    count = _close(r, live, count)
+    for s in range(count):
+        gains[live[s]] = corner[r, live[s]]
+    return count
+
+
+@exact
+def _hand_on_open(body: Any, drive: float, far: Any, corner: Array, live: Array, count: int, gains: Array) -> None:
+    """The elimination of a joint's acceleration reaches the open numbers; their couplings go to the link before."""
+    p = vector(body.step)
+    for s in range(count):
+        number, gain = far[live[s]], gains[live[s]]
+        number.linear += dot_six(number.coupled, body.coriolis) + gain * drive
+        for j in range(6):
+            number.coupled[j] -= body.eliminator[j] * gain / body.divisor
+        add(number.coupled, cross(p, linear(number.coupled)))
+        for t in range(count):
+            corner[live[s], live[t]] -= gain * gains[live[t]] / body.divisor
+
+
+# The two sweeps
+
+
+@exact
+def _inwards(links: Any, rotors: Any, bodies: Any, far: Any, corner: Array, live: Array, gains: Array) -> int:
+    """Eliminate the joints' accelerations from the tip to the base; the first joint that moves no inertia, or -1."""
+    count = np.int64(0)  # a plain 0 has callees compiled twice
+    for i in range(len(bodies) - 2, -1, -1):
+        link, body = links[i], bodies[i]
+        axis, image = body.axis, body.image
+        if len(rotors):
+            count = _meet(body, i, rotors, far, corner, live[0], count)
+            for s in range(count):
+                gains[i, live[0, s]] = 0.0
+            if body.far >= 0:
+                outside = rotors[body.far].carrier > i
+                count = _at_joint(body, outside, far, corner, live[0], count, gains[i])
+        z = _axis(body)
+        put_six(axis, times(link.turn, z), times(link.slide, z))
+        _apply(body, axis, image)
+        own = 2.0 * dot_six(body.on_self, axis)
+        body.divisor = dot_six(axis, image) + body.rotor + own
+        moved = link.turn**2 * body.polar + link.slide**2 * body.mass + abs(body.rotor) + abs(own)
+        if not body.divisor > SINGULAR * moved:
+            return i
+        for s in range(count):
+            gains[i, live[0, s]] += dot_six(axis, far[live[0, s]].coupled)
+            live[1 + i, s] = live[0, s]
+        for s in range(count, len(rotors)):
+            live[1 + i, s] = -1
+        body.rest = body.load - dot_six(axis, body.bias)
+        for j in range(6):
+            image[j] += body.on_self[j]
+            body.rest -= image[j] * body.coriolis[j]
+            body.eliminator[j] = image[j] + body.on_parent[j]
+        if i == 0:
+            break
+        drive = body.rest / body.divisor
+        _apply(body, body.coriolis, image)
+        for j in range(6):
+            body.bias[j] += image[j] + body.eliminator[j] * drive
+        if count:
+            _hand_on_open(body, drive, far, corner, live[0], count, gains[i])
+        _join(body, body.eliminator, body.eliminator, -0.5 / body.divisor)
+        _hand_on(body, bodies[i - 1])
+    return -1
+
+
+@exact
+def _outwards(links: Any, rotors: Any, bodies: Any, far: Any, live: Array, gains: Array, qdd: Array) -> None:
+    """The accelerations, from the base to the tip."""
+    for i in range(len(qdd)):
+        link, body, before = links[i], bodies[i], bodies[i - 1]  # before the first: the base
+        angular, straight = vector(before.acceleration), linear(before.acceleration)
+        put_six(body.acceleration, angular, plus(straight, cross(angular, vector(body.step))))
+        total = body.rest - dot_six(body.eliminator, body.acceleration)
+        for s in range(len(rotors)):
+            r = live[1 + i, s]
+            if r < 0:
+                break
+            total -= gains[i, r] * far[r].value
+        qdd[i] = total / body.divisor
+        z = times(qdd[i], _axis(body))
+        turning, sliding = times(link.turn, z), times(link.slide, z)
+        add_six(body.acceleration, plus(vector(body.coriolis), turning), plus(linear(body.coriolis), sliding))
+        if body.far >= 0 and rotors[body.far].carrier > i:
+            far[body.far].value = qdd[i]
+        r = body.riding
+        while r >= 0:
+            if rotors[r].joint > i:
+                far[r].value = dot_six(far[r].momentum, body.acceleration)
+            r = far[r].next

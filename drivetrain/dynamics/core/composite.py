@@ -1,0 +1,221 @@
+"""The mass matrix by composite bodies, compiled, over blocks of 64 samples.
+
+Column j holds the torques of a unit acceleration of joint j from rest: all links from j on move as one body, so the
+wrench that joint j must pass on comes from that composite body alone, and every joint before j feels the same wrench.
+Composite bodies are summed from the tip to the base; no pass outwards is needed. A rotor couples its joint with every
+joint up to its carrier, by the momentum that a unit rate of its joint gives it.
+
+Reference: Modern Robotics, exercise 8.13; M. W. Walker and D. E. Orin, Efficient dynamic computer simulation of
+    robotic mechanisms, Journal of Dynamic Systems, Measurement and Control 104 (1982) 205-211.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_type, fast, read_row, sincos, sum_of_squares
+from drivetrain.dynamics.core.records import MOMENTS
+from drivetrain.jit import kernel
+
+BODY = block_type(*MOMENTS)
+WRENCH = block_type("fx", "fy", "fz", "nx", "ny", "nz")
+
+
+@kernel
+def compose(links: Any, rotors: Any, q: Array, out: Array) -> float:
+    """Fill mass matrices; 0, or NaN when a position is NaN, infinite, or beyond 1e154.
+
+    Args:
+        links, rotors: As ``packed.Packed`` tells.
+        q: Positions [rad or m], (N, n).
+        out: Takes the matrices, exactly symmetric [kg m^2, kg m or kg], (N, n, n).
+    """
+    n, bad = q.shape[1], 0.0
+    joints, wrenches = np.zeros(n + 1, JOINT), np.empty(n + len(rotors), WRENCH)  # the last joint: a rotor's
+    bodies, own, entries = np.empty(n + 2, BODY), np.empty(n), np.empty((n, n, BLOCK))
+    for i in range(n):
+        own[i] = links[i].rotor_inertia
+    for r in range(len(rotors)):
+        if not rotors[r].balanced:
+            own[rotors[r].joint] += links[n + r].turn ** 2 * (links[n + r].sxx + links[n + r].syy)
+    for first in range(0, len(q), BLOCK):
+        count, size = min(BLOCK, len(q) - first), 0.0
+        for i in range(n):
+            read_row(joints[i].q, q, i, first, count)
+            size += sum_of_squares(joints[i])
+        bad += 0.0 * size
+        for i in range(n):
+            sincos(joints[i], links[i].turn, links[i].offset, size > FAR * FAR)
+        clear(bodies[n])
+        for i in range(n - 1, -1, -1):
+            # The links beyond are in this link's frame already; the link itself, and what it carries, join them.
+            link, joint, body, wrench = links[i], joints[i], bodies[i + 1], wrenches[i]
+            add_constant_body(link, body)
+            for r in range(len(rotors)):
+                if rotors[r].carrier == i:
+                    enter_rotor(links[n + r], rotors[r], joints, body, bodies[n + 1], wrenches[n + r], size)
+            unit_wrench(link, body, wrench)
+            for j in range(i + 1):
+                entries[i, j] = 0.0
+            for k in range(BLOCK):
+                entries[i, i, k] = own[i]
+            fill_row(links, rotors, i, wrenches, entries)
+            # A balanced rotor on the axis, on the link before: its couple loads that link, and not this joint.
+            for k in range(BLOCK):
+                wrench.nz[k] += link.spin
+            for w in range(i, len(wrenches)):
+                if w < n or rotors[w - n].carrier >= i:
+                    wrench_back(link, joint, wrenches[w])
+            turn_body(joint, body)
+            clear(bodies[i])
+            place_body(link, joint, body, bodies[i])
+        for k in range(count):
+            for i in range(n):
+                for j in range(i + 1):
+                    out[first + k, i, j] = out[first + k, j, i] = entries[i, j, k]
+    return bad
+
+
+@fast
+def clear(body: Any) -> None:
+    """No body."""
+    for k in range(BLOCK):
+        body.mass[k] = body.hx[k] = body.hy[k] = body.hz[k] = 0.0
+        body.sxx[k] = body.syy[k] = body.szz[k] = body.sxy[k] = body.sxz[k] = body.syz[k] = 0.0
+
+
+@fast
+def add_constant_body(link: Any, body: Any) -> None:
+    """A body whose frame is the record's own joins it."""
+    m, hx, hy, hz = link.mass, link.hx, link.hy, link.hz
+    sxx, syy, szz, sxy, sxz, syz = link.sxx, link.syy, link.szz, link.sxy, link.sxz, link.syz
+    for k in range(BLOCK):
+        body.mass[k] += m
+        body.hx[k] += hx
+        body.hy[k] += hy
+        body.hz[k] += hz
+        body.sxx[k] += sxx
+        body.syy[k] += syy
+        body.szz[k] += szz
+        body.sxy[k] += sxy
+        body.sxz[k] += sxz
+        body.syz[k] += syz
+
+
+@fast
+def unit_wrench(link: Any, body: Any, wrench: Any) -> None:
+    """The wrench that moves a body at rest with the acceleration of a unit acceleration of its joint."""
+    turn, slide = link.turn, link.slide
+    for k in range(BLOCK):
+        hx, hy = body.hx[k], body.hy[k]
+        wrench.fx[k] = -turn * hy
+        wrench.fy[k] = turn * hx
+        wrench.fz[k] = slide * body.mass[k]
+        wrench.nx[k] = slide * hy - turn * body.sxz[k]
+        wrench.ny[k] = -slide * hx - turn * body.syz[k]
+        wrench.nz[k] = turn * (body.sxx[k] + body.syy[k])
+
+
+@fast
+def wrench_back(link: Any, joint: Any, wrench: Any) -> None:
+    """A wrench in a body's frame, as seen in the frame before."""
+    px, py, pz, slide = link.px, link.py, link.pz, link.slide
+    rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
+    rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
+    for k in range(BLOCK):
+        c, s, shift = joint.cos[k], joint.sin[k], slide * joint.q[k]
+        fz, nz = wrench.fz[k], wrench.nz[k]
+        t = c * wrench.fx[k] - s * wrench.fy[k]
+        r = s * wrench.fx[k] + c * wrench.fy[k]
+        gx, gy, gz = rxx * t + rxy * r + rxz * fz, ryx * t + ryy * r + ryz * fz, rzx * t + rzy * r + rzz * fz
+        t = c * wrench.nx[k] - s * wrench.ny[k]
+        r = s * wrench.nx[k] + c * wrench.ny[k]
+        x, y, z = px + rxz * shift, py + ryz * shift, pz + rzz * shift
+        wrench.fx[k], wrench.fy[k], wrench.fz[k] = gx, gy, gz
+        wrench.nx[k] = rxx * t + rxy * r + rxz * nz + y * gz - z * gy
+        wrench.ny[k] = ryx * t + ryy * r + ryz * nz + z * gx - x * gz
+        wrench.nz[k] = rzx * t + rzy * r + rzz * nz + x * gy - y * gx
+
+
+@fast
+def turn_body(joint: Any, body: Any) -> None:
+    """A body turned about z by the angle of its joint."""
+    for k in range(BLOCK):
+        c, s = joint.cos[k], joint.sin[k]
+        hx, hy = body.hx[k], body.hy[k]
+        xx, yy, xy, xz, yz = body.sxx[k], body.syy[k], body.sxy[k], body.sxz[k], body.syz[k]
+        cc, sc, ss = c * c, s * c, s * s
+        body.hx[k] = c * hx - s * hy
+        body.hy[k] = s * hx + c * hy
+        body.sxx[k] = cc * xx - 2.0 * sc * xy + ss * yy
+        body.syy[k] = ss * xx + 2.0 * sc * xy + cc * yy
+        body.sxy[k] = sc * (xx - yy) + (cc - ss) * xy
+        body.sxz[k] = c * xz - s * yz
+        body.syz[k] = s * xz + c * yz
+
+
+@fast
+def place_body(link: Any, joint: Any, body: Any, total: Any) -> None:
+    """A body turned by the constant rotation of its place, and shifted to it, joins the total."""
+    px, py, pz, slide = link.px, link.py, link.pz, link.slide
+    rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
+    rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
+    for k in range(BLOCK):
+        m, x, y, z = body.mass[k], body.hx[k], body.hy[k], body.hz[k]
+        hx, hy, hz = rxx * x + rxy * y + rxz * z, ryx * x + ryy * y + ryz * z, rzx * x + rzy * y + rzz * z
+        xx, yy, zz, xy, xz, yz = body.sxx[k], body.syy[k], body.szz[k], body.sxy[k], body.sxz[k], body.syz[k]
+        ax, ay, az = rxx * xx + rxy * xy + rxz * xz, rxx * xy + rxy * yy + rxz * yz, rxx * xz + rxy * yz + rxz * zz
+        bx, by, bz = ryx * xx + ryy * xy + ryz * xz, ryx * xy + ryy * yy + ryz * yz, ryx * xz + ryy * yz + ryz * zz
+        dx, dy, dz = rzx * xx + rzy * xy + rzz * xz, rzx * xy + rzy * yy + rzz * yz, rzx * xz + rzy * yz + rzz * zz
+        shift = slide * joint.q[k]
+        x, y, z = px + rxz * shift, py + ryz * shift, pz + rzz * shift
+        total.mass[k] += m
+        total.hx[k] += hx + m * x
+        total.hy[k] += hy + m * y
+        total.hz[k] += hz + m * z
+        total.sxx[k] += ax * rxx + ay * rxy + az * rxz + x * (2.0 * hx + m * x)
+        total.syy[k] += bx * ryx + by * ryy + bz * ryz + y * (2.0 * hy + m * y)
+        total.szz[k] += dx * rzx + dy * rzy + dz * rzz + z * (2.0 * hz + m * z)
+        total.sxy[k] += ax * ryx + ay * ryy + az * ryz + hx * y + x * hy + m * x * y
+        total.sxz[k] += ax * rzx + ay * rzy + az * rzz + hx * z + x * hz + m * x * z
+        total.syz[k] += bx * rzx + by * rzy + bz * rzz + hy * z + y * hz + m * y * z
+
+
+@fast
+def enter_rotor(link: Any, rotor: Any, joints: Any, body: Any, spinning: Any, wrench: Any, size: float) -> None:
+    """A rotor joins its carrier: the wrench for a unit rate of its joint, and the body that is not yet counted."""
+    if rotor.balanced:
+        for k in range(BLOCK):
+            wrench.fx[k] = wrench.fy[k] = wrench.fz[k] = 0.0
+            wrench.nx[k], wrench.ny[k], wrench.nz[k] = link.px, link.py, link.pz
+        return
+    joint, own = joints[rotor.joint], joints[len(joints) - 1]
+    for k in range(BLOCK):
+        own.q[k] = joint.q[k]
+    sincos(own, link.turn, 0.0, size * link.turn**2 > FAR * FAR)
+    clear(spinning)
+    add_constant_body(link, spinning)
+    unit_wrench(link, spinning, wrench)
+    wrench_back(link, own, wrench)
+    turn_body(own, spinning)
+    place_body(link, own, spinning, body)
+
+
+@fast
+def fill_row(links: Any, rotors: Any, i: int, wrenches: Any, entries: Array) -> None:
+    """The entries that a joint makes with those after it, and with the rotors on its link or beyond."""
+    n = len(entries)
+    for w in range(i, len(wrenches)):
+        joint, factor = w, 1.0
+        if w >= n:
+            joint = rotors[w - n].joint
+            if rotors[w - n].carrier < i:
+                continue
+            factor = 2.0 if joint == i else 1.0
+        turn, slide, wrench = factor * links[i].turn, factor * links[i].slide, wrenches[w]
+        entry = entries[max(joint, i), min(joint, i)]
+        for k in range(BLOCK):
+            entry[k] += turn * wrench.nz[k] + slide * wrench.fz[k]

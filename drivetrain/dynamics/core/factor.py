@@ -1,0 +1,185 @@
+"""Mass matrices by factors, compiled: ``M = L L^T``, and the least change that constraints ask of a motion.
+
+With ``W = L^-1 A^T = U s V^T``, the least change of the free motion, in the metric of M, is
+
+    L^T x = (1 - U U^T) L^-1 f - U s^-1 V^T d,      lambda = V s^-1 (U^T L^-1 f + s^-1 V^T d),
+
+for ``M x + A^T lambda = f`` and ``A x = -d``. Directions whose s is nothing but rounding are left out: rows that say
+the same twice then share their multiplier (least norm), and no division is by more than one small s.
+
+Singular values come from one-sided Jacobi rotations, which are exact to rounding for each of them, small ones too, and
+need no library. Reference: Demmel and Veselic, SIAM J. Matrix Anal. Appl. 13 (1992) 1204-1245.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.jit import kernel, law
+
+SINGULAR = 1e-12  # of a joint's inertia, left when the joints before it give way; rounding leaves 1e-15 of none
+MOST_SWEEPS = 40  # far more than the six or so that it takes
+ROUNDING = 1e-15  # cosine at which two columns count as at right angles
+
+
+@kernel
+def factorise(matrices: Array) -> tuple[int, int]:
+    """Replace mass matrices (N, n, n) by L; sample and joint of the first that moves no inertia, or -1 and -1."""
+    for sample in range(len(matrices)):
+        joint = _factor(matrices[sample])
+        if joint >= 0:
+            return sample, joint
+        for i in range(matrices.shape[1]):
+            for k in range(i + 1, matrices.shape[1]):
+                matrices[sample, i, k] = 0.0
+    return -1, -1
+
+
+@kernel
+def solve(matrices: Array, vectors: Array) -> tuple[int, int]:
+    """Replace vectors (N, n) by ``M^-1 b``, and matrices by rubbish; what comes back is as of ``factorise``."""
+    for sample in range(len(matrices)):
+        joint = _factor(matrices[sample])
+        if joint >= 0:
+            return sample, joint
+        _forward(matrices[sample], vectors[sample])
+        _backward(matrices[sample], vectors[sample])
+    return -1, -1
+
+
+@kernel
+def least_change(
+    matrices: Array, jacobians: Array, force: Array, drift: Array, tolerance: float, motion: Array, multipliers: Array,
+    found: Array,
+) -> tuple[int, int]:  # fmt: skip
+    """Fill x and lambda.
+
+    Args:
+        matrices: M (N, n, n), which are destroyed.
+        jacobians: A, (N, k, n).
+        force: f, (N, n).
+        drift: d, (N, k).
+        tolerance: Singular value that counts as none, over the largest.
+        motion: Takes x, (N, n).
+        multipliers: Takes lambda, (N, k).
+        found: Takes the rank, the condition of what is kept, and the largest part of d that no x can meet, (N, 3).
+
+    Returns:
+        As ``factorise``.
+    """
+    count, rows, n = jacobians.shape
+    w, turns = np.empty((rows, n)), np.empty((rows, rows))
+    for sample in range(count):
+        factor, x, answer = matrices[sample], motion[sample], multipliers[sample]
+        joint = _factor(factor)
+        if joint >= 0:
+            return sample, joint
+        for i in range(n):
+            x[i] = force[sample, i]
+        _forward(factor, x)
+        for k in range(rows):
+            for i in range(n):
+                w[k, i] = jacobians[sample, k, i]
+            _forward(factor, w[k])
+        _orthogonal(w, turns)
+        largest, smallest, rank, missed = 0.0, np.inf, 0, 0.0
+        for k in range(rows):
+            answer[k] = 0.0
+            largest = max(largest, math.sqrt(_dot(w[k], w[k])))
+        for k in range(rows):
+            size, asked = math.sqrt(_dot(w[k], w[k])), _dot(turns[k], drift[sample])
+            if size <= tolerance * largest:
+                missed = max(missed, abs(asked))
+                continue
+            rank += 1
+            smallest = min(smallest, size)
+            # The rows of w are at right angles: each takes its own part of x, whatever the others have taken.
+            push = (_dot(w[k], x) / size + asked / size) / size
+            for i in range(n):
+                x[i] -= push * w[k, i]
+            for i in range(rows):
+                answer[i] += push * turns[k, i]
+        _backward(factor, x)
+        found[sample, 0], found[sample, 1], found[sample, 2] = rank, largest / smallest if rank else 1.0, missed
+    return -1, -1
+
+
+@law
+def _factor(matrix: Array) -> int:
+    """Replace the lower half of a mass matrix by its factor; the first joint that moves no inertia, or -1."""
+    for i in range(len(matrix)):
+        whole = matrix[i, i]
+        for j in range(i + 1):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= matrix[i, k] * matrix[j, k]
+            if j < i:
+                matrix[i, j] = total / matrix[j, j]
+            elif total > SINGULAR * whole:
+                matrix[i, i] = math.sqrt(total)
+            else:
+                return i
+    return -1
+
+
+@law
+def _forward(factor: Array, vector: Array) -> None:
+    """L^-1 b."""
+    for i in range(len(vector)):
+        total = vector[i]
+        for k in range(i):
+            total -= factor[i, k] * vector[k]
+        vector[i] = total / factor[i, i]
+
+
+@law
+def _backward(factor: Array, vector: Array) -> None:
+    """L^-T b."""
+    for i in range(len(vector) - 1, -1, -1):
+        total = vector[i]
+        for k in range(i + 1, len(vector)):
+            total -= factor[k, i] * vector[k]
+        vector[i] = total / factor[i, i]
+
+
+@law
+def _dot(a: Array, b: Array) -> float:
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@law
+def _rotate(a: Array, b: Array, c: float, s: float) -> None:
+    for i in range(len(a)):
+        x, y = a[i], b[i]
+        a[i] = c * x - s * y
+        b[i] = s * x + c * y
+
+
+@law
+def _orthogonal(rows: Array, turns: Array) -> None:
+    """Turn rows until they are at right angles; ``turns`` takes what turned them."""
+    count = len(rows)
+    for p in range(count):
+        for q in range(count):
+            turns[p, q] = 1.0 if p == q else 0.0
+    for _ in range(MOST_SWEEPS):
+        still = True
+        for p in range(count - 1):
+            for q in range(p + 1, count):
+                a, b, c = _dot(rows[p], rows[p]), _dot(rows[q], rows[q]), _dot(rows[p], rows[q])
+                if abs(c) <= ROUNDING * math.sqrt(a) * math.sqrt(b):
+                    continue
+                still = False
+                zeta = (b - a) / (2.0 * c)
+                t = (1.0 if zeta >= 0.0 else -1.0) / (abs(zeta) + math.sqrt(1.0 + zeta * zeta))
+                cosine = 1.0 / math.sqrt(1.0 + t * t)
+                _rotate(rows[p], rows[q], cosine, cosine * t)
+                _rotate(turns[p], turns[q], cosine, cosine * t)
+        if still:
+            return

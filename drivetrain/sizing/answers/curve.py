@@ -1,0 +1,411 @@
+"""The best set of drives as payload, cycle time, supply voltage or ambient change: a curve in pieces with their ends.
+
+Sets are selected on a grid of values. Between two values with different best sets the breakpoint is where the first
+set ceases to be feasible, or the better one of the two; it is found by bisection on the figures of these two sets, and
+a selection on each side of it tells whether a third set lies between, until none does.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import NamedTuple
+
+import numpy as np
+
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.sizing.demand.changed_work import WorkFamily
+from drivetrain.sizing.judge.evaluate import Pair
+from drivetrain.sizing.judge.vary import Number, Vary, edge, named_drives, task_number, worst_of_set
+from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.search.front_chances import chance_of, scatters
+from drivetrain.sizing.search.known_terms import unknown_terms
+from drivetrain.sizing.search.search import select
+from drivetrain.sizing.tolerance.robust_selection import CONFIDENCE, robust_select
+from drivetrain.sizing.tolerance.scatter_ground import ground
+from drivetrain.sizing.tolerance.uncertainty import Chance
+from drivetrain.study.change import changed
+from drivetrain.study.model import Study
+
+POINTS = 17
+TOLERANCE = 1e-6  # of the span of values
+EQUAL = 1e-9  # of an objective: sums in another order
+DRAWN = 9  # points of each piece
+SAMPLES = 2048  # of each set selected, where tolerances are stated and no probability is wanted
+PROVEN = "optimal"
+PROVEN_ROBUST = "optimal among the sets that hold often enough"
+Progress = Callable[[int, int, str], None]
+Drives = dict[str, Pair]
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePoint:
+    """The best set at one value."""
+
+    value: float  # of what is varied
+    drives: Drives  # keys of (motor, gear) by joint name; empty where nothing fits
+    objective: float  # NaN where nothing fits
+    criteria: dict[str, float]  # mass [kg], price, energy of a cycle [J] and largest utilisation
+    proof: str  # of the search that found it; empty where the set was found at another value and evaluated here
+    chance: Chance | None = None  # that the set is feasible within the tolerances; None where that was not counted
+
+    @property
+    def feasible(self) -> bool:
+        """Whether a set was found."""
+        return bool(self.drives)
+
+
+def is_proven(proof: str) -> bool:
+    """Whether the words of a search say that its answer is proven."""
+    return proof in ("", PROVEN, PROVEN_ROBUST) or proof.startswith("no set")
+
+
+@dataclass(frozen=True, eq=False)
+class CurvePiece:
+    """A range of values in which one set is the best, or none fits."""
+
+    low: float
+    high: float
+    drives: Drives  # empty where nothing fits
+    points: tuple[CurvePoint, ...]  # the set at some values from low to high
+    low_ends_by: str  # place and check that fail beyond the end, or what makes another set better there;
+    high_ends_by: str  # empty at the ends of what was looked at
+
+
+@dataclass(frozen=True, eq=False)
+class OptimumCurve:
+    """The best set over one number of the task.
+
+    Attributes:
+        study: The task as it is.
+        vary: What is changed.
+        payload: Name of the payload whose mass is varied; empty otherwise.
+        now: The value in the study.
+        points: Every selection made, by value.
+        pieces: By rising value, without gaps.
+        tolerance: Within which each breakpoint lies [unit of what is varied].
+        notes: What a reader should know: what was not proven, and what may have been passed over.
+    """
+
+    study: Study
+    vary: Vary
+    payload: str
+    now: float
+    points: tuple[CurvePoint, ...]
+    pieces: tuple[CurvePiece, ...]
+    tolerance: float
+    notes: tuple[str, ...]
+
+    @property
+    def unit(self) -> str:
+        """Of the values."""
+        return self.vary.unit
+
+    @property
+    def proven(self) -> bool:
+        """Whether every selection was proven."""
+        return all(is_proven(point.proof) for point in self.points)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether a set was found at any value."""
+        return any(piece.drives for piece in self.pieces)
+
+
+def optimum_curve(
+    study: Study,
+    vary: Vary | str,
+    span: tuple[float, float],
+    *,
+    points: int = POINTS,
+    payload: str | None = None,
+    progress: Progress | None = None,
+) -> OptimumCurve:
+    """The best set of drives over a range of payloads, cycle times, supply voltages or air temperatures.
+
+    A payload is varied in mass and inertia alike (the same shape of another density); a cycle is slowed uniformly:
+    the same path at 1/s of the speed and 1/s^2 of the acceleration.
+
+    Args:
+        study: The task.
+        vary: What is changed.
+        span: Smallest and largest value: mass [kg], length of the cycle [s], [V] or [C].
+        points: Values at which sets are selected to start with; a set that is best only between two of them can be
+            passed over.
+        payload: Name of the payload whose mass is varied; None: the heaviest.
+        progress: Called with (done, total, text).
+
+    Returns:
+        The pieces with their breakpoints.
+
+    Raises:
+        InputError: An unknown quantity or payload, a range that is empty or not possible, or fewer than two points.
+    """
+    what = varied(vary)
+    row = _Row(study, what, _checked(study, what, payload, span, points))
+    tell = progress or (lambda done, total, text: None)
+    grid = [float(value) for value in np.linspace(*span, points)]
+    found: list[CurvePoint] = []
+    for done, value in enumerate(grid):
+        tell(done, points + 1, f"selecting at {value:.4g}")
+        found.append(row.selected(value, found[-1] if found else None))
+    tolerance = TOLERANCE * (span[1] - span[0])
+    tell(points, points + 1, "locating the breakpoints")
+    starts = [(grid[0], found[0])]
+    for before, one in itertools.pairwise(found):
+        if row.often is None:
+            _between(row, starts, one, tolerance)
+        elif one.drives != before.drives:  # whether a set is feasible often enough is too dear to be asked on the way
+            starts.append((0.5 * (before.value + one.value), one))
+    pieces = _pieces(row, starts, grid[-1], tolerance)
+    if row.often is not None:
+        tolerance = 0.5 * (grid[1] - grid[0])
+    return OptimumCurve(
+        study, what, row.payload, row.now, tuple(sorted(row.made, key=lambda one: one.value)), pieces, tolerance,
+        tuple(_notes(row, grid[1] - grid[0])),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """A task along one of its numbers."""
+
+    study: Study
+    vary: Vary
+    payload: str
+    made: list[CurvePoint] = field(default_factory=list)
+    sets: dict[tuple[tuple[str, Pair], ...], Number] = field(default_factory=dict)
+    missing: list[str] = field(default_factory=list)
+
+    @cached_property
+    def family(self) -> WorkFamily:
+        return WorkFamily(self.study, (self.payload,) if self.payload else ())
+
+    @property
+    def now(self) -> float:
+        return self.vary.now(self.study, self.payload)
+
+    @property
+    def often(self) -> float | None:
+        """Probability with which sets must be feasible; None where none is wanted or nothing scatters."""
+        return self.study.wanted.holds if scatters(self.study) else None
+
+    def selected(self, value: float, before: CurvePoint | None) -> CurvePoint:
+        """The best set at a value; of equals the set before, so that a set goes on as long as none is better.
+
+        Sets found elsewhere are held against it too: a search that was stopped may have missed them.
+        """
+        study = changed(self.study, self.vary.change(self.study, value, self.payload))
+        if self.often is not None:
+            self.made.append(_robust(study, value))
+            return self.made[-1]
+        found = select(replace(study, wanted=replace(study.wanted, sets=1)))
+        if found.drives and not found.feasible:  # a given drive lacks data, the same at every value
+            self.missing[:] = found.advice
+        point = CurvePoint(
+            value, dict(found.drives) if found.feasible else {}, found.objective, found.evaluation.criteria, found.proof
+        )
+        last = {} if before is None else before.drives
+        for drives in [dict(key) for key in self.sets] + ([last] if last else []):
+            evaluation = self.evaluated(drives, value)
+            least = point.objective if point.drives else math.inf
+            slack = EQUAL if drives == last else -EQUAL
+            if evaluation.feasible and evaluation.objective <= least * (1.0 + slack):
+                point = replace(point, drives=drives, objective=evaluation.objective, criteria=evaluation.criteria)
+        if point.drives and scatters(study):
+            point = replace(point, chance=chance_of(ground(study), point.drives, SAMPLES))
+        self.made.append(point)
+        return point
+
+    def evaluated(self, drives: Drives, value: float) -> Evaluation:
+        """A set at a value."""
+        key = tuple(drives.items())
+        if key not in self.sets:
+            self.sets[key] = task_number(self.family, named_drives(self.study, drives), self.vary, self.payload)
+        return self.sets[key].put(value).evaluation()
+
+    def worth(self, drives: Drives, value: float) -> float:
+        """Objective of a set at a value; infinite where it does not hold, or there is none."""
+        if not drives:
+            return math.inf
+        found = self.evaluated(drives, value)
+        return found.objective if found.feasible else math.inf
+
+
+def _robust(study: Study, value: float) -> CurvePoint:
+    """The best set that holds often enough at a value."""
+    found = robust_select(study)
+    if found.chosen is None:
+        return CurvePoint(value, {}, math.nan, {}, f"no set: {found.proof}" if found.exhausted else found.proof)
+    best = found.chosen.drives
+    proof = PROVEN_ROBUST if found.proven else found.proof
+    return CurvePoint(value, dict(best.drives), best.objective, best.criteria, proof, found.chosen.chance)
+
+
+def _between(row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float) -> None:
+    """Go on from the last set to the set at a further value, breakpoint by breakpoint.
+
+    Args:
+        starts: Where each best set begins, and the set, by rising value; those on the way are put in.
+    """
+    while starts[-1][1].drives != end.drives:
+        start = starts[-1][1]
+        low, high = edge(partial(_goes_on, row, start.drives, end.drives), start.value, end.value,
+                         error=0.0, least=tolerance)  # fmt: skip
+        before, after = row.selected(low, start), row.selected(high, end)
+        if before.drives != start.drives and low > start.value:
+            # A third set is better somewhere before the edge: look for its own edge first.
+            _between(row, starts, before, tolerance)
+            continue
+        starts.append((0.5 * (low + high), after))
+        if high >= end.value:
+            return
+
+
+def _goes_on(row: _Row, first: Drives, last: Drives, value: float) -> bool:
+    """Whether the first of two sets is still the better one."""
+    if not first:
+        return math.isinf(row.worth(last, value))
+    own = row.worth(first, value)
+    return math.isfinite(own) and own <= row.worth(last, value) * (1.0 + EQUAL)
+
+
+class _Run(NamedTuple):
+    """A range of values with its best set."""
+
+    low: float
+    high: float
+    drives: Drives
+
+
+def _pieces(row: _Row, starts: list[tuple[float, CurvePoint]], last: float, tolerance: float) -> tuple[CurvePiece, ...]:
+    """The sets with the ranges in which they are the best, without those that rounding or equal worth tell apart."""
+    ends = [*(start for start, _ in starts[1:]), last]
+    runs = [_Run(low, high, one.drives) for (low, one), high in zip(starts, ends, strict=True)]
+    runs = _joined(runs, lambda one, other: one.drives if one.drives == other.drives else None)
+    if row.often is None:
+        runs = _joined(_joined(runs, partial(_wider, 2.0 * tolerance)), partial(_as_good_as_both, row))
+    return tuple(
+        CurvePiece(
+            low, high, drives, _drawn(row, drives, low, high),
+            _ended_by(row, drives, low, -1) if low > runs[0].low else "",
+            _ended_by(row, drives, high, 1) if high < last else "",
+        )
+        for low, high, drives in runs
+    )  # fmt: skip
+
+
+def _joined(runs: list[_Run], one_for_both: Callable[[_Run, _Run], Drives | None]) -> list[_Run]:
+    """Runs, neighbours for which one set stands made one."""
+    found = [runs[0]]
+    for run in runs[1:]:
+        drives = one_for_both(found[-1], run)
+        if drives is None:
+            found.append(run)
+        else:
+            found[-1] = _Run(found[-1].low, run.high, drives)
+    return found
+
+
+def _wider(narrow: float, one: _Run, other: _Run) -> Drives | None:
+    if other.high - other.low <= narrow:
+        return one.drives
+    return other.drives if one.high - one.low <= narrow else None
+
+
+def _as_good_as_both(row: _Row, one: _Run, other: _Run) -> Drives | None:
+    if one.drives == other.drives or _as_good(row, one.drives, other):
+        return one.drives
+    return other.drives if _as_good(row, other.drives, one) else None
+
+
+def _as_good(row: _Row, drives: Drives, run: _Run) -> bool:
+    """Whether a set is feasible over the whole run of another and worth no less there, looked at where it is drawn."""
+    if not drives or not run.drives:
+        return False
+    inner, ends = np.linspace(run.low, run.high, DRAWN + 2)[1:-1], 1e-9 * (run.high - run.low)
+    return all(
+        row.worth(drives, float(value)) <= row.worth(run.drives, float(value)) * (1.0 + EQUAL) < math.inf
+        for value in (inner[DRAWN // 2], run.low + ends, run.high - ends, *inner)
+    )
+
+
+def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
+    """What is over its limit just beyond an end."""
+    if not drives:
+        return ""
+    if row.often is not None:
+        return "another set is better, or it holds too seldom"
+    found = row.evaluated(drives, value + direction * 2.0 * TOLERANCE * max(abs(value), abs(row.now), 1e-9))
+    if found.feasible:
+        return "another set is better"
+    worst = worst_of_set(found)
+    return f"{worst.check} at {worst.place}" if worst.place != "supply" else worst.check
+
+
+def _drawn(row: _Row, drives: Drives, low: float, high: float) -> tuple[CurvePoint, ...]:
+    """The set at some values of its piece."""
+    values = [float(value) for value in np.linspace(low, high, DRAWN)] if drives else []
+    found = [(value, row.evaluated(drives, value)) for value in values]
+    return tuple(CurvePoint(value, drives, one.objective, one.criteria, "") for value, one in found)
+
+
+def _notes(row: _Row, step: float) -> list[str]:
+    notes = list(row.missing)
+    if scatters(row.study) and row.often is None:
+        notes.append(
+            "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
+            f"counted at every selection over at most {SAMPLES} arms (`selection: holds` asks for sets that hold often "
+            "enough)"
+        )
+    elif row.often is not None:
+        notes.append(
+            f"every set selected holds with at least {100.0 * row.often:g} % ({100.0 * CONFIDENCE:g} % confidence); "
+            f"between two selections a breakpoint is only known to {0.5 * step:.3g} {row.vary.unit}"
+        )
+    notes += [f"not proven at {point.value:.4g}: {point.proof}" for point in row.made if not is_proven(point.proof)]
+    notes.append(f"a set that is best only within one step of the grid, {step:.3g}, can have been passed over")
+    if row.vary is Vary.CYCLE_TIME and row.study.arm is None:
+        notes.append("the torques of the load table are kept at every pace")
+    return notes
+
+
+def varied(vary: Vary | str) -> Vary:
+    """What is varied, from its name, or an error that tells the nearest one."""
+    known = [one.value for one in Vary]
+    if str(vary) not in known:
+        raise InputError(Fault("vary", "is nothing that can be varied", str(vary), nearest(str(vary), known)))
+    return Vary(str(vary))
+
+
+def check_curve(study: Study, vary: Vary | str, span: tuple[float, float]) -> None:
+    """Refuse a curve that cannot be found, before anything is searched, as ``optimum_curve`` would."""
+    _checked(study, varied(vary), None, span, POINTS)
+
+
+def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, float], points: int) -> str:
+    """Name of the payload that is varied, if one is, along a range that can be walked."""
+    (low, high), faults, name = span, [], ""
+    if vary is Vary.PAYLOAD:
+        masses = {one.name: one.mass for one in study.payloads if one.mass > 0.0}
+        name = payload or max(masses, key=lambda one: masses[one], default="")
+        if study.arm is None or not masses:
+            problem = "a load table has none" if study.arm is None else "the study carries none of any mass"
+            faults.append(Fault("payload", f"cannot be varied: {problem}"))
+        elif name not in masses:
+            faults.append(Fault("payload", "is none that the study carries", name, nearest(name, masses)))
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        faults.append(Fault("span", "must rise from its first to its last value", span))
+    if vary in (Vary.CYCLE_TIME, Vary.VOLTAGE) and not low > 0.0:
+        faults.append(Fault("span", f"a {vary.replace('_', ' ')} must be positive", low))
+    if vary is Vary.PAYLOAD and low < 0.0:
+        faults.append(Fault("span", "a payload must be 0 or more", low))
+    faults += unknown_terms(study)
+    if points < 2:
+        faults.append(Fault("points", "must be two or more", points))
+    if faults:
+        raise InputError(faults)
+    return name

@@ -1,0 +1,210 @@
+"""One number of a task or of a drive varied, everything else kept: what is judged at a value, and where it first holds.
+
+Curves, ratio studies, free ratios, the smallest change and the advice of a search stand on this. The arm is not run
+again for another value (see ``changed_work``): figures are those of ``evaluate`` for the changed study to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from itertools import pairwise
+from typing import NamedTuple
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.matching import scaled_gear
+from drivetrain.sizing.demand.changed_work import WorkFamily
+from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
+from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
+from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.change import TaskChange
+from drivetrain.study.model import Study
+from drivetrain.study.verdicts import Check
+
+EDGE = 1e-7  # relative error of an edge
+
+
+class Vary(StrEnum):
+    """What is changed of a task."""
+
+    PAYLOAD = "payload"
+    CYCLE_TIME = "cycle_time"
+    VOLTAGE = "voltage"
+    AMBIENT = "ambient"
+
+    @property
+    def unit(self) -> str:
+        return {"payload": "kg", "cycle_time": "s", "voltage": "V", "ambient": "degC"}[self.value]
+
+    def now(self, study: Study, payload: str = "") -> float:
+        """The study's own value; of the heaviest payload where none is named."""
+        if self is Vary.PAYLOAD:
+            return max((one.mass for one in study.payloads if payload in ("", one.name)), default=0.0)
+        if self is Vary.CYCLE_TIME:
+            return study.cycle.duration
+        return study.supply.voltage if self is Vary.VOLTAGE else study.ambient
+
+    def change(self, study: Study, value: float, payload: str = "") -> TaskChange:
+        """What puts a value in; a payload's on all in proportion where none is named."""
+        now = self.now(study, payload)
+        if self is Vary.AMBIENT:
+            return TaskChange(ambient=value - now)
+        if self is Vary.PAYLOAD:
+            return TaskChange(payload=value / now, payloads=(payload,) if payload else ())
+        return TaskChange(time=value / now) if self is Vary.CYCLE_TIME else TaskChange(voltage=value / now)
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """A task with its work prepared, and drives by joint index; a joint is judged when first asked for."""
+
+    work: Workload
+    drives: Mapping[int, Drive]
+    _results: dict[int, JointResult] = field(default_factory=dict)
+
+    @property
+    def study(self) -> Study:
+        return self.work.study
+
+    def joint(self, joint: int) -> JointResult:
+        if joint not in self._results:
+            drive = self.drives[joint]
+            self._results[joint] = evaluate_joint(self.work, self.drives, joint, (drive.motor.key, drive.gear.key))
+        return self._results[joint]
+
+    def evaluation(self) -> Evaluation:
+        results = {self.study.joints[i].name: self.joint(i) for i in sorted(self.drives)}
+        return evaluation_of(self.study, results, shared_checks(self.study, results))
+
+    def proven(self) -> Evaluation:
+        """The same with the arm run anew."""
+        return Setup(workload(self.study), self.drives).evaluation()
+
+    def demand(self, joint: int) -> JointDemand:
+        return self.work.at(joint, self.drives).demand(self.drives[joint])
+
+    def with_drive(self, joint: int, drive: Drive) -> Setup:
+        return Setup(self.work, {**self.drives, joint: drive})
+
+    def with_keys(self, joint: int, motor: str, gear: str) -> Setup:
+        return self.with_drive(joint, Shelf(self.study).drive(self.study.joints[joint], motor, gear))
+
+
+@dataclass(frozen=True, eq=False)
+class Number:
+    """One number that can take other values, the drives and the rest of the task kept."""
+
+    name: str
+    unit: str
+    now: float
+    put: Callable[[float], Setup]
+
+
+def named_drives(study: Study, keys: Mapping[str, tuple[str, str]]) -> dict[int, Drive]:
+    """The drives of some joints' catalogue keys, assumptions filled in, by joint index."""
+    shelf = Shelf(study)
+    return {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints) if task.name in keys}
+
+
+def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary, payload: str = "") -> Number:
+    """A number of the task, with a set of drives."""
+    study, name = family.study, {Vary.VOLTAGE: "supply voltage"}.get(vary, vary.replace("_", " "))
+    return Number(
+        name, vary.unit, vary.now(study, payload),
+        lambda value: Setup(family.at(vary.change(study, value, payload)), drives),
+    )  # fmt: skip
+
+
+def ratio_number(setup: Setup, joint: int) -> Number:
+    """The magnitude of a joint's gear ratio, its sheet kept otherwise (see ``scaled_gear``)."""
+    drive = setup.drives[joint]
+    return Number(
+        "gear ratio", "", abs(drive.gear.ratio),
+        lambda value: setup.with_drive(joint, replace(drive, gear=scaled_gear(drive.gear, value))),
+    )  # fmt: skip
+
+
+class Edge(NamedTuple):
+    """The last value found at which something holds, and the one beside it at which it does not."""
+
+    inside: float
+    outside: float
+
+    @property
+    def known(self) -> bool:
+        """Whether it was found, and is not the end of the values looked at."""
+        return 0.0 < self.outside < math.inf
+
+
+def edge(
+    holds: Callable[[float], bool], inside: float, outside: float,
+    *, error: float = EDGE, least: float = 0.0, geometric: bool = False,
+) -> Edge:  # fmt: skip
+    """Where something ceases to hold between a value at which it does and one at which it does not, by bisection.
+
+    Args:
+        error: Width of what is left over the larger side.
+        least: Width that is narrow enough whatever the values are.
+        geometric: Halve the ratio of the two, not their difference.
+    """
+    while abs(inside - outside) > max(error * max(abs(inside), abs(outside)), least):
+        middle = math.sqrt(inside * outside) if geometric else 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
+    return Edge(inside, outside)
+
+
+def first_edge(holds: Callable[[float], bool], steps: Sequence[float] | Array) -> Edge | None:
+    """Where something begins to hold along steps from a value at which it does not; None when it does at no step."""
+    for before, step in pairwise(map(float, steps)):
+        if holds(step):
+            return edge(holds, step, before)
+    return None
+
+
+def edges(
+    holds: Callable[[float], bool], values: Sequence[float], *, error: float = EDGE
+) -> Iterator[tuple[Edge, Edge]]:
+    """Both ends of every run of rising positive values in which something holds; infinite where no value ends a run."""
+    open_low, open_high = Edge(0.0, 0.0), Edge(math.inf, math.inf)
+    flags = [holds(value) for value in values]
+    low = open_low
+    for i, flag in enumerate(flags):
+        if flag and i > 0 and not flags[i - 1]:
+            low = edge(holds, values[i], values[i - 1], error=error, geometric=True)
+        if flag and i + 1 == len(flags):
+            yield low, open_high
+        elif flag and not flags[i + 1]:
+            yield low, edge(holds, values[i], values[i + 1], error=error, geometric=True)
+
+
+class Worst(NamedTuple):
+    """The check that is closest to its limit or furthest over it, and the joint (or ``supply``) where it is."""
+
+    check: str
+    utilisation: float  # infinite when something is without bound
+    place: str = ""
+
+
+def worst_of_set(evaluation: Evaluation) -> Worst:
+    """The check of highest utilisation of a set, and where it is."""
+    places = [worst_of(one.checks)._replace(place=name) for name, one in evaluation.joints.items()]
+    places.append(worst_of(evaluation.shared)._replace(place="supply"))
+    return _worst(places) or places[0]
+
+
+def worst_of(checks: Iterable[Check]) -> Worst:
+    """The check of highest utilisation; no name where none was made."""
+    used = [(one.name, one.utilisation) for one in checks if one.utilisation is not None]
+    return _worst([Worst(name, math.inf if math.isnan(share) else share) for name, share in used]) or Worst("", 0.0)
+
+
+def _worst(found: Sequence[Worst]) -> Worst | None:
+    """The largest that has a number; what is without bound only where no number is over its limit."""
+    numbered = [one for one in found if math.isfinite(one.utilisation)]
+    most = max(numbered, key=lambda one: one.utilisation, default=None)
+    beyond = [one for one in found if not math.isfinite(one.utilisation)]
+    return beyond[0] if beyond and (most is None or most.utilisation <= 1.0) else most

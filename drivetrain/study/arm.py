@@ -1,0 +1,267 @@
+"""The arm of a study: built in, from a file or a Denavit-Hartenberg table; its coupled motors; its payloads."""
+
+from __future__ import annotations
+
+import csv
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
+from drivetrain.arm.builtin import builtin_names
+from drivetrain.arm.coupling import belts_over, coupled_groups, differential, placed, with_coupling
+from drivetrain.arm.dh import DHRow, JointKind, arm_from_dh
+from drivetrain.arm.load import SUFFIXES, load_arm
+from drivetrain.arrays import Array, frozen_array
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.study.document import Place
+from drivetrain.study.faults import Ledger
+from drivetrain.study.model import Payload
+from drivetrain.study.schema import CouplingForm, StudyForm
+from drivetrain.units import quantity, split_header
+
+DRIVE_MASS_HINT = (
+    "added: the arm's links are bare and the drives' masses come on top; included: the links (of a finished robot) "
+    "already hold them; replaced: the links hold drives that `contained` states, which are taken out first"
+)
+
+# Unit and default of each column; "joint" is [rad] or [m] as the row's kind says, "joint/s" its rate.
+COLUMNS: dict[str, tuple[str, float]] = {
+    "a": ("m", 0.0), "alpha": ("rad", 0.0), "d": ("m", 0.0), "theta": ("rad", 0.0), "mass": ("kg", 0.0),
+    "com_x": ("m", 0.0), "com_y": ("m", 0.0), "com_z": ("m", 0.0),
+    "ixx": ("kg m^2", 0.0), "iyy": ("kg m^2", 0.0), "izz": ("kg m^2", 0.0),
+    "ixy": ("kg m^2", 0.0), "ixz": ("kg m^2", 0.0), "iyz": ("kg m^2", 0.0),
+    "lower": ("joint", -inf), "upper": ("joint", inf), "speed_limit": ("joint/s", inf),
+}  # fmt: skip
+NEEDED = ("a", "alpha", "d", "mass")
+TEXTS = ("name", "kind")
+
+
+def arm_files(form: StudyForm, folder: Path) -> list[Path]:
+    """The files an arm is read from."""
+    if form.arm is None:
+        return []
+    name = form.arm.dh or form.arm.source or ""
+    return [] if name in builtin_names() else [folder / name]
+
+
+def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
+    """The arm of a study; None without one, or when it cannot be read."""
+    if form.arm is None:
+        _refuse_without_arm(form, ledger)
+        return None
+    if form.drive_mass is None:
+        ledger.fault(("drive_mass",), "is missing: added, included or replaced", hint=DRIVE_MASS_HINT)
+    arm: Arm | None = None
+    if form.arm.dh is not None:
+        if form.tip is not None:
+            ledger.fault(("tip",), "goes with a URDF file: a DH table has no named links", form.tip)
+        with ledger.gather(("arm", "dh")):
+            path = ledger.document.folder / form.arm.dh
+            arm = read_dh_table(path, form.arm.convention or "", gravity=form.gravity)
+    else:
+        arm = _load(form, ledger)
+    if arm is not None:
+        ledger.note(f"Arm {arm.name}: {note}" for note in arm.notes)
+    return arm
+
+
+def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
+    """The bodies the tip may carry."""
+    payloads = {}
+    for name, body in form.payloads.items():
+        i, tensor = body.inertia, np.zeros((3, 3))
+        if i is None:
+            ledger.note([f"Payload {name} is a point mass: no inertia is given."])
+        else:
+            tensor = np.array([[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]])
+            _note_inertia(name, tensor, ledger)
+        com = frozen_array(body.com, (3,), f"{name}.com")
+        payloads[name] = Payload(name, body.mass, com, frozen_array(tensor, (3, 3), "inertia"))
+    return payloads
+
+
+def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
+    """A built-in arm, or one from a URDF or xacro file."""
+    source = form.arm.source if form.arm is not None and form.arm.source is not None else ""
+    named_file = Path(source).suffix.lower() in SUFFIXES
+    if source not in builtin_names() and not named_file:
+        problem = "is neither a built-in arm nor a .urdf or .xacro file"
+        ledger.fault(("arm",), problem, source, nearest(source, builtin_names()))
+        return None
+    path = ledger.document.folder / source
+    if named_file and not path.is_file():
+        ledger.fault(("arm",), "no such file", source, f"looked for {path}")
+        return None
+    with ledger.gather(("arm",)):
+        return load_arm(path if named_file else source, tip=form.tip, gravity=form.gravity)
+    return None
+
+
+def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:
+    """What only an arm gives a meaning to."""
+    for name in ("tip", "gravity", "drive_mass"):
+        if getattr(form, name) is not None:
+            ledger.fault((name,), "goes with an arm, but the study has none", getattr(form, name))
+    if form.payloads:
+        ledger.fault(("payloads",), "go with an arm: load tables already hold the load")
+
+
+def _note_inertia(name: str, tensor: Array, ledger: Ledger) -> None:
+    """A note when no body has such principal moments."""
+    small, middle, large = np.linalg.eigvalsh(tensor)
+    if small < 0.0 or large > (small + middle) * (1.0 + 1e-9):
+        ledger.note([f"Payload {name}: no body has principal moments {small:.3g}, {middle:.3g}, {large:.3g} kg m^2."])
+
+
+def resolve_coupling(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Arm | None:
+    """The arm with its motors coupled to its joints as the study says; None without one."""
+    if arm is None:
+        if form.coupling and form.arm is None:
+            ledger.fault(("coupling",), "goes with an arm: load tables already hold what each gear must give")
+        return None
+    if form.coupling:
+        with ledger.gather(("coupling",)):
+            arm = with_coupling(arm, _matrix(form.coupling, arm, ledger))
+    ledger.note(
+        f"Joints {', '.join(arm.joint_names[i] for i in group)} are coupled: position, speed, torque and friction of "
+        "their drives are those of the shafts behind the gears."
+        for group in coupled_groups(arm)
+    )
+    return arm
+
+
+def _matrix(entries: list[CouplingForm], arm: Arm, ledger: Ledger) -> Array:
+    """The coupling of the whole arm; entries at fault are left out."""
+    matrix, taken = np.eye(arm.n), set[str]()
+    for i, entry in enumerate(entries):
+        place: Place = ("coupling", i)
+        joints = _joints(entry, arm, taken, ledger, (*place, "joints"))
+        part = None if joints is None else _part(entry, ledger, place)
+        if joints is not None and part is not None:
+            matrix = matrix @ placed(part, joints, arm.n)
+    return matrix
+
+
+def _joints(entry: CouplingForm, arm: Arm, taken: set[str], ledger: Ledger, place: Place) -> list[int] | None:
+    """Indices of the joints of one entry; None after a fault."""
+    known = True
+    for name in entry.joints:
+        if name not in arm.joint_names:
+            ledger.fault(place, "names a joint that is not there", name, nearest(name, arm.joint_names))
+            known = False
+        elif name in taken or entry.joints.count(name) > 1:
+            ledger.fault(place, "names a joint twice: one entry must hold all that works together", name)
+            known = False
+    taken.update(entry.joints)
+    return [arm.joint_names.index(name) for name in entry.joints] if known else None
+
+
+def _part(entry: CouplingForm, ledger: Ledger, place: Place) -> Array | None:
+    """The matrix of one entry; None after a fault."""
+    size = len(entry.joints)
+    if entry.matrix is not None:
+        if len(entry.matrix) != size or any(len(row) != size for row in entry.matrix):
+            ledger.fault((*place, "matrix"), f"must have {size} rows of {size} numbers, one a joint")
+            return None
+        return np.array(entry.matrix)
+    if entry.type == "differential":
+        turns = [1.0, 1.0] if entry.turns is None else entry.turns
+        if size != 2 or len(turns) != 2:
+            ledger.fault(place, "a differential has two joints, and two turns if any", size)
+            return None
+        return differential(*turns)
+    passes = [1.0] * (size - 1) if entry.passes is None else entry.passes
+    if len(passes) != size - 1 or size < 2:
+        ledger.fault(
+            place, "a belt has two joints or more, and one number in passes for each but the last", len(passes)
+        )
+        return None
+    return belts_over(passes)
+
+
+def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
+    """The arm of a Denavit-Hartenberg table; raises every fault of the file.
+
+    A CSV file with columns ``name``, ``kind`` (revolute or prismatic), ``a [mm]``, ``alpha [deg]``, ``d [mm]``,
+    ``theta [deg]``, ``mass [kg]``, ``com_x [mm]`` to ``com_z``, ``ixx [kg m^2]`` to ``iyz``, ``lower [deg]``,
+    ``upper [deg]``, ``speed_limit [deg/s]``. A cell may carry its own unit.
+    """
+    header, lines = _csv(path)
+    faults: list[Fault] = _header_faults(header, path)
+    rows: list[DHRow] = []
+    for number, line in lines:
+        cells = {split_header(column)[0]: (text.strip(), column) for column, text in zip(header, line, strict=False)}
+        rows.append(_row(cells, f"row {number}", path, faults))
+    if not rows:
+        faults.append(Fault("the file", "holds no joint", file=str(path)))
+    if faults:
+        raise InputError(faults)
+    position = [split_header(column)[0] for column in header]
+    names = [line[position.index("name")].strip() for _, line in lines] if "name" in position else None
+    down = STANDARD_GRAVITY if gravity is None else gravity
+    return arm_from_dh(rows, convention=convention, gravity=down, joint_names=names, name=path.stem)  # type: ignore[arg-type]
+
+
+def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Header, and the filled rows with their line numbers."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(Fault("the file", f"cannot be read: {error.__class__.__name__}", file=str(path))) from None
+    try:
+        parsed = list(csv.reader(text.splitlines()))
+    except csv.Error as error:
+        raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
+    lines = [(i, line) for i, line in enumerate(parsed, 1) if line and not line[0].startswith("#")]
+    if not lines:
+        raise InputError(Fault("the file", "is empty", file=str(path)))
+    return [column.strip() for column in lines[0][1]], lines[1:]
+
+
+def _header_faults(header: list[str], path: Path) -> list[Fault]:
+    names = [split_header(column)[0] for column in header]
+    known = [*COLUMNS, *TEXTS]
+    faults = [
+        Fault(f"column {name}", "is not known", hint=nearest(name, known), file=str(path))
+        for name in names
+        if name not in known
+    ]
+    missing = [name for name in NEEDED if name not in names]
+    return faults + [Fault(f"column {name}", "is missing", file=str(path)) for name in missing]
+
+
+def _row(cells: dict[str, tuple[str, str]], place: str, path: Path, faults: list[Fault]) -> DHRow:
+    kind = cells.get("kind", ("revolute", ""))[0] or "revolute"
+    if kind not in list(JointKind):
+        faults.append(Fault(f"{place}, column kind", "must be revolute or prismatic", kind, file=str(path)))
+    own = {"joint": "m", "joint/s": "m/s"} if kind == "prismatic" else {"joint": "rad", "joint/s": "rad/s"}
+    values: dict[str, float] = {}
+    for name, (unit, default) in COLUMNS.items():
+        values[name] = default
+        text, column = cells.get(name, ("", ""))
+        if text:
+            spelled = f"{text} {split_header(column)[1]}" if _is_bare(text) else text
+            try:
+                values[name] = quantity(spelled, own.get(unit, unit), f"{place}, column {column}", file=str(path))
+            except InputError as error:
+                faults.extend(error.faults)
+    return _dh_row(values, kind)
+
+
+def _dh_row(v: dict[str, float], kind: str) -> DHRow:
+    inertia = [[v["ixx"], v["ixy"], v["ixz"]], [v["ixy"], v["iyy"], v["iyz"]], [v["ixz"], v["iyz"], v["izz"]]]
+    return DHRow(
+        v["a"], v["alpha"], v["d"], v["theta"], JointKind(kind) if kind in list(JointKind) else JointKind.REVOLUTE,
+        v["mass"], (v["com_x"], v["com_y"], v["com_z"]), inertia, v["lower"], v["upper"], v["speed_limit"],
+    )  # fmt: skip
+
+
+def _is_bare(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

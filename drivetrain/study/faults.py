@@ -1,0 +1,206 @@
+"""Every fault of a study file at once: those of its form, and those found while it is resolved.
+
+What is wrong in the form is cut out and the rest read again; what may only be the consequence of a known fault is not
+reported.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
+from drivetrain.study.document import Document, Place, spelled
+from drivetrain.study.schema import StudyForm
+
+F = TypeVar("F", bound=BaseModel)
+_ROUNDS = 20  # each round cuts out at least one entry; faults hidden behind others come up in the next
+_STAND_INS: dict[str, Any] = {"schema_version": 1, "motions": {}, "supply": {"voltage": "1 V"}, "joints": {}}
+_WORDS = {
+    "dict_type": "must be a mapping of names to values",
+    "model_type": "must be a mapping of names to values",
+    "model_attributes_type": "must be a mapping of names to values",
+    "list_type": "must be a list",
+    "string_type": "must be a text",
+    "too_short": "must have at least one entry",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+    "int_type": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_from_float": "must be a whole number",
+}
+
+
+def read_form(document: Document) -> tuple[StudyForm, list[Fault], set[Place]]:
+    """The study file as a form, as far as it can be read."""
+    data: dict[str, Any] = copy.deepcopy(document.data)
+    faults: list[Fault] = []
+    places: set[Place] = set()
+    for _ in range(_ROUNDS):
+        try:
+            return StudyForm.model_validate(data), faults, places
+        except ValidationError as error:
+            for details in error.errors(include_url=False):
+                for place, fault in _faults(document, details):
+                    if not touches(place, places):
+                        faults.append(fault)
+                        places.add(place)
+                    _cut(data, place)
+    return StudyForm.model_validate(_STAND_INS), faults, places
+
+
+def touches(place: Place, faulty: set[Place]) -> bool:
+    """Whether a fault at a place may only be the consequence of one already known."""
+    return any(known[: len(place)] == place or place[: len(known)] == known for known in faulty)
+
+
+def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Fault]]:
+    """What one error of pydantic means to the user."""
+    place: Place = tuple(part for part in details["loc"] if not str(part).startswith("<"))
+    context = details.get("ctx", {})
+    kind, found = details["type"], details["input"]
+    if kind == "unknown":
+        return [_unknown(document, place, name, context["known"]) for name in context["unknown"]]
+    if kind == "missing":
+        return [(place, document.fault(place, "is missing"))]
+    if isinstance(context.get("error"), InputError):  # an entry has one place, so its faults are reported as one
+        faults = context["error"].faults
+        problem, first = "; ".join(dict.fromkeys(fault.problem for fault in faults)), faults[0]
+        shown = _shown(found) if first.value is None else first.value
+        return [(place, document.fault(place, problem, shown, first.hint))]
+    if kind in ("literal_error", "enum"):
+        allowed = re.findall(r"'([^']*)'|(\d+)", context["expected"])
+        names = [word or number for word, number in allowed]
+        problem = f"must be {context['expected']}"
+        return [(place, document.fault(place, problem, _shown(found), _near(str(found), names)))]
+    words = _WORDS.get(kind, details["msg"][:1].lower() + details["msg"][1:])
+    return [(place, document.fault(place, words, _shown(found)))]
+
+
+def _unknown(document: Document, place: Place, name: str, known: list[str]) -> tuple[Place, Fault]:
+    inner = (*place, name)
+    return inner, document.fault(inner, "is not known here", hint=nearest(name, known))
+
+
+def _near(found: str, names: list[str]) -> str:
+    """The nearest allowed word, only when there is one: the problem already lists them all."""
+    hint = nearest(found, names)
+    return hint if hint.startswith("did you mean") else ""
+
+
+def _shown(found: object) -> object:
+    """The value as shown in a fault: mappings and long lists say too much."""
+    return found if isinstance(found, str | int | float | bool) else None
+
+
+def _cut(data: dict[str, Any], place: Place) -> None:
+    """Takes the faulty entry out: the nearest name around it, or what lacks a name; at the top a stand-in goes in."""
+    names = place
+    while names and isinstance(names[-1], int):
+        names = names[:-1]  # a list with a faulty entry goes as a whole: others count its entries
+    for end, part in enumerate(names):
+        if isinstance(part, int):
+            names = names[:end]
+            break
+    while names:
+        parent: Any = data
+        for part in names[:-1]:
+            parent = parent.get(part) if isinstance(parent, dict) else None
+        if isinstance(parent, dict) and names[-1] in parent:
+            del parent[names[-1]]
+            break
+        names = names[:-1]
+    for name, stand_in in _STAND_INS.items():
+        if name not in data:
+            data[name] = copy.deepcopy(stand_in)
+
+
+@dataclass(eq=False)
+class Ledger:
+    """Faults and notes of one study, gathered until all of it has been looked at.
+
+    Attributes:
+        document: The study file.
+        faults: Found so far.
+        faulty: Places of the faults in the study file.
+        notes: Warnings and remarks, in the order found, each once.
+    """
+
+    document: Document
+    faults: list[Fault] = field(default_factory=list)
+    faulty: set[Place] = field(default_factory=set)
+    notes: list[str] = field(default_factory=list)
+
+    def fault(self, place: Place, problem: str, value: object = None, hint: str = "") -> None:
+        """Notes down a fault of the study file, unless it can only be the consequence of one already known."""
+        if not self.spoiled(place):
+            self.faults.append(self.document.fault(place, problem, value, hint))
+            self.faulty.add(place)
+
+    def note(self, notes: Iterable[str]) -> None:
+        """Notes down remarks for the report."""
+        self.notes.extend(note for note in dict.fromkeys(notes) if note not in self.notes)
+
+    def spoiled(self, place: Place) -> bool:
+        """Whether an entry has a fault already, so that what depends on it need not be looked at."""
+        return touches(place, self.faulty)
+
+    @contextmanager
+    def gather(self, place: Place) -> Iterator[None]:
+        """Takes up the faults and physics warnings of what is done inside, and goes on."""
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                yield
+            except InputError as error:
+                self._take(place, error.faults)
+        for warning in caught:
+            if issubclass(warning.category, PhysicsWarning):
+                self.note([str(warning.message)])
+            else:
+                warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+
+    def read(self, form: type[F], data: Mapping[str, Any], place: Place) -> F | None:
+        """An entry of the file by its form; None, with its faults noted down, where it is none."""
+        known = form.model_fields
+        for name in data:
+            if name not in known:  # which would keep the rest from being looked at
+                self.fault((*place, name), "is not known here", hint=nearest(name, known))
+        try:
+            return form.model_validate({name: value for name, value in data.items() if name in known})
+        except ValidationError as error:
+            for details in error.errors(include_url=False):
+                details["loc"] = (*place, *details["loc"])
+                for inner, fault in _faults(self.document, details):
+                    self.fault(inner, fault.problem, fault.value, fault.hint)
+        return None
+
+    def raise_any(self) -> None:
+        """Raises what has been found, in the order of the file's lines."""
+        if self.faults:
+            raise InputError(sorted(self.faults, key=_line))
+
+    def _take(self, place: Place, faults: Iterable[Fault]) -> None:
+        """Faults of another reader: those without a file stand at the entry that asked."""
+        for fault in faults:
+            if fault.file:
+                self.faults.append(fault)
+            else:
+                whole = fault.place.startswith(spelled(place))  # it names the entry itself
+                inner = fault.place if whole else ", ".join(filter(None, (spelled(place), fault.place)))
+                self.faults.append(replace(fault, place=inner, file=self.document.where(place)))
+        self.faulty.add(place)
+
+
+def _line(fault: Fault) -> tuple[str, int]:
+    """Where a fault is sorted: by file, then by line; sorting keeps the order found within a line."""
+    file, _, line = fault.file.rpartition(":")
+    return (file, int(line)) if line.isdigit() else (fault.file, 0)

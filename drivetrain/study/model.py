@@ -1,0 +1,248 @@
+"""The study: everything one job needs, read, checked and in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Literal
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.friction import Friction
+from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.study.selection import SelectionOptions, TradeOffs
+from drivetrain.study.simulation import Simulation
+from drivetrain.study.tolerances import EXACT, Tolerances
+from drivetrain.units import Duration, Efficiency, Factor, Length, Name, Share, Temperature, TemperatureStep
+
+if TYPE_CHECKING:
+    from drivetrain.study.rules import CandidatesForm
+
+Carrier = Literal["parent", "child", "base", "group"]
+
+
+class DriveMass(StrEnum):
+    """Whose mass the drives are: ADDED to bare links, INCLUDED in the arm's links, or REPLACED in them."""
+
+    ADDED = "added"
+    INCLUDED = "included"
+    REPLACED = "replaced"
+
+
+@dataclass(frozen=True, eq=False)
+class Payload:
+    """A body fixed to the tip.
+
+    Attributes:
+        name: What to call it.
+        mass: [kg].
+        com: Centre of mass in the tip frame [m], (3,).
+        inertia: About the centre of mass, tip axes [kg m^2], (3, 3).
+    """
+
+    name: str
+    mass: float
+    com: Array
+    inertia: Array
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where a drive sits.
+
+    A drive of coupled joints may sit where its group begins (``group``): on the link before the first joint of them, at
+    and along that joint's axis. As read, that is ``parent`` of another joint.
+
+    Attributes:
+        carrier: Link that holds the stator: ``parent`` (before the joint), ``child`` (after it) or ``base``.
+        offset: Of the drive's centre of mass from the joint's point, along the joint axis [m].
+        joint: Index of the joint that the two others speak of, where a drive of coupled joints sits at another than
+            its own; None: its own.
+    """
+
+    carrier: Carrier = "parent"
+    offset: Length = 0.0
+    joint: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ContainedDrive:
+    """What an arm's links already hold at one joint, to be taken out before another drive is put in.
+
+    Attributes:
+        mass: Of motor and gear together [kg].
+        mount: Where it sits in the links.
+    """
+
+    mass: float
+    mount: Mount
+
+
+@dataclass(frozen=True)
+class FreeRatio:
+    """Gears of any ratio in a range, for early design.
+
+    Attributes:
+        low, high: Ends of the range.
+        series: Of the catalogue, whose rows are scaled; None: ideal gears.
+        motor: Key; None: the motor of the joint's drive.
+    """
+
+    low: float
+    high: float
+    series: str | None = None
+    motor: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class JointTask:
+    """One joint of the study: its given drive, or the catalogue rows that may drive it.
+
+    Attributes:
+        name: Of the joint.
+        drive: Keys of the given (motor, gear), or None; gear key "" is a direct drive.
+        pairs: The (motor key, gear key) pairs that may be chosen, in a fixed order; empty when only a drive is given.
+        passed_over: How many catalogue rows each rule of the study excluded, in words: shown in the report.
+        mount: Where the drive sits.
+        contained: What the arm's links already hold here (``replaced`` only).
+        friction: At the joint, outside the gear's mesh.
+        motor_friction: At the motor shaft, replacing the sheet's no-load data; None: from the sheet.
+        amplifier: Of this joint.
+        travel_per_turn: Of a prismatic joint, travel a radian of the gear's output [m/rad]; None for a revolute joint.
+        housing_to_ambient: Thermal resistance that replaces the sheet's [K/W], of the real mounting; None: the sheet's.
+        coupled: Names of the joints that its motor drives together with others; empty: this one alone. Friction, speed
+            and torque are then those of the shaft behind the gear.
+        rules: By which the pairs were found, as the study file states them; None where it states none.
+        load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
+            None: not stated.
+        free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
+    """
+
+    name: str
+    drive: tuple[str, str] | None
+    pairs: tuple[tuple[str, str], ...]
+    passed_over: tuple[str, ...]
+    mount: Mount
+    contained: ContainedDrive | None
+    friction: Friction
+    motor_friction: Friction | None
+    amplifier: Amplifier
+    travel_per_turn: float | None = None
+    housing_to_ambient: float | None = None
+    coupled: tuple[str, ...] = ()
+    rules: CandidatesForm | None = None
+    free_ratio: FreeRatio | None = None
+    load_inertia: float | None = None
+
+
+@dataclass(frozen=True)
+class Safety:
+    """Factors on what is required, and the reserve below which a pass is MARGINAL.
+
+    Attributes:
+        peak_torque: On gear and motor peak torque and peak current.
+        rms: On RMS current.
+        speed: On speeds.
+        voltage: On terminal voltage.
+        reserve: A check that passes with utilisation above ``1 - reserve`` is MARGINAL.
+        temperature_margin: Kept below the winding's limit [K].
+        inertia_ratio: Largest reflected load inertia over rotor inertia; None: reported, not judged.
+        life: Wanted gear life [s]; None: reported, not judged.
+    """
+
+    peak_torque: Factor = 1.0
+    rms: Factor = 1.0
+    speed: Factor = 1.0
+    voltage: Factor = 1.0
+    reserve: Share = 0.1
+    temperature_margin: TemperatureStep = 0.0
+    inertia_ratio: Factor | None = None
+    life: Duration | None = None
+
+
+@dataclass(frozen=True)
+class GearAssumption:
+    """What the study assumes of gears of one kind where the sheet is silent; None: nothing.
+
+    Attributes:
+        efficiency: Power out over power in when the motor drives.
+        backdriving_efficiency: When the load drives; None: from the same mesh friction.
+        no_load_torque_share: No-load running torque at the input, as a share of continuous torque over ratio.
+        source: Where the assumption is from.
+    """
+
+    efficiency: Efficiency | None = None
+    backdriving_efficiency: Share | None = None
+    no_load_torque_share: Share | None = None
+    source: Name = ""
+
+
+@dataclass(frozen=True)
+class MotorAssumption:
+    """What the study assumes of motors where the sheet is silent; None: nothing.
+
+    Attributes:
+        max_winding_temperature: [C].
+        winding_time_constant, housing_time_constant: Thermal [s].
+        source: Where the assumption is from.
+    """
+
+    max_winding_temperature: Temperature | None = None
+    winding_time_constant: Duration | None = None
+    housing_time_constant: Duration | None = None
+    source: Name = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Everything one job needs, in SI.
+
+    Attributes:
+        name, description: Of the study.
+        path: The study file, as given.
+        digest: SHA-256 over the study and all files it names.
+        arm: None when a load table gives the torques.
+        drive_mass: Whose mass the drives are; None without an arm.
+        payloads: Those the cycle names, in the order of ``cycle.payload_names``.
+        cycle: The repeated task.
+        joints: One a joint, in the arm's order.
+        supply: Behind all amplifiers.
+        ambient: Temperature around the drives [C].
+        safety: Factors and reserves.
+        gear_assumptions: By gear kind.
+        motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
+        catalog: The rows that may be used.
+        wanted: What selection minimises and must respect.
+        tolerances: How far what is built may lie from these numbers.
+        simulation: What a simulation of it holds, and how it is run.
+        trade_offs: What the report of a selection tells beside the best set.
+        notes: Warnings raised while reading (arm, motion, catalogue), for the report.
+    """
+
+    name: str
+    description: str
+    path: str
+    digest: str
+    arm: Arm | None
+    drive_mass: DriveMass | None
+    payloads: tuple[Payload, ...]
+    cycle: Cycle
+    joints: tuple[JointTask, ...]
+    supply: Supply
+    ambient: float
+    safety: Safety
+    gear_assumptions: dict[str, GearAssumption]
+    motor_assumptions: dict[str, MotorAssumption]
+    catalog: Catalog
+    wanted: SelectionOptions = field(default_factory=SelectionOptions)
+    tolerances: Tolerances = EXACT
+    simulation: Simulation = field(default_factory=Simulation)
+    trade_offs: TradeOffs = field(default_factory=TradeOffs)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def objective(self) -> str:
+        """What selection minimises: ``mass``, ``price``, ``energy`` or ``weighted``."""
+        return self.wanted.objective

@@ -1,0 +1,315 @@
+"""The motions of a study, and the cycle or the mix of cycles that they make."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.errors import InputError, nearest
+from drivetrain.motion.duty_cycle import Cycle, Step, build_cycle
+from drivetrain.motion.limits import limit_notes
+from drivetrain.motion.mix import build_mix, share_faults
+from drivetrain.motion.motion import LoadTable, Motion
+from drivetrain.motion.profiles import Profile, Quintic, SCurve, Trapezoid
+from drivetrain.motion.read import read_load_table, read_motion
+from drivetrain.motion.smoothing import Parabolas, SavitzkyGolay, Smoothing
+from drivetrain.motion.straight_lines import sampled
+from drivetrain.motion.waypoints import MotionLimits, waypoint_motion
+from drivetrain.study.document import Place
+from drivetrain.study.faults import Ledger
+from drivetrain.study.form import over
+from drivetrain.study.schema import DEFAULT, CycleForm, MixForm, MotionForm, StudyForm
+from drivetrain.units import quantity
+
+KINDS: dict[str, frozenset[str]] = {
+    "file": frozenset({"smoothing"}),
+    "table": frozenset(),
+    "waypoints": frozenset({"unit", "profile", "speed", "acceleration", "jerk", "durations", "dwell"}),
+}  # what may stand beside each kind of motion
+
+Motions = dict[str, Motion | LoadTable]
+
+PROFILES: dict[str, Profile] = {"trapezoid": Trapezoid(), "quintic": Quintic(), "s_curve": SCurve()}
+LIMITS = {
+    "speed": ("rad/s", "m/s"),
+    "acceleration": ("rad/s^2", "m/s^2"),
+    "jerk": ("rad/s^3", "m/s^3"),
+}  # of a revolute and of a prismatic joint
+LONGEST_MOVE = 3600.0  # [s]; sampled every few milliseconds, so more is a slip of units
+
+
+def motion_files(form: StudyForm, folder: Path) -> list[Path]:
+    """The files the motions are read from."""
+    names = [motion.file or motion.table for motion in form.motions.values()]
+    return [folder / name for name in names if name is not None]
+
+
+def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions:
+    """Every motion of a study, held against the arm's ranges; without an arm only load tables."""
+    motions: Motions = {}
+    default = form.motions.get(DEFAULT, MotionForm())
+    stray = sorted(default.model_fields_set - (KINDS["waypoints"] - {"durations"}))
+    if stray:
+        ledger.fault(("motions", DEFAULT, stray[0]), "is for one motion, not for all of them")
+    for name, own in form.motions.items():
+        place: Place = ("motions", name)
+        kind = "" if name == DEFAULT else _kind(own, ledger, place)
+        if not kind or not _belongs(form, kind, ledger, place):
+            continue
+        motion = _load_table(name, own, ledger) if kind == "table" else _motion(name, own, default, arm, ledger)
+        if motion is not None:
+            motions[name] = motion
+    if not set(form.motions) - {DEFAULT}:
+        ledger.fault(("motions",), "must have at least one motion")
+    return motions
+
+
+def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | None:
+    """The repeated task; None when it cannot be built."""
+    if form.mix is not None:
+        cycle = _mix(form, form.mix, motions, ledger)
+    else:
+        entries = form.cycle
+        if entries is None:
+            entries = _only_motion(form, ledger)
+        elif not entries:
+            ledger.fault(("cycle",), "must have at least one motion")
+        cycle = _cycle(form, entries, ("cycle",), motions, ledger)
+    run = [entry for part in form.mix for entry in part.cycle] if form.mix is not None else form.cycle
+    if run is not None:
+        unused = {name for name in form.motions if name != DEFAULT} - {entry.motion for entry in run}
+        if unused:
+            ledger.note([f"doubt: motions that the cycle does not run: {', '.join(sorted(unused))}"])
+    if cycle is not None:
+        ledger.note(note for note in cycle.notes if note.startswith("doubt:"))
+    return cycle
+
+
+def _mix(form: StudyForm, parts: list[MixForm], motions: Motions, ledger: Ledger) -> Cycle | None:
+    """Several cycles with their shares of use; None after a fault."""
+    if form.cycle is not None:
+        ledger.fault(("mix",), "cannot stand beside cycle", hint="make the cycle one part of the mix")
+    if not parts:
+        ledger.fault(("mix",), "must have at least one part")
+    shares = [part.share for part in parts]
+    for fault in share_faults(shares):
+        ledger.fault(("mix", len(parts) - 1, "share"), fault.problem, fault.value, fault.hint)
+    names = [part.name or f"part {i + 1}" for i, part in enumerate(parts)]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            ledger.fault(("mix", i, "name"), "stands twice in the mix", name)
+    cycles = [_cycle(form, part.cycle, ("mix", i, "cycle"), motions, ledger) for i, part in enumerate(parts)]
+    ready = [cycle for cycle in cycles if cycle is not None]
+    if not parts or len(ready) < len(parts) or ledger.spoiled(("mix",)):
+        return None
+    mixed: Cycle | None = None
+    with ledger.gather(("mix",)):
+        mixed = build_mix(ready, shares, names=names)
+    return mixed
+
+
+def _cycle(form: StudyForm, entries: list[CycleForm], place: Place, motions: Motions, ledger: Ledger) -> Cycle | None:
+    """One repeated run of motions; None after a fault."""
+    known = len(ledger.faults)
+    names = [name for name in form.motions if name != DEFAULT]
+    written = ledger.document.data.get("payloads")
+    payloads = list(written) if isinstance(written, dict) else []  # those at fault are reported elsewhere
+    for i, entry in enumerate(entries):
+        if entry.motion is not None and entry.motion not in names:
+            hint = nearest(entry.motion, names)
+            ledger.fault((*place, i, "motion"), "is no motion of this study", entry.motion, hint)
+        if entry.payload is not None and entry.payload not in payloads:
+            hint = nearest(entry.payload, payloads)
+            ledger.fault((*place, i, "payload"), "is no payload of this study", entry.payload, hint)
+    ready = all(entry.motion is None or entry.motion in motions for entry in entries)
+    if not entries or not ready or len(ledger.faults) > known:
+        return None
+    cycle: Cycle | None = None
+    with ledger.gather(place):
+        steps = [Step(motions.get(one.motion or ""), one.dwell, one.repetitions, one.payload) for one in entries]
+        cycle = build_cycle(steps, may_stay_open=form.open_cycle)
+    return cycle
+
+
+def _only_motion(form: StudyForm, ledger: Ledger) -> list[CycleForm]:
+    """The cycle of a study that does not give one."""
+    names = [name for name in form.motions if name != DEFAULT]
+    if len(names) != 1 or len(form.payloads) > 1:
+        choice = "motions" if len(names) > 1 else "payloads"
+        if names:
+            problem = f"is missing: with several {choice} the study must say in which order they come"
+            ledger.fault(("cycle",), problem, hint="such as a list of {motion: pick, payload: part}")
+        return []
+    return [CycleForm(motion=names[0], payload=next(iter(form.payloads), None))]
+
+
+def _kind(own: MotionForm, ledger: Ledger, place: Place) -> str:
+    """Which kind of motion an entry is; empty after a fault."""
+    kinds = [name for name in KINDS if getattr(own, name) is not None]
+    if len(kinds) != 1:
+        ledger.fault(place, "must have one of: file, table, waypoints", ", ".join(kinds) or None)
+        return ""
+    stray = sorted(own.model_fields_set - {kinds[0]} - KINDS[kinds[0]])
+    for name in stray:
+        ledger.fault((*place, name), f"cannot go with {kinds[0]}")
+    return "" if stray else kinds[0]
+
+
+def _belongs(form: StudyForm, kind: str, ledger: Ledger, place: Place) -> bool:
+    """Motions of joints need an arm, load tables can have none; says so where it is not so."""
+    has_arm = "arm" in ledger.document.data
+    if kind == "table" and has_arm:
+        ledger.fault((*place, "table"), "is for studies without an arm: the arm decides the torques")
+        return False
+    if kind != "table" and not has_arm:
+        ledger.fault((*place, kind), "needs an arm", hint="or a table of torque and speed: {table: load.csv}")
+        return False
+    return True
+
+
+def _load_table(name: str, own: MotionForm, ledger: Ledger) -> LoadTable | None:
+    with ledger.gather(("motions", name, "table")):
+        return sampled(read_load_table(ledger.document.folder / (own.table or ""), name=name))
+    return None
+
+
+def _motion(name: str, own: MotionForm, default: MotionForm, arm: Arm | None, ledger: Ledger) -> Motion | None:
+    """A motion of joints, held against the arm's ranges."""
+    if arm is None:
+        return None
+    place: Place = ("motions", name)
+    motion: Motion | None = None
+    if own.file is None:
+        motion = resolve_waypoints(name, over(own, default), arm, ledger, place)
+    else:
+        units = ["m" if slides else "rad" for slides in _slides(arm)]
+        path = ledger.document.folder / own.file
+        with ledger.gather((*place, "file")):
+            motion = read_motion(path, arm.joint_names, smoothing=_smoothing(own), position_units=units, name=name)
+    if motion is not None:
+        _hold_against(motion, arm, ledger, place)
+    return motion
+
+
+def _smoothing(own: MotionForm) -> Smoothing | None:
+    """As the resolution of the file asks; none at all; or in a window."""
+    if own.smoothing is None:
+        return None
+    return SavitzkyGolay(own.smoothing) if own.smoothing > 0.0 else Parabolas()
+
+
+def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> None:
+    """Positions outside the joints' ranges are faults, speeds above theirs warnings."""
+    found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name)
+    for fault in found.faults:
+        ledger.faults.append(ledger.document.fault(place, f"{fault.place}: {fault.problem}", fault.value))
+    ledger.note(found.doubts)
+
+
+def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:
+    """The motion through the waypoints; None when it cannot be made."""
+    known = len(ledger.faults)
+    rows = [_row(row, form, arm, ledger, (*place, "waypoints", i)) for i, row in enumerate(form.waypoints or [])]
+    points = np.array([row for row in rows if row is not None]).reshape(-1, arm.n)
+    limits = {what: _limit(getattr(form, what), what, arm, ledger, (*place, what)) for what in LIMITS}
+    dwell = _dwell(form.dwell, len(rows), ledger, (*place, "dwell"))
+    durations = form.durations
+    if form.profile is None:
+        ledger.fault((*place, "profile"), f"is missing: {', '.join(PROFILES)}")
+    if len(rows) < 2:
+        ledger.fault((*place, "waypoints"), "must be at least two rows")
+    if durations is not None and len(durations) != len(rows) - 1:
+        problem = f"must be {len(rows) - 1} times, one for each move between the {len(rows)} waypoints"
+        ledger.fault((*place, "durations"), problem, len(durations))
+    if len(ledger.faults) > known or form.profile is None:
+        return None
+    if _takes_too_long(points, limits, durations):
+        ledger.fault(
+            place, f"has a move of more than {LONGEST_MOVE:g} s: too long to be sampled", hint="check its units"
+        )
+        return None
+    bounds = MotionLimits(**{what: limit for what, limit in limits.items() if limit is not None})
+    given = any(limit is not None for limit in limits.values())
+    with ledger.gather(place):
+        return waypoint_motion(
+            name, arm.joint_names, points,
+            profile=PROFILES[form.profile], durations=durations, limits=bounds if given else None, dwell=dwell,
+        )  # fmt: skip
+    return None
+
+
+def _slides(arm: Arm) -> list[bool]:
+    """Whether a joint slides, one a joint."""
+    return [not screw[:3].any() for screw in arm.screws]
+
+
+def _row(row: Any, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> list[float] | None:
+    """One waypoint: a value a joint, each with its own unit or that of the entry."""
+    n = arm.n
+    if not isinstance(row, list) or len(row) != n:
+        found = f"{len(row)} values" if isinstance(row, list) else row
+        ledger.fault(place, f"must be a list of {n} values, one for each of {', '.join(arm.joint_names)}", found)
+        return None
+    units = form.unit or ()
+    if len(units) not in (0, 1, n):
+        ledger.fault((*place[:-2], "unit"), f"must be one unit, or {n}: one a joint", len(units))
+        return None
+    values = []
+    for i, (value, slides) in enumerate(zip(row, _slides(arm), strict=True)):
+        unit = units[i % len(units)] if units else ""
+        values.append(_value(value, unit, "m" if slides else "rad", ledger, (*place, i)))
+    return None if any(value is None for value in values) else [float(value) for value in values if value is not None]
+
+
+def _value(value: Any, unit: str, wanted: str, ledger: Ledger, place: Place) -> float | None:
+    """A quantity; a bare number takes the unit of the entry."""
+    bare = isinstance(value, int | float) and not isinstance(value, bool)
+    try:
+        return quantity(f"{value} {unit}" if bare else value, wanted, "")
+    except InputError as error:
+        fault = error.faults[0]
+        hint = fault.hint or ("or give the motion a unit: deg" if bare and not unit else "")
+        ledger.fault(place, fault.problem, value, hint)
+        return None
+
+
+def _limit(value: Any, what: str, arm: Arm, ledger: Ledger, place: Place) -> Array | None:
+    """A limit a joint."""
+    if value is None:
+        return None
+    n = arm.n
+    listed = value if isinstance(value, list) else [value] * n
+    if len(listed) != n:
+        ledger.fault(place, f"must be one limit for all joints, or {n}: one a joint", f"{len(listed)} limits")
+        return None
+    limits = []
+    for i, (entry, slides) in enumerate(zip(listed, _slides(arm), strict=True)):
+        inner = (*place, i) if isinstance(value, list) else place
+        limits.append(_value(entry, "", LIMITS[what][int(slides)], ledger, inner))
+    return None if any(limit is None for limit in limits) else np.array(limits, dtype=np.float64)
+
+
+def _takes_too_long(points: Array, limits: dict[str, Array | None], durations: list[float] | None) -> bool:
+    """Whether a move takes too long by its duration, or cannot be quicker by its limits."""
+    moves = np.abs(np.diff(points, axis=0))
+    times = [0.0, *(durations or [])]
+    for order, limit in enumerate(limits.values(), 1):
+        if limit is not None and (limit > 0.0).all():
+            times.append(float(np.max(moves / limit, initial=0.0) ** (1.0 / order)))
+    return max(times) > LONGEST_MOVE
+
+
+def _dwell(value: Any, count: int, ledger: Ledger, place: Place) -> Array:
+    """A rest at each waypoint; one value for all counts at every waypoint but the first, where the motion begins."""
+    if value is None:
+        return np.zeros(count)
+    listed = value if isinstance(value, list) else [0.0, *[value] * (count - 1)]
+    if len(listed) != count:
+        ledger.fault(place, f"must be one time, or {count}: one a waypoint", f"{len(listed)} times")
+        return np.zeros(count)
+    rests = [0.0 if entry == 0 else _value(entry, "", "s", ledger, place) or 0.0 for entry in listed]
+    return np.array(rests, dtype=np.float64)

@@ -1,0 +1,218 @@
+"""A study from its file: form, arm, catalogue, motions, joints; every fault of all of them at once."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import PydanticSchemaGenerationError
+
+from drivetrain.errors import InputError, nearest
+from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.study.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
+from drivetrain.study.document import Document, read_document
+from drivetrain.study.faults import Ledger, read_form
+from drivetrain.study.form import form_of, given, made, over
+from drivetrain.study.joints import Surroundings, resolve_joints
+from drivetrain.study.model import DriveMass, Payload, Study
+from drivetrain.study.motions import motion_files, resolve_cycle, resolve_motions
+from drivetrain.study.schema import DEFAULT, StudyForm
+from drivetrain.study.selection import TERMS, SelectionOptions, TradeOffs
+from drivetrain.study.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
+from drivetrain.study.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
+
+LARGEST_GAIN = 2.0  # of bandwidth times period: a faster loop diverges from sample to sample
+T = TypeVar("T")
+
+
+def load_study(path: str | Path) -> Study:
+    """A study, read with all the files it names, checked as a whole, in SI.
+
+    Args:
+        path: The YAML file; names of other files in it start from its folder.
+
+    Returns:
+        The study; warnings are in its notes.
+
+    Raises:
+        InputError: Every fault found, with place, line, value, what is allowed and the nearest known name.
+    """
+    return study_from(read_document(path))
+
+
+def study_from(document: Document) -> Study:
+    """A study from its file as read, or as changed since."""
+    form, faults, places = read_form(document)
+    ledger = Ledger(document, faults, places)
+    arm = resolve_coupling(form, resolve_arm(form, ledger), ledger)
+    payloads = resolve_payloads(form, ledger)
+    catalog = resolve_catalog(form, ledger)
+    motions = resolve_motions(form, arm, ledger)
+    cycle = resolve_cycle(form, motions, ledger)
+    gear_assumptions, motor_assumptions = resolve_assumptions(form.assumptions, ledger)
+    names = arm.joint_names if arm else next((motion.joint_names for motion in motions.values()), ())
+    joints = resolve_joints(Surroundings(form, arm, catalog, ledger), names)
+    wanted = resolve_wanted(form, names, ledger)
+    trade_offs = resolve_trade_offs(form, cycle, payloads, ledger)
+    simulation = resolve_simulation(form, names, ledger)
+    supply = form.supply
+    with ledger.gather(("supply",)):
+        supply = made(supply)
+    ledger.raise_any()
+    if cycle is None:
+        raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
+    return Study(
+        name=form.name or document.path.stem,
+        description=form.description.strip(),
+        path=str(document.path),
+        digest=study_digest(document, named_files(form, document)),
+        arm=arm,
+        drive_mass=None if form.drive_mass is None else DriveMass(form.drive_mass),
+        payloads=tuple(payloads[name] for name in cycle.payload_names),
+        cycle=cycle,
+        joints=joints,
+        supply=supply,
+        ambient=form.ambient,
+        safety=made(form.safety),
+        gear_assumptions=gear_assumptions,
+        motor_assumptions=motor_assumptions,
+        catalog=catalog,
+        wanted=wanted,
+        tolerances=made(form.tolerances),
+        simulation=simulation,
+        trade_offs=trade_offs,
+        notes=tuple(ledger.notes),
+    )
+
+
+def named_files(form: StudyForm, document: Document) -> list[Path]:
+    """The files and folders a study names."""
+    folder = document.folder
+    return [*arm_files(form, folder), *motion_files(form, folder), *catalog_folders(form, folder)]
+
+
+def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> SelectionOptions:
+    """The objective and the constraints."""
+    objective, chosen = form.objective, form.selection
+    weights = {objective: 1.0} if isinstance(objective, str) else {name: getattr(objective, name) for name in TERMS}
+    for index, group in enumerate(chosen.same_family if names else ()):
+        for name in group:
+            if name not in names:
+                place = ("selection", "same_family", index)
+                ledger.fault(place, "is no joint", name, nearest(name, names))
+    options: SelectionOptions = made(chosen)
+    return replace(options, weights=tuple((name, weight) for name, weight in weights.items() if weight > 0.0))
+
+
+def resolve_trade_offs(
+    form: StudyForm, cycle: Cycle | None, payloads: Mapping[str, Payload], ledger: Ledger
+) -> TradeOffs:
+    """What the report shall tell beside the best set; no cycle where other faults keep it from being built."""
+    curves = form.selection.curves
+    carried = () if cycle is None else cycle.payload_names
+    # A payload that is missing here is one with faults of its own.
+    weighs = [name not in payloads or payloads[name].mass > 0.0 for name in carried]
+    heavy = cycle is None or (form.arm is not None and any(weighs))
+    for index, curve in enumerate(curves):
+        place = ("selection", "curves", index)
+        if curve.vary == "payload" and not heavy:
+            ledger.fault(place, "the study carries no payload of any mass that could be varied", curve.vary)
+        if curve.vary in [other.vary for other in curves[:index]]:
+            ledger.fault(place, "is asked for twice", curve.vary)
+    return TradeOffs(tuple(dict.fromkeys(form.selection.front)), curves)
+
+
+def resolve_simulation(form: StudyForm, joints: Sequence[str], ledger: Ledger) -> Simulation:
+    """The simulation that a study states, with the control and the teeth of each joint."""
+    stated = form.simulation
+    control = _named(stated.control, joints, "control", ledger)
+    cogging = _named(stated.cogging, joints, "cogging", ledger)
+    for name in stated.control:
+        _check_rates(name, stated.control, stated.current_bandwidth, ledger)
+    for name, one in cogging.items():
+        if (one.amplitude and not one.periods) or not given(one, "amplitude"):
+            place = name if name in stated.cogging else DEFAULT
+            ledger.fault(("simulation", "cogging", place), "needs an amplitude, and periods a turn", None,
+                         "such as {amplitude: 5 mN m, periods: 84}")  # fmt: skip
+    return replace(
+        made(stated),
+        control={name: made(one) for name, one in control.items() if one.sampled},
+        cogging={name: made(one) for name, one in cogging.items() if one.amplitude},
+        add=_added(stated.add, joints, ledger),
+    )
+
+
+def _named(entries: Mapping[str, T], joints: Sequence[str], what: str, ledger: Ledger) -> dict[str, T]:
+    """The entry of each joint that has one, over the default one."""
+    known = [*joints, DEFAULT]
+    for name in entries if joints else ():
+        if name not in known:
+            ledger.fault(("simulation", what, name), "names a joint that is not there", name, nearest(name, known))
+    found = {name: _over_default(entries, name if name in entries else DEFAULT) for name in joints}
+    return {name: one for name, one in found.items() if one is not None}
+
+
+def _over_default(entries: Mapping[str, T], name: str) -> T | None:
+    own, base = entries.get(name), entries.get(DEFAULT)
+    return own if own is None or base is None else over(own, base)
+
+
+def _check_rates(name: str, entries: Mapping[str, Control], bandwidth: float, ledger: Ledger) -> None:
+    """Rates of which nothing good can come."""
+    own = over(entries[name], entries.get(DEFAULT, entries[name]))
+    rate, place = own.amplifier_rate, ("simulation", "control", name)
+    if rate is None or not own.sampled:
+        return
+    if rate < own.rate:
+        ledger.fault((*place, "amplifier_rate"), f"must be at least the rate of the outer loops: {own.rate:g} Hz", rate)
+    elif not bandwidth / rate < LARGEST_GAIN:
+        problem = f"must be above {bandwidth / LARGEST_GAIN:.4g} Hz for a current loop of {bandwidth:.4g} rad/s"
+        ledger.fault((*place, "amplifier_rate"), problem, rate, "or a smaller current_bandwidth")
+
+
+def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tuple[AddedEffect, ...]:
+    """The effects that a study adds, from mappings of their names and fields; those at fault are left out."""
+    found = []
+    for i, entry in enumerate(entries):
+        place, known = ("simulation", "add", i), known_effects()
+        name, joint = str(entry.get("effect")), entry.get("joint")
+        if name not in known:
+            ledger.fault((*place, "effect"), "is no effect", entry.get("effect"), nearest(name, known))
+            continue
+        kind = known[name]
+        if kind.scope == "scene" and joint is not None:
+            ledger.fault((*place, "joint"), f"does not go with {name}, which is of the whole scene", joint)
+        elif kind.scope != "scene" and joints and joint not in joints:
+            ledger.fault((*place, "joint"), "names a joint that is not there", joint, nearest(str(joint), joints))
+        try:
+            form = form_of(kind, without=tuple(drive_fields(kind)))
+        except PydanticSchemaGenerationError:
+            ledger.fault((*place, "effect"), "takes what no study can state, such as a whole motion", name)
+            continue
+        fields = {key: value for key, value in entry.items() if key not in ("effect", "joint")}
+        stated = ledger.read(form, fields, place)
+        if stated is not None:
+            added = AddedEffect(joint or "", kind, {key: made(getattr(stated, key)) for key in stated.model_fields_set})
+            found.append(added)
+            if not drive_fields(kind):
+                with ledger.gather(place):
+                    added.built()
+    return tuple(found)
+
+
+def study_digest(document: Document, files: Iterable[Path]) -> str:
+    """SHA-256 over the study file and the files it names, their paths left out."""
+    digest = hashlib.sha256()
+    for content in (document.content, ASSUMPTIONS.read_bytes(), *_contents(files)):
+        digest.update(len(content).to_bytes(8, "big"))  # so that bytes cannot move from one file to the next unseen
+        digest.update(content)
+    return digest.hexdigest()
+
+
+def _contents(files: Iterable[Path]) -> Iterable[bytes]:
+    for path in files:
+        members = sorted(path.glob("*.csv")) if path.is_dir() else [path]
+        yield from (member.read_bytes() for member in members if member.is_file())

@@ -1,0 +1,83 @@
+"""The sheets of a study: its catalogues, the rows written into it, and what it assumes where they are silent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+from pydantic import ValidationError
+
+from drivetrain.catalog.convention import dc_equivalent
+from drivetrain.catalog.read import Catalog, read_catalog
+from drivetrain.catalog.schema import GEAR_KINDS
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.shipped import shipped
+from drivetrain.study.faults import Ledger
+from drivetrain.study.form import Form, made
+from drivetrain.study.model import GearAssumption, MotorAssumption
+from drivetrain.study.schema import AssumptionsForm, StudyForm
+
+SHIPPED_CATALOG = "shipped"  # what a study calls the catalogue that comes with the package
+MOTOR_GROUPS = ("brushed", "brushless", "frameless")
+ASSUMPTIONS = Path(__file__).with_name("assumptions.yaml")
+
+Sheet = TypeVar("Sheet", Motor, Gear)
+
+
+def catalog_folders(form: StudyForm, folder: Path) -> list[Path]:
+    """The catalogue folders a study names."""
+    return [shipped("catalogs") if name == SHIPPED_CATALOG else folder / name for name in form.catalogs]
+
+
+def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
+    """The rows of a study: a row of the study itself replaces one of the same key in a folder."""
+    catalog = Catalog()
+    folders = catalog_folders(form, ledger.document.folder)
+    with ledger.gather(("catalogs",)):
+        catalog = read_catalog(*folders) if folders else catalog  # `catalogs: []` means the study's own rows alone
+    motors = _own(form.motors, Motor, "motors", ledger)
+    gears = _own(form.gears, Gear, "gears", ledger)
+    replaced = [key for key in (*motors, *gears) if key in catalog.motors or key in catalog.gears]
+    if replaced:
+        ledger.note([f"The study's own rows replace those of the catalogue: {', '.join(replaced)}."])
+    return replace(catalog, motors={**catalog.motors, **motors}, gears={**catalog.gears, **gears})
+
+
+def _own(forms: Mapping[str, Form], kind: type[Sheet], part: str, ledger: Ledger) -> dict[str, Sheet]:
+    """The sheets written into the study."""
+    known = {item.name for item in fields(kind)}
+    sheets: dict[str, Sheet] = {}
+    for key, form in forms.items():
+        cells: dict[str, Any] = {name: value for name, value in form.model_dump().items() if value is not None}
+        converted: dict[str, Any] = dc_equivalent(cells) if kind is Motor else cells
+        with ledger.gather((part, key)):
+            sheets[key] = kind(key=key, **{name: value for name, value in converted.items() if name in known})
+    return sheets
+
+
+def resolve_assumptions(
+    own: AssumptionsForm, ledger: Ledger
+) -> tuple[dict[str, GearAssumption], dict[str, MotorAssumption]]:
+    """The assumptions by gear kind and by motor group: the study's own entry replaces the shipped one as a whole."""
+    shipped = shipped_assumptions()
+    for part, known in (("gears", GEAR_KINDS), ("motors", MOTOR_GROUPS)):
+        for kind in getattr(own, part):
+            if kind not in known:
+                ledger.fault(("assumptions", part, kind), "is no kind to assume for", hint=nearest(kind, known))
+    gears = {kind: made(one) for kind, one in {**shipped.gears, **own.gears}.items()}
+    motors = {kind: made(one) for kind, one in {**shipped.motors, **own.motors}.items()}
+    return gears, motors
+
+
+def shipped_assumptions() -> AssumptionsForm:
+    """The defaults that ship with the package."""
+    try:
+        data: Any = yaml.safe_load(ASSUMPTIONS.read_text(encoding="utf-8"))
+        return AssumptionsForm.model_validate(data)
+    except (yaml.YAMLError, ValidationError) as error:
+        raise InputError(Fault("shipped assumptions", f"cannot be read: {error}", file=ASSUMPTIONS.name)) from None
