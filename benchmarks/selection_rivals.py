@@ -14,6 +14,7 @@ from inverse_dynamics import along_z
 from drivetrain.drive.drive import Drive
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.operation import operation
+from drivetrain.sizing.judge.verdicts import checks_of
 from drivetrain.sizing.search.candidates import Candidates
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.tree import EVERY, Tree
@@ -64,7 +65,7 @@ class Plainly:
             after = {k: drive for k, drive in drives.items() if k >= joint}
             demand = self.offered.work.at(joint, {}).demand(after[joint])
             demand = replace(demand, gear_torque=found[:, joint])
-            checks = judge(operation(self.study, joint, demand, drives[joint]), stop_at_fail=True)
+            checks = checks_of(operation(self.study, joint, demand, drives[joint]))
             if any(check.verdict is Verdict.FAIL for check in checks):
                 return False
         return True

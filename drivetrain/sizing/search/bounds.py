@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import rotor_torque
+from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import breakaway_friction, direction, friction_curve, sliding_friction
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
 from drivetrain.drive.motor import torque_constant, winding_resistance
@@ -178,18 +178,19 @@ def least_mechanical(case: Any, span: Span, amounts: Any) -> Any:
         square += motion.weight[t] * magnitude * magnitude
     if case.setting.moves != 0.0:
         for first_sample, after in motion.rests:
-            for t in range(first_sample, after):
-                a, b = low[t], high[t]
-                if a > 0.0 or b < 0.0:  # what starts the joint against its load, whose direction is certain
+            for t in range(first_sample, after):  # what breaks the joint loose where the direction is certain
+                shown = sliding_friction(joint, motion.speed[t]) + shown_excess[t]
+                a, b = low[t] + shown, high[t] + shown
+                if a > 0.0 or b < 0.0:
                     way, near = direction(a + b), a if a > 0.0 else b
                     load = larger(load, abs(near + breakaway_friction(joint, way)))
+                a, b = low[t], high[t]
+                if a > 0.0 or b < 0.0:
                     rotor = rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
-                    turn = direction(mesh.ratio) * way
-                    rest = breakaway_friction(turning, turn) + mesh.running_torque * turn + rotor
-                    c = mesh.driving * (a + breakaway_friction(joint, way)) / mesh.ratio + rest
-                    d = mesh.driving * (b + breakaway_friction(joint, way)) / mesh.ratio + rest
-                    if c * d > 0.0:
-                        torque = larger(torque, smaller(abs(c), abs(d)))
+                    start = starting_torque(mesh, turning, joint, a, 0.0) + rotor
+                    other = starting_torque(mesh, turning, joint, b, 0.0) + rotor
+                    if start * other > 0.0:
+                        torque = larger(torque, smaller(abs(start), abs(other)))
     return LeastMechanical(load, torque, square)
 
 
@@ -228,7 +229,7 @@ def least_heat(case: Any, span: Span) -> Any:
     nodes, limit = thermal_nodes(motor, setting.mounting), motor.max_winding_temperature
     if not known(nodes.inner + nodes.outer):
         return LeastHeat(known_or(limit, ambient), ambient, -np.inf)
-    if motor.magnet_coefficient > 0.0:
+    if motor.magnet_coefficient > 0.0 or not known(limit):  # may be stronger without bound; or run away unjudged
         return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
     square, loss = mean_square(span), friction_loss(case, span)
     share = resting_share(nodes, len(span.motion.periods.shares), setting.duration)
@@ -242,8 +243,6 @@ def least_heat(case: Any, span: Span) -> Any:
         winding, coolest = nodes.inner * copper + housing, ambient + share * nodes.outer * copper
         if winding - before <= ENOUGH * winding:
             break
-    if not known(limit):  # judged without a limit it may run away, and counts as at ambient temperature then
-        return LeastHeat(ambient, ambient, ambient)
     return LeastHeat(coolest, ambient + housing, ambient + winding)
 
 
