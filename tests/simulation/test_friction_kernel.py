@@ -5,9 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
-from drivetrain.simulation.friction import solve_friction
+from drivetrain.jit import kernel
+from drivetrain.simulation import friction
 from drivetrain.simulation.records import COORDINATE, PAIR
 
+solve_friction = kernel(friction.solve_friction)
 NAMES = {"hold": ("hold_forward", "hold_backward"), "slide": ("slide_forward", "slide_backward")}
 
 
