@@ -211,8 +211,8 @@ def test_balanced_rotors_need_no_pass_of_their_own(seed: int) -> None:
     rng = np.random.default_rng(seed)
     rotors = with_rotors(bare, [coaxial_rotor(rng) for _ in range(bare.n)]).rotors
     nearly = [Rotor(r.ratio, r.inertia + np.diag([1e-13, 0, 0]), r.mass, r.home, r.screw, r.carrier) for r in rotors]
-    assert len(packed(with_rotors(bare, rotors)).spins) == 0
-    assert packed(with_rotors(bare, nearly)).spins[:, 2].tolist() == [0] * bare.n
+    assert len(packed(with_rotors(bare, rotors)).rotors) == 0
+    assert packed(with_rotors(bare, nearly)).rotors["balanced"].tolist() == [0] * bare.n
     q, qd, qdd = motion(seed, bare.n)
     one = drive_torques(with_rotors(bare, rotors), q, qd, qdd)
     other = drive_torques(with_rotors(bare, nearly), q, qd, qdd)

@@ -93,7 +93,8 @@ def test_no_current_is_differentiated_across_the_joint(study, drives):
     current = np.where(np.arange(len(demand.time)) < joint, 0.0, 5.0)
     before, at, after = rates(demand)
     rate = before * np.roll(current, 1) + at * current + after * np.roll(current, -1)
-    assert not rate.any()
+    # Across the joint it would be 5 A over a step, some thousand; three products of a constant leave their rounding.
+    assert np.abs(rate).max() < 1e-14 * 5.0 * np.abs(at).max() + 1e-300
     table = current_commands(evaluate(task, drives))
     assert len(table) == len(task.cycle.time)
 

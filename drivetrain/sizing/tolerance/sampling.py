@@ -195,11 +195,11 @@ def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samp
 
 def _with_own_memory(work: Work) -> Work:
     """The same work with memory that nobody else writes into."""
-    samples, few, parts = len(work.motion.speed), len(work.few.speed), len(work.traces.parts)
-    return work._replace(
-        sum=Load(*(row.copy() for row in work.sum)), few_sum=Load(*(row.copy() for row in work.few_sum)),
-        traces=new_traces(samples, parts), few_traces=new_traces(few, parts),
-    )  # fmt: skip
+    memory = {
+        "sum": Load(*(row.copy() for row in work.sum)),
+        "traces": new_traces(len(work.motion.speed), len(work.traces.parts)),
+    }
+    return work._replace(**memory, few=None if work.few is None else _with_own_memory(work.few))
 
 
 def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice) -> Samples:
