@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 from random_arms import motion, random_arm
 
-from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, sincos
+from drivetrain.dynamics.core import blocks
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.errors import InputError
+from drivetrain.jit import kernel
+
+sincos = kernel(blocks.sincos)
 
 
 def sines(x: np.ndarray, offset: float, far: bool) -> tuple[np.ndarray, np.ndarray]:

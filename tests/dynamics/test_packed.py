@@ -87,10 +87,10 @@ def test_the_usual_rotor_needs_no_pass_of_its_own() -> None:
     bare = random_arm(36, "RRPR")
     usual = with_rotors(bare, [Rotor(100, 1e-4, 0.3)] * 4)
     # Only that of the slide, whose carrier turns.
-    assert packed(usual).spins.tolist() == [[2, 1, 1]]
+    assert packed(usual).rotors.tolist() == [(2, 1, 1)]
     for level in (RotorLevel.NONE, RotorLevel.REFLECTED):
-        assert len(packed(with_rotors(bare, usual.rotors, level=level)).spins) == 0
+        assert len(packed(with_rotors(bare, usual.rotors, level=level)).rotors) == 0
     elsewhere = with_rotors(bare, [Rotor(100, 1e-4, 0.3, carrier=3), None, None, Rotor(100, np.eye(3), carrier=-1)])
-    assert packed(elsewhere).spins.tolist() == [[0, 3, 1]]
+    assert packed(elsewhere).rotors.tolist() == [(0, 3, 1)]
     uneven = with_rotors(bare, [Rotor(100, np.diag([1.0, 2.0, 2.5])), None, None, None])
-    assert packed(uneven).spins.tolist() == [[0, -1, 0]]
+    assert packed(uneven).rotors.tolist() == [(0, -1, 0)]
