@@ -50,9 +50,9 @@ def as_record(values: Any) -> Any:
     return as_records([values])[0]
 
 
-def as_records(values: Sequence[Any]) -> Any:
-    """Descriptions of one kind as an array of records, (len(values),)."""
-    records = np.zeros(len(values), record_type(type(values[0])))
+def as_records(values: Sequence[Any], described: type | None = None) -> Any:
+    """Descriptions of one kind as an array of records, (len(values),); the kind is needed where there may be none."""
+    records = np.zeros(len(values), record_type(described or type(values[0])))
     _fill(records, values)
     return records
 

@@ -232,7 +232,16 @@ def without_data() -> Evaluation:
             joint.series, winding_temperature=None, housing_temperature=None, bearing_load=None, load_inertia=None
         )
         checks = tuple(
-            Check(c.name, None, None, c.unit, None, Verdict.NOT_CHECKED, remark="not on the sheet")
+            Check(
+                c.name,
+                None,
+                None,
+                c.unit,
+                None,
+                Verdict.NOT_CHECKED,
+                remark="not on the sheet",
+                essential=c.name in ("motor peak torque", "motor RMS current"),
+            )
             for c in joint.checks
         )
         joints[name] = JointResult(name, "bare", "", drive, checks, series)

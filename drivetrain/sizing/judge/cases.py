@@ -151,13 +151,13 @@ def cases_of(study: Study, joint: int, demand: JointDemand, drives: Sequence[Dri
 
 def motor_records(motors: Sequence[Motor]) -> Any:
     """Sheets of motors, assumptions filled in."""
-    return as_records(motors)
+    return as_records(motors, Motor)
 
 
 def gear_records(gears: Sequence[Gear]) -> Any:
     """Sheets of gears, assumptions filled in, and 1 for those that are none: (records, direct)."""
     direct = np.array([float(one.key == "") for one in gears])
-    return as_records([complete(one) for one in gears]), direct
+    return as_records([complete(one) for one in gears], Gear), direct
 
 
 def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any], gears: Any, pairs: Any) -> Any:

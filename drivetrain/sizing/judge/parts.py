@@ -9,6 +9,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, shaft_friction
+from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.records import as_records
@@ -60,7 +61,9 @@ class Parts:
     def cases(self, joint: int, demand: JointDemand, chosen: Any = slice(None)) -> Any:
         """Pairs of a joint as records for the judge, all or some, (P,)."""
         friction = self.study.joints[joint].motor_friction
-        shafts = as_records([shaft_friction(Drive(one, DIRECT, motor_friction=friction)) for one in self.motors])
+        shafts = as_records(
+            [shaft_friction(Drive(one, DIRECT, motor_friction=friction)) for one in self.motors], Friction
+        )
         return paired(self.study, joint, demand, (self.motor_rows, shafts), self.gear_rows, self.pairs[joint][chosen])
 
 

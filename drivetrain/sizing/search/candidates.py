@@ -14,6 +14,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, shaft_friction
+from drivetrain.drive.friction import Friction
 from drivetrain.records import as_numbers, as_records
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
@@ -246,7 +247,7 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
         law = task.motor_friction
         if law not in shafts:
             shafts[law] = as_records(
-                [shaft_friction(Drive(motor, DIRECT, motor_friction=law)) for motor in parts.motors]
+                [shaft_friction(Drive(motor, DIRECT, motor_friction=law)) for motor in parts.motors], Friction
             )
         if task.drive is not None:
             (motor, gear), sheets = parts.pairs[joint][0], parts.gear_rows[0]
@@ -289,7 +290,9 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
     for part, weight in zip(cycle.parts, cycle.shares, strict=True):
         if part.stop > part.start + 1:
             share[part] = weight * steps[part] / steps[part].sum()
-    plain = paired(study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((1, 2), dtype=np.int64))
+    plain = paired(
+        study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
+    )
     return JointOffer(
         joint, demand, offered, tuple(others), rows, share, few, _peaks(np.abs(demand.acceleration)),
         (parts.motor_rows, shafts), gears, plain, study.joints[joint].drive is not None,
