@@ -105,7 +105,8 @@ def periodic_temperature(
     Raises:
         InputError: Lengths that differ, time that decreases or stands still.
     """
-    return mixed_temperature(network, motor, time, motor_torque, _one(motor_torque), housing_loss=housing_loss)
+    torque = checked_array(motor_torque, (None,), "motor_torque")
+    return mixed_temperature(network, motor, time, torque, _one(torque), housing_loss=housing_loss)
 
 
 def temperature_of_current(
@@ -126,6 +127,7 @@ def temperature_of_current(
     Raises:
         InputError: Lengths that differ, time that decreases or stands still.
     """
+    current = checked_array(current, (None,), "current")
     return mixed_temperature_of_current(network, motor, time, current, _one(current), housing_loss=housing_loss)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from drivetrain.arrays import checked_number
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.periodic_heat import thermal_nodes
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, TEMPERATURE, range_faults
@@ -63,7 +64,9 @@ def thermal_network(motor: Motor, ambient: float, *, housing_to_ambient: float |
     Returns:
         The network; None when the sheet's resistances do not say enough.
     """
-    mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
+    mounting = UNKNOWN
+    if housing_to_ambient is not None:
+        mounting = checked_number(housing_to_ambient, "housing_to_ambient", "K/W", above=0.0)
     nodes = [float(value) if known(value) else None for value in thermal_nodes(as_record(motor), mounting)]
     inner, outer, winding, housing = nodes
     return None if inner is None or outer is None else ThermalNetwork(inner, outer, winding, housing, ambient)
