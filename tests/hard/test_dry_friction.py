@@ -199,8 +199,8 @@ def two_links() -> Arm:
     return Arm.from_screws(home, screws, [4.0, 3.0], np.zeros((2, 3, 3)), gravity=(0.0, -9.81, 0.0))
 
 
-def reselecting_events() -> int:
-    """How often a machine that asks at every event "which mode?" anew comes to the first one, until 200."""
+def reselecting_events(first: float) -> int:
+    """How many events, until 200, a machine comes to that asks "which mode?" anew at each, from an angle of joint 1."""
     dry = np.array([18.0, 6.0])
 
     def parts(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -230,7 +230,7 @@ def reselecting_events() -> int:
                 return modes
         return (0, 0)
 
-    t, y, count = 0.0, np.array([0.3, 0.2, 0.0, 0.0]), 0
+    t, y, count = 0.0, np.array([first, 0.2, 0.0, 0.0]), 0
     modes = chosen(y)
     while t < 6.0 and modes != (0, 0) and count < 200:
 
@@ -260,7 +260,7 @@ def reselecting_events() -> int:
 @hard_case(
     "T05",
     "friction of two joints, coupled by the mass matrix",
-    setup="2R arm falls to rest with 18 and 6 N m, against events to 1e-11; E1 at 1 ms and E2",
+    setup="2R arm falls to rest with 18 and 6 N m, against events to 1e-11; E1 at 1 ms and E2; events of 20 starts",
     naive="events that ask for the mode anew",
 )
 def test_coupled_friction() -> list[Figure]:
@@ -270,15 +270,18 @@ def test_coupled_friction() -> list[Figure]:
         name: (DryFriction(Friction(coulomb=dry)), ViscousFriction(Friction(viscous=wet)), ReflectedRotor(inertia, 1.0))
         for name, dry, wet, inertia in (("joint_1", 18.0, 0.5, 0.33), ("joint_2", 6.0, 0.3, 0.21))
     }
-    scene, figures, events = Scene(two_links(), effects, 6.0, np.array([0.3, 0.2])), [], []
+    # Which side of the breakaway level the located event lies on is rounding, so the naive way gets stuck at about half
+    # of all starts, and at which ones depends on the machine: 20 starts, each way.
+    starts, figures, events = 0.3 + 0.01 * np.arange(20), [], []
     for name, solver, limit in (("E1", FixedStep(1e-3), 1e-4), ("E2", Rodas4(1e-8), 1e-8)):
-        run = simulate(scene, solver=solver)
+        runs = [simulate(Scene(two_links(), effects, 6.0, np.array([q, 0.2])), solver=solver) for q in starts]
+        run = runs[0]
         final = np.array([run[f"joint_{i}.position"][-1] for i in (1, 2)])
         speed = max(abs(run[f"joint_{i}.speed"][-1]) for i in (1, 2))
         figures.append(Figure(f"off, {name}", float(np.abs(final - wanted).max()), at_most=limit, unit="rad"))
         figures.append(Figure("speed at the end", speed, at_most=0.0, unit="rad/s"))
-        events.append(len(run.events))
-    naive = reselecting_events()
+        events += [len(run.events) for run in runs]
+    naive = max(map(reselecting_events, starts))
     said = "200 in no time" if naive >= 200 else ""
     return [*figures, Figure("most events", float(max(events)), float(naive), naive_says=said, at_most=10.0)]
 
