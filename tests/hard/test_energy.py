@@ -27,7 +27,7 @@ def drift(run: Recording, scale: float) -> float:
 @hard_case(
     "T28",
     "energy of a frictionless 2R arm over 100 s",
-    setup="two rods of 1 m falling from 90° and 0°, RK4 at 2 ms and DOP853",
+    setup="two rods of 1 m falling from 90° and 0°, RK4 at 2 ms and DOP853 at 1e-9",
     naive="Euler at 2 ms",
 )
 def test_energy() -> list[Figure]:
@@ -35,7 +35,8 @@ def test_energy() -> list[Figure]:
     scale = 9.81 * 2.0  # J, from horizontal to hanging
     euler = simulate_passive(arm, *start, 100.0, solver=Euler(2e-3), interval=0.1)
     fixed = simulate_passive(arm, *start, 100.0, solver=RungeKutta4(2e-3), interval=0.1)
-    adaptive = simulate_passive(arm, *start, 100.0, solver=DormandPrince853(), interval=0.1)
+    # The motion is chaotic: at the default tolerance of 1e-8 the error is 0.6 to 1.4e-6, as rounding has it.
+    adaptive = simulate_passive(arm, *start, 100.0, solver=DormandPrince853(1e-9), interval=0.1)
     naive = drift(euler, scale)
     return [
         Figure("RK4: energy error over that of the fall", drift(fixed, scale), naive, at_most=1e-6),
