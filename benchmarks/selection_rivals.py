@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-from drivetrain.sizing.judge.old_judge import judge
 from inverse_dynamics import along_z
 
 from drivetrain.drive.drive import Drive
