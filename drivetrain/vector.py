@@ -11,6 +11,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+_intrinsic: Any = intrinsic  # what it decorates is called with one argument less than it takes
+
 
 def _instruction(name: str) -> Any:
     """A call of one of LLVM's functions of two floats."""
@@ -23,13 +25,13 @@ def _instruction(name: str) -> Any:
     return types.float64(types.float64, types.float64), generate
 
 
-@intrinsic
+@_intrinsic
 def larger(typing: Any, a: Any, b: Any) -> Any:
     """Of two floats."""
     return _instruction("llvm.maxnum")
 
 
-@intrinsic
+@_intrinsic
 def smaller(typing: Any, a: Any, b: Any) -> Any:
     """Of two floats."""
     return _instruction("llvm.minnum")

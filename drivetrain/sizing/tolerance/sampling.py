@@ -195,11 +195,9 @@ def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samp
 
 def _with_own_memory(work: Work) -> Work:
     """The same work with memory that nobody else writes into."""
-    memory = {
-        "sum": Load(*(row.copy() for row in work.sum)),
-        "traces": new_traces(len(work.motion.speed), len(work.traces.parts)),
-    }
-    return work._replace(**memory, few=None if work.few is None else _with_own_memory(work.few))
+    few = None if work.few is None else _with_own_memory(work.few)
+    traces = new_traces(len(work.motion.speed), len(work.traces.parts))
+    return work._replace(sum=Load(*(row.copy() for row in work.sum)), traces=traces, few=few)
 
 
 def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice) -> Samples:
