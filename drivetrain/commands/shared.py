@@ -16,7 +16,7 @@ import typer
 if TYPE_CHECKING:
     from drivetrain.errors import Fault
 
-COMPILING = "compiling to machine code, some 10 to 20 s: a first run; later ones find it done ..."
+COMPILING = "compiling to machine code, some half a minute: a first run; later ones find it done ..."
 FITS, DOES_NOT_FIT, BAD_INPUT, STOPPED = 0, 1, 2, 130
 
 
