@@ -38,7 +38,6 @@ GROWN_BEYOND = 1e100  # a map of a cycle whose losses run away at once; squares 
 MAGNET_TOLERANCE = 1e-6  # K, between the magnet temperature put in and the one that comes out
 MOST_STEPS = 40
 SMALL = 0.05  # rate times step below which seven terms of the exponential's series are exact to rounding
-NEVER = np.int64(0) != 0
 
 
 class Nodes(NamedTuple):

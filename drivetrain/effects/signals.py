@@ -6,8 +6,6 @@ joint, motor coordinates at the motor's shaft.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from drivetrain.effects.effect import Place, Signal
 
 # Known before any effect is computed.
@@ -147,11 +145,6 @@ def of_side(side: str, place: Place) -> tuple[Signal, Signal, Signal]:
     if side == "shaft" and place.coupled:
         return SHAFT_SPEED, SHAFT_TORQUE, SHAFT_DAMPING
     return SPEED, JOINT_TORQUE, JOINT_DAMPING
-
-
-def of_joint(joint: str, signal: Signal) -> Signal:
-    """A signal of a joint, for an effect of the whole scene."""
-    return replace(signal, name=f"{joint}:{signal.name}")
 
 
 JOINT_SIGNALS: tuple[Signal, ...] = tuple(

@@ -19,9 +19,9 @@ from drivetrain.simulation.records import (
     MODE_CHANGE,
     Run,
     call_laws,
-    inlined,
     numbers_of,
     opened,
+    part,
     states_of,
 )
 
@@ -29,7 +29,7 @@ AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is 
 PUSH = 1e-300  # [rad/s]: the speed that tells in which direction a coordinate was pushed off
 
 
-@inlined
+@part
 def _solve(run: Run, t: float, x: Any) -> None:
     """The equations at an instant."""
     put_states(run, x)
@@ -57,7 +57,7 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, memory: Any) -> None:
             result[i] = one.dry.mode * (x[len(coordinates) + i] - one.surface)
 
 
-@inlined
+@part
 def _log(run: Run, t: float) -> None:
     """Write down the modes that have changed."""
     coordinates, engine = run.coordinates, run.head[0].engine

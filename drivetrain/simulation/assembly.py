@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from drivetrain.simulation.bodies import turns_of
-from drivetrain.simulation.records import Run, inlined, part
+from drivetrain.simulation.records import (
+    Run,
+    part,
+)
 from drivetrain.simulation.tip import add_tip
 
 STIFF_FROM = 1.5  # inertia with springs and dampers in it, over that without: a step no longer follows what they do
 
 
-@inlined
+@part
 def show_coupled(run: Run) -> None:
     """What joints whose motors are coupled do when the shafts behind the gears do what has been found."""
     coordinates, joints, turns = run.coordinates, run.joints, turns_of(run)
@@ -23,7 +26,7 @@ def show_coupled(run: Run) -> None:
             joint.load.position, joint.load.speed = place, speed
 
 
-@inlined
+@part
 def _add_coupled(run: Run, h: float, theta: float) -> None:
     """Smooth torques at joints whose motors are coupled join the linear system of their shafts."""
     coordinates, joints, turns = run.coordinates, run.joints, turns_of(run)
@@ -46,7 +49,7 @@ def _add_coupled(run: Run, h: float, theta: float) -> None:
                 run.pairs[k, j].transmitted += entry
 
 
-@inlined
+@part
 def _bounds(run: Run, i: int, m: int) -> bool:
     """The bounds of dry friction of a joint and its motor; whether there are any."""
     coordinates = run.coordinates
@@ -72,7 +75,7 @@ def _bounds(run: Run, i: int, m: int) -> bool:
     return at_joint + at_motor > 0.0
 
 
-@inlined
+@part
 def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
     """What the mesh of a rigid joint transmits, and how that changes with the speeds."""
     coordinates, pairs = run.coordinates, run.pairs
@@ -82,7 +85,7 @@ def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
     pairs[i, i].transmitted += soft
 
 
-@inlined
+@part
 def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> None:
     """The spring of a flexible joint between its link i and its rotor m."""
     coordinates, pairs = run.coordinates, run.pairs

@@ -8,28 +8,33 @@ from typing import Any
 from drivetrain.dynamics.core.equation_of_motion import BODY, mass_and_bias
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.simulation.mechanics import PAYLOAD
-from drivetrain.simulation.records import Run, inlined, numbers_of, part, square_of
+from drivetrain.simulation.records import (
+    Run,
+    numbers_of,
+    part,
+    square_of,
+)
 
 
-@inlined
+@part
 def bodies_of(run: Run) -> Any:
     """The bodies of an arm as they move, links first, the base last."""
     return numbers_of(run.numbers, run.head[0].engine.at.bodies).view(BODY)
 
 
-@inlined
+@part
 def rotors_of(run: Run) -> Any:
     """The rotors of an arm that need a pass of their own."""
     return numbers_of(run.numbers, run.head[0].engine.at.rotors).view(ROTOR)
 
 
-@inlined
+@part
 def turns_of(run: Run) -> Any:
     """Joints' motion from that of the coordinates, where motors are coupled, (n, n)."""
     return square_of(run.numbers, run.head[0].engine.at.turns, len(run.joints))
 
 
-@inlined
+@part
 def _carry(run: Run, links: Any, t: float) -> None:
     """Put what the tip carries at an instant into the constants of the last link."""
     payloads, entry = numbers_of(run.numbers, run.head[0].engine.at.payloads).view(PAYLOAD), 0

@@ -58,12 +58,3 @@ class Engine(ABC):
     @abstractmethod
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """Run a plan."""
-
-
-def column_names(plan: Plan) -> list[tuple[str, str]]:
-    """Names and units of the columns of ``Outcome.rows`` after the time; energies are ``<power>.energy``.
-
-    Returns:
-        (name, unit) a column; an empty name where a column has none.
-    """
-    return list(plan.layout.columns)

@@ -20,14 +20,22 @@ from drivetrain.simulation.assembly import assemble, show_coupled
 from drivetrain.simulation.bodies import move_bodies
 from drivetrain.simulation.forces import find_forces, show_energies
 from drivetrain.simulation.friction import solve_friction
-from drivetrain.simulation.records import EQUATIONS, Run, call_equations, call_laws, handed, inlined, part, states_of
+from drivetrain.simulation.records import (
+    EQUATIONS,
+    Run,
+    call_equations,
+    call_laws,
+    handed,
+    part,
+    states_of,
+)
 from drivetrain.simulation.settle import agrees, ask_again
 from drivetrain.simulation.tip import clear_tip, show_tip
 
 MOST = 60  # solutions of a step, at most
 
 
-@inlined
+@part
 def guess_still(run: Run) -> None:
     """Take the speeds of the states as those of the middle."""
     coordinates = run.coordinates
@@ -61,7 +69,7 @@ def show_motion(run: Run, shift: float) -> None:
         show_coupled(run)
 
 
-@inlined
+@part
 def show_states(run: Run, shift: float) -> None:
     """Copy states of effects to the connectors of their names, moved on by ``shift`` at their last rates.
 
@@ -76,7 +84,7 @@ def show_states(run: Run, shift: float) -> None:
             numbers[state.shown] = numbers[state.value] + shift * state.last
 
 
-@inlined
+@part
 def _clear(flange: Any) -> None:
     """Nothing acts on a flange yet."""
     flange.torque = flange.damping = flange.stiffness = 0.0
@@ -107,7 +115,7 @@ def compute(run: Run, t: float, h: float) -> None:
     call_laws(run, run.head[0].engine.at.repeats, t, h)
 
 
-@inlined
+@part
 def _start_modes(run: Run, h: float, any_dry: bool) -> None:
     """The modes with which friction is tried first.
 
@@ -168,7 +176,7 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
     return total
 
 
-@inlined
+@part
 def _show_rates(run: Run) -> None:
     """Rates of the coordinates at an instant."""
     coordinates = run.coordinates

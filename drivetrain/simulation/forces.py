@@ -8,7 +8,10 @@ from typing import Any
 from drivetrain.dynamics.core.vectors import dot, vector
 from drivetrain.simulation.bodies import bodies_of, rotors_of, turns_of
 from drivetrain.simulation.friction import slide, taken_by_friction
-from drivetrain.simulation.records import Run, inlined, part
+from drivetrain.simulation.records import (
+    Run,
+    part,
+)
 
 
 @part
@@ -70,7 +73,7 @@ def find_forces(run: Run, h: float, theta: float) -> None:
         joint.motor.friction_power = at_motor * coordinates[m].guess
 
 
-@inlined
+@part
 def _split(link: Any, rotor: Any, rigid: bool, load: float) -> tuple[float, float]:
     """Friction of joint and of motor (both counted at the joint) from what they are together with the mesh.
 
@@ -85,7 +88,7 @@ def _split(link: Any, rotor: Any, rigid: bool, load: float) -> tuple[float, floa
     return joint, motor
 
 
-@inlined
+@part
 def _share(rotor: Any, which: Any, load: float) -> float:
     """The share of stuck friction that one of its bounds takes."""
     dry, forward = rotor.dry, rotor.friction > 0.0

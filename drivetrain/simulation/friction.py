@@ -16,13 +16,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from drivetrain.simulation.records import inlined, part
+from drivetrain.simulation.records import (
+    part,
+)
 
 ROUNDING = 1e-12  # of a bound: less is no reason to break loose
 NO_SET = -1001  # no set of modes fits
 
 
-@inlined
+@part
 def hold(bounds: Any, direction: int) -> float:
     """What holds at rest against a push in a direction, at least what slides [N m]."""
     if direction > 0:
@@ -30,13 +32,13 @@ def hold(bounds: Any, direction: int) -> float:
     return max(bounds.hold_backward, bounds.slide_backward)
 
 
-@inlined
+@part
 def slide(bounds: Any, direction: int) -> float:
     """What sliding in a direction takes [N m]."""
     return bounds.slide_forward if direction > 0 else bounds.slide_backward
 
 
-@inlined
+@part
 def _limit(dry: Any, transmitted: float, direction: int) -> float:
     """The friction that must be passed to break loose in a direction."""
     joint = hold(dry.joint, direction)
@@ -45,7 +47,7 @@ def _limit(dry: Any, transmitted: float, direction: int) -> float:
     return joint + hold(dry.motor, direction) + direction * mesh
 
 
-@inlined
+@part
 def _fill(coordinates: Any, pairs: Any, h: float) -> int:
     """The equations of the sliding coordinates; how many these are."""
     c, count = len(coordinates), 0
@@ -80,7 +82,7 @@ def _fill(coordinates: Any, pairs: Any, h: float) -> int:
     return count
 
 
-@inlined
+@part
 def _solve(coordinates: Any, pairs: Any, h: float) -> int:
     """Changes of speed with the modes as they are; a coordinate whose pivot is not positive, or -1."""
     count = _fill(coordinates, pairs, h)
@@ -105,7 +107,7 @@ def _solve(coordinates: Any, pairs: Any, h: float) -> int:
     return -1
 
 
-@inlined
+@part
 def taken_by_friction(coordinates: Any, pairs: Any, i: int, h: float) -> float:
     """What dry friction takes of a coordinate whose equation it closes [N m]."""
     force = coordinates[i].right
@@ -114,7 +116,7 @@ def taken_by_friction(coordinates: Any, pairs: Any, i: int, h: float) -> float:
     return force / h
 
 
-@inlined
+@part
 def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) -> bool:
     """Whether a stuck coordinate must break loose; its mode is changed."""
     one, force = coordinates[i], taken_by_friction(coordinates, pairs, i, h)
@@ -129,7 +131,7 @@ def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) 
     return True
 
 
-@inlined
+@part
 def _correct_sliding(one: Any, load: float) -> bool:
     """Whether a sliding coordinate does not go on as its mode says; the mode is changed."""
     dry = one.dry
@@ -144,7 +146,7 @@ def _correct_sliding(one: Any, load: float) -> bool:
     return False
 
 
-@inlined
+@part
 def _correct(coordinates: Any, pairs: Any, h: float, single: bool) -> int:
     """Change the modes that the answer contradicts, and tell how many."""
     c, corrected = len(coordinates), 0

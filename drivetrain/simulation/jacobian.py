@@ -20,13 +20,20 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.jit import callback
 from drivetrain.simulation.rates import RIGHT_SIDE, put_states, solve_at
-from drivetrain.simulation.records import Run, inlined, numbers_of, opened, square_of, states_of
+from drivetrain.simulation.records import (
+    Run,
+    numbers_of,
+    opened,
+    part,
+    square_of,
+    states_of,
+)
 from drivetrain.solvers.compiled_problem import column_groups
 
 MOVE = 1.4901161193847656e-08  # of its size: how far a state is moved, the root of the resolution
 
 
-@inlined
+@part
 def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
     """Rates at a state; NaN where there is no answer."""
     states = states_of(run)
@@ -37,7 +44,7 @@ def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
         to[k] = run.numbers[states[k].rate] if run.head[0].engine.solved >= 0 else math.nan
 
 
-@inlined
+@part
 def _keep_factors(run: Run, factors: Any, slid: Any) -> int:
     """Keep the factors of the inertia of what slides, and which coordinates that are; how many."""
     count = 0
@@ -51,7 +58,7 @@ def _keep_factors(run: Run, factors: Any, slid: Any) -> int:
     return count
 
 
-@inlined
+@part
 def _to_torques(factors: Any, count: int, vector: Any) -> None:
     """Inertia times accelerations, in place, from its factors."""
     for a in range(count):
@@ -64,7 +71,7 @@ def _to_torques(factors: Any, count: int, vector: Any) -> None:
             vector[b] += factors[b, a] * factors[a, a] * vector[a]
 
 
-@inlined
+@part
 def _to_accelerations(factors: Any, count: int, vector: Any) -> None:
     """Accelerations under torques, in place, with the factors."""
     for b in range(count):

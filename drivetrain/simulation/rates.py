@@ -18,7 +18,6 @@ from drivetrain.simulation.records import (
     call_law,
     call_laws,
     calls_of,
-    inlined,
     numbers_of,
     opened,
     part,
@@ -32,7 +31,7 @@ RIGHT_SIDE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, types.voidp
 NO_NUMBERS = np.zeros(1)
 
 
-@inlined
+@part
 def put_states(run: Run, x: Any) -> None:
     """Put the states that follow rates among the numbers."""
     states = states_of(run)
@@ -40,7 +39,7 @@ def put_states(run: Run, x: Any) -> None:
         run.numbers[states[k].value] = x[k]
 
 
-@inlined
+@part
 def clear_rates(run: Run) -> None:
     """No rate is known yet."""
     states = states_of(run)
@@ -49,14 +48,14 @@ def clear_rates(run: Run) -> None:
             run.numbers[states[k].rate] = 0.0
 
 
-@inlined
+@part
 def solve_at(run: Run, t: float) -> None:
     """The equations at an instant, with the states as they are."""
     clear_rates(run)
     call_equations(run, run.head[0].engine.motion, t, 0.0)
 
 
-@inlined
+@part
 def account_at(run: Run, t: float) -> None:
     """Forces, and what effects put out, at an instant at which the equations are solved."""
     call_equations(run, run.head[0].engine.forces, t, 0.0)
@@ -85,7 +84,7 @@ def take_samples(run: Run, t: float, early: float, share: float) -> None:
         sample.taken += 1
 
 
-@inlined
+@part
 def put_row(run: Run, t: float, row: Any) -> None:
     """What is recorded of an instant that is accounted for."""
     numbers = run.numbers

@@ -17,7 +17,6 @@ from drivetrain.call_address import call_address
 from drivetrain.effects.connectors import JOINT, WORLD, record_type
 from drivetrain.jit import law
 
-inlined: Any = law(fastmath={"contract"})
 part: Any = law(fastmath={"contract"})
 
 _POINTERS = (types.voidptr,) * 4  # memory, joints, coordinates, pairs
@@ -278,25 +277,25 @@ class Run(NamedTuple):
     pairs: Any
 
 
-@inlined
+@part
 def numbers_of(numbers: Any, section: Any) -> Any:
     """A part of the memory as plain numbers."""
     return numbers[section.first : section.first + section.size]
 
 
-@inlined
+@part
 def square_of(numbers: Any, section: Any, n: int) -> Any:
     """A part of the memory as rows of a length."""
     return numbers[section.first : section.first + section.size].reshape((section.size // n, n))
 
 
-@inlined
+@part
 def opened(memory: Any) -> Run:
     """The memory at a pointer."""
     return run_of(carray(memory, carray(memory, 1, WORLD)[0].size, np.float64))
 
 
-@inlined
+@part
 def handed(memory: Any, joints: Any, coordinates: Any, pairs: Any) -> Run:
     """The memory whose parts were handed over: cheaper than to look for them."""
     head = carray(memory, 1, HEAD)
@@ -307,7 +306,7 @@ def handed(memory: Any, joints: Any, coordinates: Any, pairs: Any) -> Run:
     )  # fmt: skip
 
 
-@inlined
+@part
 def run_of(numbers: Any) -> Run:
     """The memory in an array."""
     head = numbers[:HEAD_SIZE].view(HEAD)
@@ -321,26 +320,26 @@ def run_of(numbers: Any) -> Run:
     )
 
 
-@inlined
+@part
 def states_of(run: Run) -> Any:
     """Where states, their rates and what shows them are, records STATE."""
     return numbers_of(run.numbers, run.head[0].engine.at.states).view(STATE)
 
 
-@inlined
+@part
 def calls_of(run: Run, section: Any) -> Any:
     """The calls of a section, records CALL."""
     return numbers_of(run.numbers, section).view(CALL)
 
 
-@inlined
+@part
 def call_law(run: Run, call: Any, t: float, h: float) -> None:
     """Call a law for all its records."""
     base = run.numbers.ctypes.data
     call_address(call.law, (t, h, base + 8 * call.own, call.count, run.joints.ctypes.data, base))
 
 
-@inlined
+@part
 def call_laws(run: Run, section: Any, t: float, h: float) -> None:
     """Call the laws of a section in their order.
 
@@ -353,7 +352,7 @@ def call_laws(run: Run, section: Any, t: float, h: float) -> None:
         call_law(run, calls[k], t, h)
 
 
-@inlined
+@part
 def call_equations(run: Run, address: int, t: float, h: float) -> None:
     """Call a part of the equations of motion, such as the engine's ``motion``."""
     numbers, joints = run.numbers.ctypes.data, run.joints.ctypes.data

@@ -9,7 +9,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drivetrain.simulation.records import Run, call_laws, inlined, part
+from drivetrain.simulation.records import (
+    Run,
+    call_laws,
+    part,
+)
 from drivetrain.simulation.tip import calm_tip, clear_tip, tip_agrees, try_tip
 
 AGREED = 1e-12  # of a spring's torque that a solution may be off
@@ -41,7 +45,7 @@ def ask_again(run: Run, t: float, h: float, theta: float) -> None:
     call_laws(run, run.head[0].engine.at.repeats, t, h)
 
 
-@inlined
+@part
 def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
     """Note a rate that was tried; the slope of the chord between one too slow and one too fast, or -1.
 

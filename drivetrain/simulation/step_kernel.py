@@ -23,7 +23,6 @@ from drivetrain.simulation.records import (
     call_equations,
     call_laws,
     calls_of,
-    inlined,
     numbers_of,
     opened,
     part,
@@ -74,7 +73,7 @@ class Clock:
 CLOCK = record_type(Clock)
 
 
-@inlined
+@part
 def _next_sample(run: Run) -> float:
     """The next instant at which something is sampled."""
     samples = calls_of(run, run.head[0].engine.at.samples)
@@ -134,7 +133,7 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
     return bad
 
 
-@inlined
+@part
 def _log(run: Run, t: float, before: Any, log: Any, clock: Any) -> None:
     """Write down the modes that have changed."""
     coordinates = run.coordinates
@@ -147,7 +146,7 @@ def _log(run: Run, t: float, before: Any, log: Any, clock: Any) -> None:
             clock.events += 1
 
 
-@inlined
+@part
 def _next_node(run: Run, clock: Any, breaks: Any) -> float:
     """Where the step ends: on the grid, or on what comes first."""
     inner = min(breaks[clock.next_break], _next_sample(run))
@@ -165,7 +164,7 @@ def _next_node(run: Run, clock: Any, breaks: Any) -> float:
     return mark
 
 
-@inlined
+@part
 def _guess(run: Run, h: float, theta: float, before: Any) -> None:
     """The speeds of the middle, if the last accelerations go on."""
     coordinates = run.coordinates
@@ -175,7 +174,7 @@ def _guess(run: Run, h: float, theta: float, before: Any) -> None:
         coordinates[i].guess = one.speed + theta * h * one.last
 
 
-@inlined
+@part
 def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> None:
     """Breakpoints that the step has come to."""
     if to >= breaks[clock.next_break] - slack:

@@ -6,10 +6,13 @@ from typing import Any
 
 from drivetrain.dynamics.core.vectors import Vector, cross, dot, minus, plus, put, times, turned, vector
 from drivetrain.simulation.bodies import bodies_of, turns_of
-from drivetrain.simulation.records import Run, inlined, part
+from drivetrain.simulation.records import (
+    Run,
+    part,
+)
 
 
-@inlined
+@part
 def show_tip(run: Run) -> None:
     """Fill place, speed and turning of the tip, along the axes of the base."""
     engine, tip, body = run.head[0].engine, run.head[0].world.tip, bodies_of(run)[len(run.joints) - 1]
@@ -30,7 +33,7 @@ def softness(tip: Any, step: float, k: int) -> float:
     return tip.damping[k] + step * tip.stiffness[k]
 
 
-@inlined
+@part
 def _resisting(tip: Any, step: float, a: Vector) -> Vector:
     """Damping and stiffness together, times a speed [N]."""
     xx, xy, xz = softness(tip, step, 0), softness(tip, step, 1), softness(tip, step, 2)
@@ -55,7 +58,7 @@ def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
     return turn, slide
 
 
-@inlined
+@part
 def _column(run: Run, k: int) -> Vector:
     """Speed of the tip for a unit speed of a coordinate."""
     turn, slide = _screw(run, k)
@@ -83,7 +86,7 @@ def try_tip(run: Run, shift: float) -> None:
         engine.tip_damping[k], engine.tip_stiffness[k] = tip.damping[k], tip.stiffness[k]
 
 
-@inlined
+@part
 def calm_tip(run: Run) -> None:
     """Take the mean of how forces fall now and of how they did when last asked: it ends going round in circles."""
     engine, tip = run.head[0].engine, run.head[0].world.tip
@@ -92,7 +95,7 @@ def calm_tip(run: Run) -> None:
         tip.stiffness[k] = 0.5 * (tip.stiffness[k] + engine.tip_stiffness[k])
 
 
-@inlined
+@part
 def tip_agrees(run: Run, shift: float) -> bool:
     """Whether the surroundings answer what the solution expects of them.
 
@@ -109,7 +112,7 @@ def tip_agrees(run: Run, shift: float) -> bool:
     return off <= 1e-12 * size + 2e-15 * stiff * (fast + far / shift)
 
 
-@inlined
+@part
 def clear_tip(tip: Any) -> None:
     """Nothing acts on the tip yet."""
     for k in range(3):
