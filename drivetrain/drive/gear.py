@@ -20,8 +20,8 @@ GEAR_KINDS = ("planetary", "strain_wave", "rv", "koaxdrive", "spur", "ideal")
 _OPTIONAL_POSITIVE = (
     "continuous_torque average_torque_limit repeated_peak_torque momentary_torque max_input_speed "
     "average_input_speed_limit rated_speed rated_life life_exponent stiffness_1 stiffness_2 stiffness_3 torque_1 "
-    "torque_2 tilting_moment_limit axial_load_limit radial_load_limit size pitch_diameter diameter length "
-    "max_motor_shaft stages"
+    "torque_2 tilting_moment_limit axial_load_limit radial_load_limit bearing_dynamic_rating bearing_static_rating "
+    "bearing_pitch_diameter bearing_offset size pitch_diameter diameter length max_motor_shaft stages"
 ).split()
 _RANGES = {
     "ratio": FINITE,
@@ -63,6 +63,9 @@ class Gear:
         backlash: At the output, total [rad].
         tilting_moment_limit: Of the output bearing [N m].
         axial_load_limit, radial_load_limit: Of the output bearing [N].
+        bearing_dynamic_rating, bearing_static_rating: C and C0 of the output bearing [N].
+        bearing_pitch_diameter: Of its rollers or balls [m].
+        bearing_offset: From the output flange back to the bearing's centre [m].
         size: The maker's size number, such as 25 for a strain-wave gear.
         pitch_diameter: Of the toothing, for the geometric rule with frameless motors [m].
         diameter, length: [m].
@@ -101,6 +104,10 @@ class Gear:
     tilting_moment_limit: float | None = None
     axial_load_limit: float | None = None
     radial_load_limit: float | None = None
+    bearing_dynamic_rating: float | None = None
+    bearing_static_rating: float | None = None
+    bearing_pitch_diameter: float | None = None
+    bearing_offset: float | None = None
     size: float | None = None
     pitch_diameter: float | None = None
     diameter: float | None = None

@@ -126,7 +126,7 @@ def test_a_check_is_one_row(make, monkeypatch):
     study = make.study(make.sines(1), arm=make.planar_arm([0.4], [1.0]))
     told = next(iter(evaluate(study).joints.values())).checks[-1]
     assert told.name == "gear largest load" and told.verdict is Verdict.NOT_CHECKED
-    assert told.remark == "the sheet prints no largest load"
+    assert told.remark == "largest load is not in the catalogue row"
     weak = replace(study, catalog=replace(study.catalog, gears={"g1": replace(make.gear, size=1e-3)}))
     found = evaluate(weak)
     told = next(iter(found.joints.values())).checks[-1]

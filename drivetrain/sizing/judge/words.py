@@ -13,7 +13,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
 
-NO_SHORT_TIME = "the sheet prints no short-time limit"
+NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
 
 class Words(NamedTuple):
@@ -38,7 +38,8 @@ def printed(op: Any, row: Any) -> Words:
         lack = f"the study states no amplifier {row.sheet}" if lacks else ""
         return Words(f"amplifier {row.sheet} of the study", lack)
     return Words(
-        f"{row.sheet} of {sheet_name(getattr(op.drive, part))}", f"the sheet prints no {row.sheet}" if lacks else ""
+        f"{row.sheet} of {sheet_name(getattr(op.drive, part))}",
+        f"{row.sheet} is not in the catalogue row" if lacks else "",
     )
 
 
@@ -46,9 +47,9 @@ def repeated_peak(op: Any, row: Any) -> Words:
     """The continuous torque holds where no repeated peak is printed."""
     gear = op.drive.gear
     if gear.repeated_peak_torque is None and gear.continuous_torque is not None:
-        remark = "the sheet prints no repeated peak torque: the continuous one holds"
+        remark = "repeated peak torque is not in the catalogue row: the continuous one holds"
         return Words(f"continuous torque of {sheet_name(gear)}", remark)
-    lack = "" if gear.repeated_peak_torque is not None else "the sheet prints no repeated peak torque"
+    lack = "" if gear.repeated_peak_torque is not None else "repeated peak torque is not in the catalogue row"
     return Words(f"repeated peak torque of {sheet_name(gear)}", lack)
 
 
@@ -59,15 +60,15 @@ def average_torque(op: Any, row: Any) -> Words:
     if gear.average_torque_limit is not None:
         return Words(source, remark)
     if gear.continuous_torque is None:
-        return Words(source, "the sheet prints no average torque limit")
-    lack = "the sheet prints no limit of the average torque: the continuous torque holds"
+        return Words(source, "average torque limit is not in the catalogue row")
+    lack = "average torque limit is not in the catalogue row: the continuous torque holds"
     return Words(f"continuous torque of {sheet_name(gear)}", f"{remark}; {lack}")
 
 
 def gear_life(op: Any, row: Any) -> Words:
     """Only told when the study wants none."""
     if not known(op.number(row.limit)):
-        return Words("", "the sheet has no rated life, torque and speed together")
+        return Words("", "rated life, torque and speed are not in the catalogue row together")
     remark = "told, not judged: the study asks no life" if op.safety.life is None else ""
     return Words(f"rated life of {sheet_name(op.drive.gear)}", remark)
 
@@ -90,7 +91,7 @@ def inertia_ratio(op: Any, row: Any) -> Words:
     if inertia is None:
         return Words("", "neither an arm nor the joint's load_inertia tells it", silent=True)
     if op.drive.motor.rotor_inertia is None:
-        return Words("", "the sheet prints no rotor inertia", silent=True)
+        return Words("", "rotor inertia is not in the catalogue row", silent=True)
     largest = op.number(row.required)
     least = largest * float(inertia.min()) / float(np.abs(inertia).max())
     span = f"{least:.3g} to {largest:.3g} over the motion"
@@ -124,7 +125,7 @@ def rms_current(op: Any, row: Any) -> Words:
     if limit.value is None:
         return Words(limit.source, limit.source)
     if op.network is None:
-        return Words(limit.source, "the sheet has no thermal data to tell whether the RMS rule holds")
+        return Words(limit.source, "no thermal data in the catalogue row to tell whether the RMS rule holds")
     cycle = op.demand.cycle
     said = rms_rule_validity(op.network, op.demand.time, op.current, limit.value, parts=cycle.parts)
     return Words(limit.source, said or _hot_parts(op, limit.value))
@@ -146,9 +147,9 @@ def winding(op: Any, row: Any) -> Words:
     """The winding's limit less the margin."""
     limit, margin, found = op.drive.motor.max_winding_temperature, op.safety.temperature_margin, op.number(row.required)
     if limit is None:
-        return Words("", "the sheet prints no winding limit", silent=True)
+        return Words("", "winding limit is not in the catalogue row", silent=True)
     if not known(found):
-        return Words("", "the sheet has no thermal resistances for this mounting", silent=True)
+        return Words("", "thermal resistances for this mounting are not in the catalogue row", silent=True)
     source = f"winding limit {limit:g} °C of {sheet_name(op.drive.motor)}" + (f" less {margin:g} K" if margin else "")
     if math.isinf(found):
         return Words(source, "no steady temperature: the losses grow faster with temperature than the cooling")

@@ -48,6 +48,7 @@ class Span(NamedTuple):
         low, high: Ends of the torque at the gear's output, joint friction and own drive not in it [N m], (N,).
         added: What a unit of each number of the joint's own drive adds to it, (K, N).
         share: Of the time of use between each sample and the next, (N,).
+        bearing: Least tilting moment, axial and radial load on the output bearing [N m], [N]; NaN: nobody knows, (3,).
         own_low, own_high: Memory: with what the joint's own drive adds, (N,).
         least, most: Memory: ends of the motor's torque [N m], (N,).
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
@@ -59,6 +60,7 @@ class Span(NamedTuple):
     high: Array
     added: Array
     share: Array
+    bearing: Array
     own_low: Array
     own_high: Array
     least: Array
@@ -67,10 +69,46 @@ class Span(NamedTuple):
     excess: Array
 
 
-def span_of(motion: Motion, low: Array, high: Array, added: Array, share: Array) -> Span:
+NO_BEARING = np.full(3, np.nan)
+
+
+def span_of(motion: Motion, low: Array, high: Array, added: Array, share: Array, bearing: Array = NO_BEARING) -> Span:
     """A span with memory of its own."""
     rows = (np.zeros(len(low)) for _ in range(5))
-    return Span(motion, low, high, added, share, *rows, np.zeros((3, len(low))))
+    return Span(motion, low, high, added, share, bearing, *rows, np.zeros((3, len(low))))
+
+
+@kernel(fastmath=FAST)
+def least_bearing(start: Array, rows: Array, middle: Array, half: Array, near: Array, wide: Array) -> Array:
+    """Least tilting moment, axial and radial load while each number of the drives lies in an interval, (3,).
+
+    Args:
+        start: Wrench without drives [N m], [N], (6, N).
+        rows: What a unit of each number adds, (K, 6, N).
+        middle, half: Of the intervals, (K,).
+        near, wide: Memory: middle and half width of a component, (2, N).
+    """
+    found = np.zeros(3)
+    for which, first, after in ((0, 0, 2), (1, 5, 6), (2, 3, 5)):
+        for component in range(first, after):
+            centre, width = near[component - first], wide[component - first]
+            centre[:], width[:] = start[component], 0.0
+            for k in range(len(rows)):
+                row, amount, reach = rows[k, component], middle[k], half[k]
+                for t in range(len(row)):
+                    centre[t] += amount * row[t]
+                if reach > 0.0:
+                    for t in range(len(row)):
+                        width[t] += reach * abs(row[t])
+        largest = 0.0
+        for t in range(start.shape[1]):
+            square = 0.0
+            for component in range(after - first):
+                inside = larger(abs(near[component, t]) - wide[component, t], 0.0)
+                square += inside * inside
+            largest = larger(largest, square)
+        found[which] = math.sqrt(largest)
+    return found
 
 
 @kernel(fastmath=FAST)
@@ -113,6 +151,7 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     if not peaks:
         figures.average_load_torque = least_average(case, span)
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
+        figures.tilting_moment, figures.axial_load, figures.radial_load = span.bearing
     used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks)
     used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
     unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess

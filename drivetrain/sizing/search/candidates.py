@@ -24,7 +24,7 @@ from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.fill import DIRECT
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.parts import Parts, parts_of
-from drivetrain.sizing.search.bounds import bound_cases, span_of
+from drivetrain.sizing.search.bounds import NO_BEARING, bound_cases, least_bearing, span_of
 from drivetrain.sizing.search.domains import Indices
 from drivetrain.study.model import Study
 
@@ -93,6 +93,7 @@ class JointOffer:
     others: tuple[int, ...]
     rows: Added
     share: Array
+    wrenches: Array
     few: Work
     sharp: Indices
     motors: tuple[Any, Any]
@@ -125,6 +126,22 @@ class JointOffer:
             return centre, centre
         wide = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0) @ np.abs(self.rows.torque)
         return centre - wide, centre + wide
+
+    def bearing(self, low: Array, high: Array) -> Array:
+        """The least that open choices leave on the output bearing: tilting moment, axial and radial load, (3,).
+
+        Args:
+            low, high: Numbers of all joints' drives, (n, NUMBERS).
+        """
+        start = self.work.load.wrench
+        if not start.size:
+            return NO_BEARING
+        drives = [*self.others, *([self.joint] if len(self.work.added.wrench) else [])]
+        middle = 0.5 * (low[drives] + high[drives]).ravel()
+        half = 0.5 * (high[drives] - low[drives]).ravel()
+        half = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
+        memory = np.zeros((2, 2, start.shape[1]))
+        return least_bearing(start, self.wrenches, middle, half, *memory)
 
     def judge(
         self, parts: Indices, own: Array, numbers: Array, *, until: float, quick: bool, power: Array | None = None,
@@ -160,9 +177,13 @@ class JointOffer:
         return Judged(cases, used, binding, lacking, checks)
 
     def bounded(
-        self, parts: Indices, own: Array, torque: tuple[Array, Array], *, until: float, energies: bool
-    ) -> Bounded:
-        """Candidates while the torque lies in an interval; what asks more than ``until`` is not looked at further."""
+        self, parts: Indices, own: Array, torque: tuple[Array, Array], *, until: float, energies: bool,
+        bearing: Array = NO_BEARING,
+    ) -> Bounded:  # fmt: skip
+        """Candidates while the torque lies in an interval and the bearing bears so much at least.
+
+        What asks more than ``until`` is not looked at further.
+        """
         cases, amounts, at = self.cases(parts), self.amounts(own), self._few(*torque)
         motion, added = self.work.motion, self.work.added.torque
         some = self._at(self.work.load, at)
@@ -171,7 +192,7 @@ class JointOffer:
         strict = not self.given
         bound_cases(cases, as_numbers(cases), TABLE, few, amounts, until, strict, True, False, line, used, energy)
         left = np.flatnonzero(used <= until)
-        cases, amounts, whole = cases[left], amounts[left], span_of(motion, *torque, added, self.share)
+        cases, amounts, whole = cases[left], amounts[left], span_of(motion, *torque, added, self.share, bearing)
         rest, drawn = np.zeros(len(left)), np.zeros(len(left))
         bound_cases(cases, as_numbers(cases), TABLE, whole, amounts, until, strict, False, energies, line, rest, drawn)
         used[left], energy[left] = rest, drawn
@@ -279,6 +300,7 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
+    wrenches = np.zeros((0, 6, 0)) if demand.wrench is None else np.concatenate([rows.wrench, offered.added.wrench])
     few, size = offered.few, 2 * STRETCHES
     assert few is not None
     few = few._replace(
@@ -294,7 +316,7 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
     return JointOffer(
-        joint, demand, offered, tuple(others), rows, share, few, _peaks(np.abs(demand.acceleration)),
+        joint, demand, offered, tuple(others), rows, share, wrenches, few, _peaks(np.abs(demand.acceleration)),
         (parts.motor_rows, shafts), gears, plain, study.joints[joint].drive is not None,
     )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -101,7 +102,7 @@ class Problem:
             low, high: Numbers of all joints' drives, (n, NUMBERS).
         """
         offer, cost, kept = self.candidates.joints[joint], domain.cost.copy(), domain.cost < limit
-        torque, penalty = offer.interval(low, high), 0.0
+        torque, bearing, penalty = offer.interval(low, high), offer.bearing(low, high), 0.0
         least, count = float(cost[kept & domain.exact].min(initial=math.inf)), 0
         waiting, size = np.flatnonzero(kept & ~domain.exact), AT_ONCE if full else FIRST
         while len(waiting):
@@ -111,7 +112,7 @@ class Problem:
                 if not len(some):
                     break  # they come in the order of their costs
             pairs = domain.pairs[some]
-            found = self.bounded(joint, pairs, torque, energies=self.energy != 0.0)
+            found = self.bounded(joint, pairs, torque, energies=self.energy != 0.0, bearing=bearing)
             count += len(some)
             kept[some] = found.used <= 1.0 + ROUNDING
             if self.energy:
@@ -140,11 +141,11 @@ class Problem:
         found[list(offer.others)] = (offer.rows.torque @ (line * offer.work.motion.weight)).reshape(-1, NUMBERS)
         return found
 
-    def bounded(self, joint: int, pairs: Indices, torque: tuple[Array, Array], *, energies: bool) -> Bounded:
-        """Candidates of a joint while its torque lies in an interval."""
+    def bounded(self, joint: int, pairs: Indices, torque: tuple[Array, Array], **options: Any) -> Bounded:
+        """Candidates of a joint while its torque lies in an interval; options of ``JointOffer.bounded``."""
         offered = self.candidates
         parts, own = offered.pairs[pairs], offered.numbers[pairs]
-        return offered.joints[joint].bounded(parts, own, torque, until=1.0 + ROUNDING, energies=energies)
+        return offered.joints[joint].bounded(parts, own, torque, until=1.0 + ROUNDING, **options)
 
     def judged(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array]:
         """Candidates of one joint beside chosen drives.
