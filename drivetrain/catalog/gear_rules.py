@@ -9,6 +9,7 @@ from itertools import pairwise
 
 from drivetrain.catalog.findings import LIMIT, Finding, error, slip, warning
 from drivetrain.catalog.table import Cell, Row
+from drivetrain.drive.gear_loss import DRAG_REFERENCE, DRAG_TEMPERATURES
 
 Values = Mapping[str, float]
 
@@ -23,6 +24,8 @@ STAGE_RATIO = {  # rows in the data this was measured on: 2616, 24, 229, 118
     "strain_wave": (25.0, 400.0),
 }
 STAGE_EFFICIENCY = (0.65, 0.99)
+LOSSES = ("mesh_efficiency", "drag_torque", "seal_drag_torque", "starting_torque")
+BACK_DRIVING = (1.05, 0.30)  # over ratio times starting torque, and its scatter; four sizes and two other units
 STATIC_RATING = (0.3, 5.0)  # C0 over C of the output bearing; 33 crossed rollers print 1.3 to 1.9
 SIZE_STEP = 2.54e-3  # m of pitch diameter for one size number of a strain-wave gear: size/10 inch
 PITCH_LIMIT = 0.05
@@ -35,9 +38,11 @@ def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
         cells: Of the row, numbers in SI, as printed.
     """
     values = {name: value for name, value in cells.items() if isinstance(value, float)}
-    rules = (_torque_order, _torques_present, _speeds, _stiffness, _efficiencies, _no_load, _pitch, _bearing)
+    rules = (_losses, _torque_order, _torques_present, _speeds, _stiffness, _efficiencies, _no_load, _pitch, _bearing)
     findings = [finding for rule in rules for finding in rule(values)]
     kind = cells.get("kind")
+    if any(name in values for name in LOSSES) and not cells.get("loss_basis"):
+        findings.append(error("loss_basis", "is empty: say what mesh efficiency, drag and starting torque rest on"))
     return findings + list(_stages(values, str(kind))) + list(_ratio_fraction(cells))
 
 
@@ -84,6 +89,29 @@ def _no_load(values: Values) -> Iterator[Finding]:
     if all(name in values for name in ("no_load_torque", "ratio", "continuous_torque")):
         if values["no_load_torque"] * abs(values["ratio"]) > values["continuous_torque"]:
             yield error("no_load_torque", "times the ratio is larger than the continuous torque: it is at the input")
+
+
+def _losses(values: Values) -> Iterator[Finding]:
+    """Drag and mesh beside each other, and beside what is printed of both together."""
+    if ("mesh_efficiency" in values) != ("drag_torque" in values):
+        missing = "drag_torque" if "mesh_efficiency" in values else "mesh_efficiency"
+        yield error(missing, "is empty: a mesh without its drag, or a drag without its mesh, is half the loss")
+    if values.get("drag_speed_exponent") and "drag_speed" not in values:
+        yield error("drag_speed", "is empty, and the drag grows with speed")
+    if values.get("mesh_efficiency", 1.0) < values.get("efficiency", 0.0):
+        yield error("mesh_efficiency", "is smaller than the efficiency, which counts the drag too")
+    slope = values.get("drag_temperature_1", 0.0), values.get("drag_temperature_2", 0.0)
+    if any(slope[0] < 2.0 * slope[1] * (end - DRAG_REFERENCE) for end in DRAG_TEMPERATURES):
+        yield warning("drag_temperature_1", "lets the drag grow with temperature: grease thins when it is warm")
+    if "ratio" not in values:
+        return
+    for name in ("drag_torque", "starting_torque"):
+        if values.get(name, 0.0) * abs(values["ratio"]) > values.get("continuous_torque", float("inf")):
+            yield error(name, "times the ratio is larger than the continuous torque: it is at the input")
+    if values.get("starting_torque") and "back_driving_torque" in values:
+        predicted = BACK_DRIVING[0] * abs(values["ratio"]) * values["starting_torque"]
+        if abs(values["back_driving_torque"] / predicted - 1.0) > BACK_DRIVING[1]:
+            yield warning("back_driving_torque", "is far from 1.05 times ratio and starting torque", predicted)
 
 
 def _pitch(values: Values) -> Iterator[Finding]:

@@ -21,13 +21,16 @@ _OPTIONAL_POSITIVE = (
     "continuous_torque average_torque_limit repeated_peak_torque momentary_torque max_input_speed "
     "average_input_speed_limit rated_speed rated_life life_exponent stiffness_1 stiffness_2 stiffness_3 torque_1 "
     "torque_2 tilting_moment_limit axial_load_limit radial_load_limit bearing_dynamic_rating bearing_static_rating "
-    "bearing_pitch_diameter bearing_offset size pitch_diameter diameter length max_motor_shaft stages"
+    "bearing_pitch_diameter bearing_offset drag_speed size pitch_diameter diameter length max_motor_shaft stages"
 ).split()
 _RANGES = {
     "ratio": FINITE,
     "efficiency": EFFICIENCY,
     "backdriving_efficiency": Range("must be at most 1 (0 or less: self-locking)", -math.inf, 1.0),
+    "mesh_efficiency": EFFICIENCY,
+    **dict.fromkeys(("drag_temperature_1", "drag_temperature_2"), FINITE),
     **dict.fromkeys(("no_load_torque", "inertia", "mass", "backlash", "price"), NOT_NEGATIVE),
+    **dict.fromkeys(("drag_torque", "drag_speed_exponent", "seal_drag_torque", "starting_torque"), NOT_NEGATIVE),
     **dict.fromkeys(_OPTIONAL_POSITIVE, POSITIVE),
 }
 
@@ -47,6 +50,14 @@ class Gear:
         efficiency: Power out over power in when the motor drives, at the rated torque; None: unknown (``ideal``: 1).
         backdriving_efficiency: Power out over power in when the load drives; None: that of the same mesh friction.
         no_load_torque: Running torque at the input without load [N m]; part of the loss that ``efficiency`` counts.
+        mesh_efficiency: Power out over power in of the mesh alone, without any of the drag below.
+        drag_torque: At the input, turning at ``drag_speed`` and 20 C, whatever the load; without seals [N m].
+        drag_speed: Of the input [rad/s].
+        drag_speed_exponent: With which the drag grows with speed; 0: it does not.
+        drag_temperature_1, drag_temperature_2: Of drag over the gear's temperature, see ``gear_loss`` [1/K], [1/K^2].
+        seal_drag_torque: Of the input's seals, at any speed and temperature [N m].
+        starting_torque: At the input, that moves the unloaded gear from rest [N m].
+        loss_basis: What these seven rest on, and what of them is fitted or assumed.
         inertia: At the input [kg m^2].
         mass: [kg].
         continuous_torque: Rated (strain wave: at rated speed; planetary: continuous) [N m].
@@ -84,6 +95,15 @@ class Gear:
     efficiency: float | None = None
     backdriving_efficiency: float | None = None
     no_load_torque: float | None = None
+    mesh_efficiency: float | None = None
+    drag_torque: float | None = None
+    drag_speed: float | None = None
+    drag_speed_exponent: float | None = None
+    drag_temperature_1: float | None = None
+    drag_temperature_2: float | None = None
+    seal_drag_torque: float | None = None
+    starting_torque: float | None = None
+    loss_basis: str = ""
     inertia: float | None = None
     mass: float | None = None
     continuous_torque: float | None = None

@@ -215,6 +215,41 @@ def test_each_gear_rule(change: Mapping[str, Cell], column: str, severity: str) 
     assert (column, severity) in {(f.column, f.severity.value) for f in check_gear({**SOUND_GEAR, **change})}
 
 
+SOUND_STRAIN_WAVE: dict[str, Cell] = {
+    "kind": "strain_wave", "stages": 1.0, "ratio": 100.0, "continuous_torque": 31.0, "repeated_peak_torque": 70.0,
+    "tilting_moment_limit": 64.0, "axial_load_limit": 1130.0, "radial_load_limit": 757.0,
+    "bearing_dynamic_rating": 5290.0, "bearing_static_rating": 7550.0, "bearing_pitch_diameter": 0.0425,
+    "mesh_efficiency": 0.9, "drag_torque": 0.0592, "drag_speed": 209.4, "drag_speed_exponent": 0.72,
+    "drag_temperature_1": 0.0436, "drag_temperature_2": 0.00037, "seal_drag_torque": 0.0, "starting_torque": 0.0295,
+    "back_driving_torque": 3.1, "loss_basis": "FITTED",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("change", "column", "severity"),
+    [
+        ({"tilting_moment_limit": 170.0}, "tilting_moment_limit", "error"),  # 7550 N at half of 42.5 mm: 160 N m
+        ({"axial_load_limit": 18e3}, "axial_load_limit", "error"),
+        ({"radial_load_limit": 7600.0}, "radial_load_limit", "error"),
+        ({"bearing_static_rating": 75.5e3}, "bearing_static_rating", "warning"),
+        ({"bearing_pitch_diameter": None}, "bearing_pitch_diameter", "warning"),
+        ({"mesh_efficiency": None}, "mesh_efficiency", "error"),
+        ({"drag_torque": None}, "drag_torque", "error"),
+        ({"drag_speed": None}, "drag_speed", "error"),
+        ({"efficiency": 0.95}, "mesh_efficiency", "error"),
+        ({"drag_temperature_1": -0.0436}, "drag_temperature_1", "warning"),
+        ({"drag_temperature_2": 0.002}, "drag_temperature_1", "warning"),  # would grow again above 31 C
+        ({"drag_torque": 0.5}, "drag_torque", "error"),
+        ({"starting_torque": 0.5}, "starting_torque", "error"),
+        ({"back_driving_torque": 0.031}, "back_driving_torque", "warning"),
+        ({"loss_basis": None}, "loss_basis", "error"),
+    ],
+)
+def test_each_rule_of_losses_and_bearings(change: Mapping[str, Cell], column: str, severity: str) -> None:
+    assert check_gear(SOUND_STRAIN_WAVE) == []
+    assert (column, severity) in {(f.column, f.severity.value) for f in check_gear({**SOUND_STRAIN_WAVE, **change})}
+
+
 def test_a_negative_ratio_with_its_fraction_is_sound() -> None:
     assert check_gear({**SOUND_GEAR, "ratio": -20.25}) == []
     assert exact_ratio(" 57 / 13 ") == Fraction(57, 13)
