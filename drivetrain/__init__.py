@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from drivetrain.arm.rotors import RotorLevel as RotorLevel
     from drivetrain.arm.with_rotors import at_level as at_level
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
+    from drivetrain.catalog.price import Price as Price
     from drivetrain.catalog.read import read_catalog as read_catalog
+    from drivetrain.drive.amplifier import AmplifierSheet as AmplifierSheet
+    from drivetrain.drive.brake import Brake as Brake
     from drivetrain.drive.friction import Friction as Friction
     from drivetrain.drive.friction import book_curves as book_curves
     from drivetrain.drive.gear import Gear as Gear
@@ -197,7 +200,10 @@ _HOME = {
     "RotorLevel": "arm.rotors",
     "at_level": "arm.with_rotors",
     "with_rotors": "arm.with_rotors",
+    "Price": "catalog.price",
     "read_catalog": "catalog.read",
+    "AmplifierSheet": "drive.amplifier",
+    "Brake": "drive.brake",
     "book_curves": "drive.friction",
     "Friction": "drive.friction",
     "Gear": "drive.gear",

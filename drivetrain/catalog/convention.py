@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from drivetrain.catalog.table import Cell
 from drivetrain.drive.amplifier import line_to_line, to_dc, torque_constant_to_dc
 
-CURRENTS = ("no_load_current", "nominal_current", "stall_current", "peak_current")
+CURRENTS = ("no_load_current", "nominal_current", "stall_current", "peak_current", "continuous_current")
 PHASE_VALUES = ("resistance", "inductance")
 
 
 def dc_equivalent(cells: Mapping[str, Cell]) -> dict[str, Cell]:
-    """The cells of a motor with currents, torque constant, resistance and inductance as of the DC equivalent."""
+    """Cells with currents, torque constant, resistance and inductance as of the DC equivalent."""
     converted = dict(cells)
     basis = cells.get("current_basis")
     for name in CURRENTS:

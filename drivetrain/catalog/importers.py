@@ -102,7 +102,7 @@ def _import(form: Format, folder: Path, out: Path, basis: Basis, keep_faulty: bo
 
 
 def _refuse_existing(out: Path, overwrite: bool) -> None:
-    present = [name for name in TABLES if (out / name).exists()]
+    present = [name for name in (MOTORS, GEARS, PAIRS) if (out / name).exists()]
     if present and not overwrite:
         raise InputError(
             Fault(str(out), "already holds " + ", ".join(present), hint="choose another folder or overwrite")

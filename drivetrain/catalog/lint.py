@@ -9,11 +9,16 @@ from pathlib import Path
 from drivetrain.catalog.findings import Finding, Severity, error, warning
 from drivetrain.catalog.gear_rules import check_families, check_gear
 from drivetrain.catalog.motor_rules import check_motor
-from drivetrain.catalog.schema import GEARS, MOTORS, PAIRS, TABLES
+from drivetrain.catalog.part_rules import check_amplifier, check_brake, check_price
+from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, PRICES, TABLES
 from drivetrain.catalog.table import Cell, Row, Table, read_table
 from drivetrain.errors import Fault, InputError
 
 Rules = Callable[[Mapping[str, Cell]], list[Finding]]
+RULES: dict[str, Rules] = {
+    MOTORS: check_motor, GEARS: check_gear, BRAKES: check_brake, AMPLIFIERS: check_amplifier, PRICES: check_price,
+}  # fmt: skip
+PARTS = (MOTORS, GEARS, BRAKES, AMPLIFIERS)  # whose keys a price may name
 
 
 @dataclass(frozen=True)
@@ -61,14 +66,17 @@ def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintF
         problem = "holds no catalogue table" if Path(folder).is_dir() else "is no folder"
         raise InputError(Fault(str(folder), problem, hint="it should hold " + ", ".join(TABLES)))
     faults = [fault for table in tables.values() for fault in _table_faults(table)]
-    for name, rules in ((MOTORS, check_motor), (GEARS, check_gear)):
+    for name, rules in RULES.items():
         if name in tables:
             faults += _row_faults(tables[name], name, rules)
     if GEARS in tables:
         families = check_families(tables[GEARS].rows)
         faults += [_as_fault(tables[GEARS], GEARS, row, finding) for row, finding in families]
+    groups = [tables, *(_tables(Path(other)) for other in beside)]
     if PAIRS in tables:
-        faults += _pair_faults(tables, [_tables(Path(other)) for other in beside])
+        faults += _pair_faults(tables[PAIRS], groups)
+    if PRICES in tables:
+        faults += _price_faults(tables[PRICES], groups)
     order = {str(table.path): index for index, table in enumerate(tables.values())}
     return sorted(faults, key=lambda fault: (order[fault.file], fault.row))
 
@@ -105,7 +113,7 @@ def _row_faults(table: Table, name: str, rules: Rules) -> list[LintFault]:
 def _provenance(row: Row) -> Iterator[Finding]:
     if not row.text("source"):
         yield error("source", "is empty: say where the numbers were read")
-    elif not row.text("edition"):
+    elif not (row.text("edition") or row.text("date")):
         yield warning("edition", "is empty: sheets change by up to 10 % from one edition to the next")
 
 
@@ -135,11 +143,9 @@ def _as_fault(table: Table, name: str, row: Row, finding: Finding) -> LintFault:
     )
 
 
-def _pair_faults(tables: Mapping[str, Table], beside: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
+def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
     """Pairs that name rows nobody has; where no folder holds the table, its keys are not looked at."""
-    groups = [tables, *beside]
     motors, gears = _keys(groups, MOTORS), _keys(groups, GEARS)
-    table = tables[PAIRS]
     for row in table.rows:
         motor, listed = row.text("motor_key"), row.text("gear_keys").split()
         if motors is not None and motor not in motors:
@@ -150,6 +156,15 @@ def _pair_faults(tables: Mapping[str, Table], beside: Sequence[Mapping[str, Tabl
         twice = sorted({key for key in listed if listed.count(key) > 1}) if len(set(listed)) < len(listed) else []
         for key in twice:
             yield _pair_fault(table, row, "gear_keys", warning("gear_keys", "stands twice in this row"), key)
+
+
+def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
+    """Prices of parts that nobody has."""
+    known = {key for name in PARTS for key in _keys(groups, name) or ()}
+    for row in table.rows:
+        key = row.text("part_key")
+        if key and known and key not in known:
+            yield _pair_fault(table, row, "part_key", error("part_key", "no part has this key"), key)
 
 
 def _pair_fault(table: Table, row: Row, column: str, finding: Finding, value: str) -> LintFault:

@@ -1,4 +1,4 @@
-"""Catalogue folders: motors, gears and which of them fit each other."""
+"""Catalogue folders: motors, gears and which of them fit each other; brakes, amplifiers and prices."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from drivetrain.catalog.convention import dc_equivalent
-from drivetrain.catalog.schema import GEARS, MOTORS, PAIRS, TABLES
-from drivetrain.catalog.table import Cell, Row, Table, read_table
+from drivetrain.catalog.price import Price
+from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, PRICES, TABLES
+from drivetrain.catalog.table import Row, Table, read_table
+from drivetrain.drive.amplifier import AmplifierSheet
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
@@ -21,8 +24,6 @@ from drivetrain.shipped import shipped
 CONFIRM = "Catalogue rows are for sizing studies: confirm each against the maker's current data sheet."
 MOST_HINTS = 10
 MOST_NAMED = 12  # keys in a note
-
-Sheet = TypeVar("Sheet", Motor, Gear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +34,17 @@ class Catalog:
         motors, gears: By key, in file order.
         pairs: Published combinations: gear keys by motor key.
         notes: Doubts and where the rows are from, for the report.
+        brakes, amplifiers: By key, in file order.
+        prices: In file order; a part may have several, or stand in no other table.
     """
 
     motors: dict[str, Motor] = field(default_factory=dict)
     gears: dict[str, Gear] = field(default_factory=dict)
     pairs: dict[str, frozenset[str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    brakes: dict[str, Brake] = field(default_factory=dict)
+    amplifiers: dict[str, AmplifierSheet] = field(default_factory=dict)
+    prices: tuple[Price, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,11 +75,14 @@ class FramelessRule:
 
 
 def read_catalog(*folders: str | Path) -> Catalog:
-    """Motors, gears and published pairs of one or more folders, in SI and in the DC-equivalent convention.
+    """Motors, gears, published pairs, brakes, amplifiers and prices of one or more folders.
+
+    All in SI and in the DC-equivalent convention; prices in their own currency.
 
     Args:
-        folders: Each with ``motors.csv``, ``gears.csv`` and ``compatibility.csv``, or some of them; a row of a later
-            folder replaces the row of the same key in an earlier one. None: the shipped catalogue.
+        folders: Each with ``motors.csv``, ``gears.csv``, ``compatibility.csv``, ``brakes.csv``, ``amplifiers.csv`` and
+            ``prices.csv``, or some of them; a row of a later folder replaces the row of the same key in an earlier
+            one, prices add up. None: the shipped catalogue.
 
     Returns:
         The rows, with notes on what was replaced.
@@ -83,12 +92,13 @@ def read_catalog(*folders: str | Path) -> Catalog:
     """
     tables, faults = _read_tables([Path(folder) for folder in folders] or [shipped("catalogs")])
     notes: list[str] = []
-    motors = _merge(tables[MOTORS], Motor, faults, notes)
-    gears = _merge(tables[GEARS], Gear, faults, notes)
+    kinds = ((MOTORS, Motor), (GEARS, Gear), (BRAKES, Brake), (AMPLIFIERS, AmplifierSheet))
+    motors, gears, brakes, amplifiers = (_merge(tables[name], kind, faults, notes) for name, kind in kinds)
     pairs = _read_pairs(tables[PAIRS], motors, gears, faults)
+    prices = [price for table in tables[PRICES] for price in _sheets(table, Price, faults)]
     if faults:
         raise InputError(faults)
-    return Catalog(motors, gears, pairs, (*notes, CONFIRM))
+    return Catalog(motors, gears, pairs, (*notes, CONFIRM), brakes, amplifiers, tuple(prices))
 
 
 def _read_tables(folders: Iterable[Path]) -> tuple[dict[str, list[Table]], list[Fault]]:
@@ -106,33 +116,40 @@ def _read_tables(folders: Iterable[Path]) -> tuple[dict[str, list[Table]], list[
     return tables, faults
 
 
-def _merge(tables: Iterable[Table], kind: type[Sheet], faults: list[Fault], notes: list[str]) -> dict[str, Sheet]:
+def _merge(tables: Iterable[Table], kind: Any, faults: list[Fault], notes: list[str]) -> dict[str, Any]:
     """The sheets of all tables by key; adds to faults and notes."""
-    merged: dict[str, Sheet] = {}
+    merged: dict[str, Any] = {}
     for table in tables:
-        name = f"{table.path.parent.name}/{table.path.name}"
-        replaced: list[str] = []
-        for row in table.rows if not table.faults else ():
-            try:
-                sheet = _sheet(row, kind, name)
-            except InputError as error:
-                faults += [table.at(row, fault.place, fault.problem, fault.value, fault.hint) for fault in error.faults]
-                continue
-            replaced += [sheet.key] * (sheet.key in merged)
-            merged[sheet.key] = sheet
+        sheets = {sheet.key: sheet for sheet in _sheets(table, kind, faults)}
+        replaced = [key for key in sheets if key in merged]
+        merged |= sheets
         makers = Counter(row.text("maker") or "no maker stated" for row in table.rows)
         listed = ", ".join(f"{maker} {count}" for maker, count in makers.items())
-        notes.append(f"{name}: {len(table.rows)} rows ({listed}).")
+        notes.append(f"{_name(table)}: {len(table.rows)} rows ({listed}).")
         if replaced:
             more = f" and {len(replaced) - MOST_NAMED} more" if len(replaced) > MOST_NAMED else ""
-            notes.append(f"{name} replaces rows of earlier folders: {', '.join(replaced[:MOST_NAMED])}{more}.")
+            notes.append(f"{_name(table)} replaces rows of earlier folders: {', '.join(replaced[:MOST_NAMED])}{more}.")
     return merged
 
 
-def _sheet(row: Row, kind: type[Sheet], file: str) -> Sheet:
-    """One row as a Motor or Gear."""
-    cells: Mapping[str, Cell] = dc_equivalent(row.cells) if kind is Motor else row.cells
-    known = {item.name for item in fields(kind)}
+def _name(table: Table) -> str:
+    return f"{table.path.parent.name}/{table.path.name}"
+
+
+def _sheets(table: Table, kind: Any, faults: list[Fault]) -> list[Any]:
+    """The rows of a table as sheets; adds to faults."""
+    sheets = []
+    for row in table.rows if not table.faults else ():
+        try:
+            sheets.append(_sheet(row, kind, _name(table)))
+        except InputError as error:
+            faults += [table.at(row, fault.place, fault.problem, fault.value, fault.hint) for fault in error.faults]
+    return sheets
+
+
+def _sheet(row: Row, kind: Any, file: str) -> Any:
+    """One row as a Motor, a Gear or what else there is a table of."""
+    known, cells = {item.name for item in fields(kind)}, dc_equivalent(row.cells)
     values: dict[str, Any] = {name: cell for name, cell in cells.items() if name in known and cell is not None}
     if "frameless" in values:
         values["frameless"] = values["frameless"] == "yes"

@@ -1,4 +1,4 @@
-"""The columns of the three catalogue tables: the one list that the reader, the lint and the importers follow.
+"""The columns of the catalogue tables: the one list that the reader, the lint and the importers follow.
 
 A table is a CSV file with one header row. Every physical column carries its unit in brackets in the header, in any
 unit of the right dimension (``torque_constant [mNm/A]``, ``no_load_speed [rpm]``); an unknown value is an empty cell,
@@ -10,11 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from drivetrain.catalog.price import PRICE_KINDS
 from drivetrain.drive.amplifier import CurrentBasis
+from drivetrain.drive.brake import BRAKE_KINDS, BRAKE_SIDES
 from drivetrain.drive.gear import GEAR_KINDS
 from drivetrain.drive.motor import MOTOR_KINDS
 
 MOTORS, GEARS, PAIRS = "motors.csv", "gears.csv", "compatibility.csv"
+BRAKES, AMPLIFIERS, PRICES = "brakes.csv", "amplifiers.csv", "prices.csv"
 
 CURRENT_BASES = tuple(str(basis) for basis in CurrentBasis)
 WINDING_BASES = ("line_line", "phase")
@@ -75,6 +78,14 @@ _WINDING_WHY = (
     "so it is not guessed"
 )
 
+_AMPLIFIER_WHY = (
+    "say what kind of ampere its currents are: dc (equivalent DC machine), rms or peak (amplitude, of a phase); they "
+    "differ by up to 41 %, so it is not guessed"
+)
+_SIDE_WHY = (
+    "say whether its torque acts at the motor or the output shaft; they differ by the ratio, so it is not guessed"
+)
+
 _PROVENANCE = (
     Column("price", "In your own currency; empty in the shipped catalogue.", NUMBER, "", 0.0, 1e9),
     _text("source", "Where the numbers were read."),
@@ -117,6 +128,9 @@ MOTOR_COLUMNS = (
     _number("resistance_winding_housing", "K/W", 1e-3, 500.0, "Thermal resistance."),
     _number("resistance_housing_ambient", "K/W", 1e-3, 500.0, "Thermal resistance."),
     _number("resistance_winding_ambient", "K/W", 1e-3, 500.0, "Where one number is printed for both."),
+    _number("least_winding_share", "1", 0.0, 1.0, "Of that one, of what lies between winding and housing at least."),
+    _number("most_winding_share", "1", 0.0, 1.0, "The same, at most."),
+    _text("split_basis", "What these two rest on."),
     _number("winding_time_constant", "s", 0.01, 1e4, "Thermal."),
     _number("housing_time_constant", "s", 1.0, 1e5, "Thermal."),
     _number("max_winding_temperature", "degC", 40.0, 300.0, "Limit of the insulation."),
@@ -190,7 +204,74 @@ PAIR_COLUMNS = (
     _text("notes", "Anything else.", lint_only=True),
 )
 
-TABLES = {MOTORS: MOTOR_COLUMNS, GEARS: GEAR_COLUMNS, PAIRS: PAIR_COLUMNS}
+BRAKE_COLUMNS = (
+    _text("key", "Unique name in the catalogue.", needed=True),
+    _text("maker", "As printed."),
+    _text("series", "As printed."),
+    _text("part_number", "As printed."),
+    _choice("kind", "What closes it.", BRAKE_KINDS),
+    _choice("torque_side", "Where its torque acts.", BRAKE_SIDES, needed=True, why=_SIDE_WHY),
+    _number("static_torque", "N m", 1e-4, 1e5, "That it holds at rest, on its side."),
+    _number("voltage", "V", 1.0, 1000.0, "Of the coil."),
+    _number("power", "W", 0.1, 1e4, "That keeps it open."),
+    _number("current", "A", 1e-3, 100.0, "That keeps it open."),
+    _number("inertia", "kg m^2", 1e-12, 10.0, "That it adds to the shaft it sits on."),
+    _number("mass", "kg", 1e-4, 1e3, "Of the brake."),
+    _number("release_time", "s", 1e-4, 10.0, "From switching the coil on until it is open."),
+    _number("engage_time", "s", 1e-4, 10.0, "From switching the coil off until it holds."),
+    _number("energy_per_stop", "J", 1e-2, 1e7, "That one stop may turn into heat."),
+    _number("energy_per_hour", "J", 1e-2, 1e9, "The same of all stops of an hour."),
+    _number("backlash", "rad", 0.0, 0.5, "Of its hub, total, on its side."),
+    *_PROVENANCE,
+)
+
+AMPLIFIER_COLUMNS = (
+    _text("key", "Unique name in the catalogue.", needed=True),
+    _text("maker", "As printed."),
+    _text("series", "As printed."),
+    _text("part_number", "As printed."),
+    _choice("current_basis", "What kind of ampere is printed.", CURRENT_BASES, needed=True, why=_AMPLIFIER_WHY),
+    _text("basis_evidence", "How that is known.", lint_only=True),
+    _number("continuous_current", "A", 1e-2, 5000.0, "That it gives for ever.", needed=True),
+    _number("peak_current", "A", 1e-2, 1e4, "That it gives for a short time."),
+    _number("peak_time", "s", 1e-3, 100.0, "For which it gives the peak current, from the continuous one on."),
+    _number("thermal_time_constant", "s", 1e-3, 1e4, "Of a first-order overload model, where it has that instead."),
+    _number("min_voltage", "V", 1.0, 1000.0, "Of the supply."),
+    _number("max_voltage", "V", 1.0, 1000.0, "Of the supply."),
+    _number("modulation", "1", 0.3, 1.0, "Largest share of the supply voltage that reaches the motor terminals."),
+    _number("current_loop_rate", "Hz", 100.0, 1e6, "Of the current loop."),
+    _number("logic_power", "W", 0.0, 1000.0, "That its electronics take."),
+    _number("mass", "kg", 1e-4, 1e3, "Of the amplifier."),
+    _text("fieldbus", "By which it is commanded.", lint_only=True),
+    *_PROVENANCE,
+)
+
+PRICE_COLUMNS = (
+    _text("part_key", "Key of the part in this catalogue; empty: it is not in it."),
+    _text("category", "What it is."),
+    _text("maker", "As printed."),
+    _text("name", "As the shop or the survey calls it.", needed=True),
+    _number("rated_torque", "N m", 1e-6, 1e6, "Of the part, to compare by."),
+    _number("peak_torque", "N m", 1e-6, 1e6, "Of the part, to compare by."),
+    _number("ratio", "1", 1.0, 1e5, "Of its gear."),
+    Column("price", "In the currency; the lower end of a range.", NUMBER, "", 0.01, 1e9, needed=True),
+    Column("price_to", "The upper end of a range.", NUMBER, "", 0.01, 1e9),
+    _text("currency", "Three letters: EUR, USD.", needed=True),
+    _choice("kind", "Whether it was listed or somebody estimated it.", PRICE_KINDS, needed=True),
+    _text("date", "When it was seen, as far as the source tells.", needed=True),
+    _text("shop", "Where, and what the figure includes."),
+    _text("source", "Where it was read."),
+    _text("source_quality", "A: the shop's page; C: collected by others.", lint_only=True),
+)
+
+TABLES = {
+    MOTORS: MOTOR_COLUMNS,
+    GEARS: GEAR_COLUMNS,
+    PAIRS: PAIR_COLUMNS,
+    BRAKES: BRAKE_COLUMNS,
+    AMPLIFIERS: AMPLIFIER_COLUMNS,
+    PRICES: PRICE_COLUMNS,
+}
 
 
 def by_name(columns: Iterable[Column]) -> dict[str, Column]:

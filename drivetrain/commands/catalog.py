@@ -10,7 +10,11 @@ import typer
 
 from drivetrain.commands.shared import DOES_NOT_FIT, FITS, lines, listed, say, told, writable
 
-app = typer.Typer(help="Look after catalogues of motors and gears.", no_args_is_help=True, rich_markup_mode="rich")
+app = typer.Typer(
+    help="Look after catalogues of motors, gears, brakes, amplifiers and prices.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
 
 
 class Source(StrEnum):
@@ -23,7 +27,7 @@ class Source(StrEnum):
 @app.command("lint")
 def _lint(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder with motors.csv, gears.csv, compatibility.csv.")
+        Path, typer.Argument(metavar="DIR", help="Folder with motors.csv, gears.csv and the other tables.")
     ],
 ) -> None:
     """List everything wrong with a catalogue at once; exit code 1 when a row cannot be right."""

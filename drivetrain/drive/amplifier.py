@@ -58,6 +58,58 @@ class Amplifier:
             raise InputError(faults)
 
 
+_SHEET_RANGES = {
+    **dict.fromkeys(
+        "continuous_current peak_current peak_time thermal_time_constant min_voltage max_voltage mass".split(), POSITIVE
+    ),
+    **dict.fromkeys(("logic_power", "price"), NOT_NEGATIVE),
+    "current_loop_rate": POSITIVE,
+    "modulation": EFFICIENCY,
+}
+
+
+@dataclass(frozen=True)
+class AmplifierSheet:
+    """An amplifier's data sheet; None where the sheet says nothing (unknown is never zero).
+
+    Attributes:
+        key: Unique name in the catalogue.
+        maker, series, part_number: As printed.
+        continuous_current, peak_current: [A], DC equivalent.
+        peak_time: For which it gives the peak current from its continuous one on [s].
+        thermal_time_constant: Of its first-order overload model, where it has that instead [s].
+        min_voltage, max_voltage: Of the supply [V].
+        modulation: Largest share of the supply voltage that reaches the motor terminals.
+        current_loop_rate: Of its current loop [Hz].
+        logic_power: That its electronics take [W].
+        mass: [kg].
+        price: In the user's currency; empty in the shipped catalogue.
+        source: File and row, sheet, edition: what a report prints.
+    """
+
+    key: str
+    maker: str = ""
+    series: str = ""
+    part_number: str = ""
+    continuous_current: float | None = None
+    peak_current: float | None = None
+    peak_time: float | None = None
+    thermal_time_constant: float | None = None
+    min_voltage: float | None = None
+    max_voltage: float | None = None
+    modulation: float | None = None
+    current_loop_rate: float | None = None
+    logic_power: float | None = None
+    mass: float | None = None
+    price: float | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        faults = range_faults(f"amplifier {self.key}", self, _SHEET_RANGES)
+        if faults:
+            raise InputError(faults)
+
+
 @dataclass(frozen=True)
 class Supply:
     """The one supply behind all amplifiers; None where unknown.
@@ -83,6 +135,12 @@ class Supply:
         faults = range_faults("supply", self, ranges, required=("voltage",))
         if faults:
             raise InputError(faults)
+
+
+def limits_of(sheet: AmplifierSheet) -> Amplifier:
+    """What an amplifier of the catalogue allows one joint; where its sheet has no modulation, that of ``Amplifier``."""
+    modulation = Amplifier.modulation if sheet.modulation is None else sheet.modulation
+    return Amplifier(sheet.peak_current, sheet.continuous_current, modulation)
 
 
 def available_voltage(amplifier: Amplifier, supply_voltage: float) -> float:

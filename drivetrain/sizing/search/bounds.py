@@ -79,39 +79,6 @@ def span_of(motion: Motion, low: Array, high: Array, added: Array, share: Array,
 
 
 @kernel(fastmath=FAST)
-def least_bearing(start: Array, rows: Array, middle: Array, half: Array, near: Array, wide: Array) -> Array:
-    """Least tilting moment, axial and radial load while each number of the drives lies in an interval, (3,).
-
-    Args:
-        start: Wrench without drives [N m], [N], (6, N).
-        rows: What a unit of each number adds, (K, 6, N).
-        middle, half: Of the intervals, (K,).
-        near, wide: Memory: middle and half width of a component, (2, N).
-    """
-    found = np.zeros(3)
-    for which, first, after in ((0, 0, 2), (1, 5, 6), (2, 3, 5)):
-        for component in range(first, after):
-            centre, width = near[component - first], wide[component - first]
-            centre[:], width[:] = start[component], 0.0
-            for k in range(len(rows)):
-                row, amount, reach = rows[k, component], middle[k], half[k]
-                for t in range(len(row)):
-                    centre[t] += amount * row[t]
-                if reach > 0.0:
-                    for t in range(len(row)):
-                        width[t] += reach * abs(row[t])
-        largest = 0.0
-        for t in range(start.shape[1]):
-            square = 0.0
-            for component in range(after - first):
-                inside = larger(abs(near[component, t]) - wide[component, t], 0.0)
-                square += inside * inside
-            largest = larger(largest, square)
-        found[which] = math.sqrt(largest)
-    return found
-
-
-@kernel(fastmath=FAST)
 def bound_cases(
     cases: Any, numbers: Any, checks: Any, span: Span, amounts: Array, until: float, strict: bool, peaks: bool,
     energies: bool, line: Array, used: Array, energy: Array,

@@ -24,7 +24,7 @@ from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.fill import DIRECT
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.parts import Parts, parts_of
-from drivetrain.sizing.search.bounds import NO_BEARING, bound_cases, least_bearing, span_of
+from drivetrain.sizing.search.bounds import NO_BEARING, bound_cases, span_of
 from drivetrain.sizing.search.domains import Indices
 from drivetrain.study.model import Study
 
@@ -93,7 +93,8 @@ class JointOffer:
     others: tuple[int, ...]
     rows: Added
     share: Array
-    wrenches: Array
+    heavy: Array
+    heavy_rows: Array
     few: Work
     sharp: Indices
     motors: tuple[Any, Any]
@@ -133,15 +134,15 @@ class JointOffer:
         Args:
             low, high: Numbers of all joints' drives, (n, NUMBERS).
         """
-        start = self.work.load.wrench
-        if not start.size:
+        if not self.heavy.size:
             return NO_BEARING
         drives = [*self.others, *([self.joint] if len(self.work.added.wrench) else [])]
         middle = 0.5 * (low[drives] + high[drives]).ravel()
         half = 0.5 * (high[drives] - low[drives]).ravel()
         half = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
-        memory = np.zeros((2, 2, start.shape[1]))
-        return least_bearing(start, self.wrenches, middle, half, *memory)
+        centre = self.heavy + np.tensordot(middle, self.heavy_rows, 1)
+        least = np.maximum(np.abs(centre) - np.tensordot(half, np.abs(self.heavy_rows), 1), 0.0)
+        return np.array([series.max() for series in _bearing_loads(least)])
 
     def judge(
         self, parts: Indices, own: Array, numbers: Array, *, until: float, quick: bool, power: Array | None = None,
@@ -300,7 +301,11 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
-    wrenches = np.zeros((0, 6, 0)) if demand.wrench is None else np.concatenate([rows.wrench, offered.added.wrench])
+    heavy, heavy_rows = np.zeros((6, 0)), np.zeros((0, 6, 0))
+    if demand.wrench is not None:
+        at = np.unique([_peaks(series) for series in _bearing_loads(offered.load.wrench)])
+        heavy = offered.load.wrench[:, at]
+        heavy_rows = np.concatenate([rows.wrench[:, :, at], offered.added.wrench[:, :, at]])
     few, size = offered.few, 2 * STRETCHES
     assert few is not None
     few = few._replace(
@@ -316,9 +321,14 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
     return JointOffer(
-        joint, demand, offered, tuple(others), rows, share, wrenches, few, _peaks(np.abs(demand.acceleration)),
+        joint, demand, offered, tuple(others), rows, share, heavy, heavy_rows, few, _peaks(np.abs(demand.acceleration)),
         (parts.motor_rows, shafts), gears, plain, study.joints[joint].drive is not None,
     )  # fmt: skip
+
+
+def _bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:
+    """Tilting moment, axial and radial load of wrenches, (N,) each."""
+    return np.hypot(wrench[0], wrench[1]), np.abs(wrench[5]), np.hypot(wrench[3], wrench[4])
 
 
 def _peaks(values: Array) -> Indices:

@@ -1,0 +1,69 @@
+"""The holding brake: its sheet in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
+from drivetrain.errors import Fault, InputError, nearest
+
+BRAKE_KINDS = ("spring", "permanent_magnet")
+BRAKE_SIDES = ("motor", "output")
+
+_POSITIVE = ("static_torque", "voltage", "power", "current", "mass", "energy_per_stop", "energy_per_hour")
+_NOT_NEGATIVE = ("inertia", "release_time", "engage_time", "backlash", "price")
+_RANGES = {**dict.fromkeys(_POSITIVE, POSITIVE), **dict.fromkeys(_NOT_NEGATIVE, NOT_NEGATIVE)}
+
+
+@dataclass(frozen=True)
+class Brake:
+    """A holding brake's data sheet; None where the sheet says nothing (unknown is never zero).
+
+    Attributes:
+        key: Unique name in the catalogue.
+        torque_side: Where the torque acts: ``motor``, before the gear, or ``output``.
+        maker, series, part_number: As printed.
+        kind: ``spring`` or ``permanent_magnet``; empty: not said.
+        static_torque: That it holds at rest, on its side [N m].
+        voltage: Of the coil [V].
+        power, current: That keep it open [W], [A].
+        inertia: That it adds to the shaft it sits on [kg m^2].
+        mass: [kg].
+        release_time, engage_time: From switching the coil on or off [s].
+        energy_per_stop, energy_per_hour: That one stop, and all stops of an hour, may turn into heat [J].
+        backlash: Of its hub, total, on its side [rad].
+        price: In the user's currency; empty in the shipped catalogue.
+        source: File and row, sheet, edition: what a report prints.
+    """
+
+    key: str
+    torque_side: str
+    maker: str = ""
+    series: str = ""
+    part_number: str = ""
+    kind: str = ""
+    static_torque: float | None = None
+    voltage: float | None = None
+    power: float | None = None
+    current: float | None = None
+    inertia: float | None = None
+    mass: float | None = None
+    release_time: float | None = None
+    engage_time: float | None = None
+    energy_per_stop: float | None = None
+    energy_per_hour: float | None = None
+    backlash: float | None = None
+    price: float | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        owner = f"brake {self.key}"
+        faults = range_faults(owner, self, _RANGES)
+        for name, known in (("torque_side", BRAKE_SIDES), ("kind", ("", *BRAKE_KINDS))):
+            value = getattr(self, name)
+            if value not in known:
+                faults.append(
+                    Fault(f"{owner}.{name}", "must be one of " + ", ".join(known), value, nearest(value, known))
+                )
+        if faults:
+            raise InputError(faults)

@@ -1,0 +1,91 @@
+"""How long an amplifier bears more than its continuous current: i2t with a peak time, or one time constant.
+
+Both are periodic steady states: the answer holds for a cycle that repeats for ever.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import AmplifierSheet
+
+
+def overload(sheet: AmplifierSheet, current: Array, time: Array) -> float | None:
+    """The largest share of its overload that an amplifier uses up in a cycle; above 1 it trips or folds back.
+
+    With a peak time the integral of I^2 - I_c^2, never below zero, is held against (I_p^2 - I_c^2) t_p; with a time
+    constant the first-order mean of I^2 against I_c^2. The current is constant from each sample to the next.
+
+    Args:
+        sheet: Its continuous current, and either of the two models; the time constant counts where it has both.
+        current: DC equivalent [A], (N,).
+        time: Of the samples [s], (N,), rising.
+
+    Returns:
+        Infinite where the mean square of the cycle alone is above the continuous one; None where the sheet lacks a
+        number.
+
+    Reference:
+        The i2t monitor of servo drives: E' = I^2 - I_c^2 and theta' = (I^2/I_c^2 - theta)/tau.
+    """
+    if sheet.continuous_current is None:
+        return None
+    square = np.asarray(current, dtype=np.float64)[:-1] ** 2 / sheet.continuous_current**2
+    step = np.diff(np.asarray(time, dtype=np.float64))
+    if sheet.thermal_time_constant is not None:
+        return _first_order(square, step, sheet.thermal_time_constant)
+    if sheet.peak_current is None or sheet.peak_time is None:
+        return None
+    room = ((sheet.peak_current / sheet.continuous_current) ** 2 - 1.0) * sheet.peak_time
+    if float(square @ step) > float(step.sum()) * (1.0 + 1e-12):
+        return math.inf
+    most, held = 0.0, 0.0
+    for _ in range(2):  # from empty; what is left at the end of the first round is that of every round after it
+        for above, lasting in zip((square - 1.0).tolist(), step.tolist(), strict=True):
+            held = max(held + above * lasting, 0.0)
+            most = max(most, held)
+    if most == 0.0:
+        return 0.0
+    return most / room if room > 0.0 else math.inf
+
+
+def _first_order(square: Array, step: Array, constant: float) -> float:
+    """Largest theta of a repeated cycle: of the affine map of a round, the state that it leaves as it was."""
+    decay = np.exp(-step / constant)
+    once = 0.0
+    for value, left in zip(square.tolist(), decay.tolist(), strict=True):
+        once = left * once + (1.0 - left) * value
+    held = once / -math.expm1(-float(step.sum()) / constant)
+    most = held
+    for value, left in zip(square.tolist(), decay.tolist(), strict=True):
+        held = left * held + (1.0 - left) * value
+        most = max(most, held)
+    return most
+
+
+def peak_duration(sheet: AmplifierSheet, current: float) -> float | None:
+    """How long an amplifier gives a current, from rest.
+
+    Args:
+        sheet: As for ``overload``.
+        current: DC equivalent [A].
+
+    Returns:
+        [s]; infinite at the continuous current and below; None where the sheet lacks a number.
+
+    Reference:
+        tau ln(r^2/(r^2 - 1)), r = I/I_c, or (I_p^2 - I_c^2) t_p/(I^2 - I_c^2).
+    """
+    if sheet.continuous_current is None:
+        return None
+    square = (current / sheet.continuous_current) ** 2
+    if square <= 1.0:
+        return math.inf
+    if sheet.thermal_time_constant is not None:
+        return sheet.thermal_time_constant * math.log(square / (square - 1.0))
+    if sheet.peak_current is None or sheet.peak_time is None:
+        return None
+    return ((sheet.peak_current / sheet.continuous_current) ** 2 - 1.0) * sheet.peak_time / (square - 1.0)

@@ -1,0 +1,59 @@
+"""How long an amplifier bears more than its continuous current: worked numbers, and a plain march over many cycles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from drivetrain.drive.amplifier import AmplifierSheet
+from drivetrain.drive.overload import overload, peak_duration
+
+TIMED = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, peak_time=3.0)
+FIRST_ORDER = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, thermal_time_constant=3.5)
+CYCLE = np.array([9.0, 0.0, 9.0]), np.array([0.0, 2.0, 7.0])  # 9 A for 2 s, nothing for 5 s
+
+
+def test_the_worked_cycle() -> None:
+    """112 of 225 A^2 s by its peak time; 1.63 of a time constant of 3.5 s: that one trips."""
+    assert overload(TIMED, *CYCLE) == pytest.approx(112.0 / 225.0)
+    assert overload(FIRST_ORDER, *CYCLE) == pytest.approx(1.63, abs=5e-3)
+
+
+def test_twice_the_current_lasts_one_second_of_a_constant_of_three_and_a_half() -> None:
+    assert (
+        peak_duration(FIRST_ORDER, 10.0) == pytest.approx(3.5 * math.log(4.0 / 3.0)) == pytest.approx(1.007, abs=1e-3)
+    )
+    assert peak_duration(TIMED, 10.0) == pytest.approx(3.0)
+    assert peak_duration(TIMED, 5.0) == peak_duration(FIRST_ORDER, 4.0) == math.inf
+
+
+@pytest.mark.parametrize("sheet", [TIMED, FIRST_ORDER])
+@pytest.mark.parametrize("seed", range(8))
+def test_a_march_over_many_cycles_ends_there(sheet: AmplifierSheet, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    time = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 1.5, 12))])
+    current = rng.uniform(-7.0, 7.0, 13)
+    held, largest = 0.0, 0.0
+    for round_ in range(200):
+        for value, step in zip(current[:-1] ** 2, np.diff(time), strict=True):
+            if sheet is TIMED:
+                held = max(held + (value - 25.0) * step, 0.0)
+            else:
+                held += (value / 25.0 - held) * (1.0 - math.exp(-step / 3.5))
+            if round_ > 100:
+                largest = max(largest, held)
+    mean = float(current[:-1] ** 2 @ np.diff(time)) / time[-1]
+    if sheet is TIMED:
+        wanted = math.inf if mean > 25.0 else largest / 225.0
+    else:
+        wanted = largest
+    assert overload(sheet, current, time) == pytest.approx(wanted, rel=1e-9)
+
+
+def test_what_a_sheet_lacks_is_not_answered() -> None:
+    bare = AmplifierSheet("A", continuous_current=5.0)
+    assert overload(bare, *CYCLE) is None and peak_duration(bare, 9.0) is None
+    assert overload(AmplifierSheet("A"), *CYCLE) is None and peak_duration(AmplifierSheet("A"), 9.0) is None
+    assert overload(AmplifierSheet("A", continuous_current=5.0, peak_current=5.0, peak_time=1.0), *CYCLE) == math.inf
