@@ -249,7 +249,8 @@ class FrontTree:
                 cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, low)
                 domains[joint] = replace(domain, cost=cost).kept(np.isfinite(cost[:, USED]))
             else:
-                found = problem.bounded(joint, domain.pairs, offers[joint].interval(low, high), energies=True)
+                torque, bearing = offers[joint].interval(low, high), offers[joint].bearing(low, high)
+                found = problem.bounded(joint, domain.pairs, torque, energies=True, bearing=bearing)
                 slope[joint] = problem.slopes(joint, found.line)
                 taken = float((slope[joint] * 0.5 * (low + high)).sum())
                 cost[:, USED] = found.used * BELOW
