@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivetrain.sizing.tolerance.spread import spread
-
 import drivetrain as dt
 from drivetrain.report.figures_overview import overview_png
 from drivetrain.report.outputs import write_outputs
 from drivetrain.report.trade_off_sections import trade_off_extra
+from drivetrain.sizing.answers.spread import spread
 
 ROOT = Path(__file__).resolve().parents[1]
 SIZED = ("puma560",)  # its drives are given; the others are chosen
