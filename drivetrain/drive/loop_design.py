@@ -33,9 +33,8 @@ SAMPLES = 10.0  # and periods that the lag of sampling and computing may take of
 OUTER = 4.0  # times slower than the speed loop the position loop is
 MODULUS_MARGIN = 0.5  # from -1: every crossing then has a gain margin of 6 dB and a phase margin of 29 deg at least
 SLOWER = 0.95  # is the next bandwidth tried where one does not have it
-SLOWEST = 1e-3  # of the first one tried
+SLOWEST = 0.02  # of the first one tried: what is slower still is no servo
 POINTS, AROUND = 500, 60  # frequencies of a response: along all of it, and on each side of a root
-LAGS = ("current loop", "samples and delay")
 SPRING = "resonance of the joint's spring"
 NOTCH = (0.1, 0.7)  # damping of a notch's zeros and poles: wide enough for a resonance that is 20 % off
 
@@ -336,7 +335,11 @@ def design_loops(
     Raises:
         InputError: Nothing limits the bandwidth and none is wanted, or a number out of its range.
     """
-    limits = dict(zip((*LAGS, "anti-resonance of the joint's spring"), _rules(axis, timing), strict=True))
+    limits = {
+        "current loop": timing.current_bandwidth / BELOW_CURRENT_LOOP,
+        "samples and delay": math.inf if timing.lag == 0.0 else 2.0 * math.pi / (SAMPLES * timing.lag),
+        "anti-resonance of the joint's spring": resonances(axis)[0] / BELOW_SPRING,
+    }
     limit = min(limits, key=lambda name: limits[name])
     wanted = limits[limit] if speed_bandwidth is None else speed_bandwidth
     faults = []
@@ -353,12 +356,13 @@ def design_loops(
     if speed_bandwidth is not None:
         return given_loops(axis, timing, *_gains(axis, wanted), limited_by="wanted")
     axes = [axis] if lightest in (None, axis.load_inertia) else [axis, replace(axis, load_inertia=lightest)]
-    benches = [_Bench.of(one, timing) for one in axes]
+    benches = [_Bench.of(one, timing, wanted) for one in axes]
     found, good = _fastest(benches, axis, wanted, modulus_margin)
     if not good or found < wanted:  # too fast for its lag, or for its spring: that is, a rigid joint could be faster
-        rigid = [_Bench.of(replace(one, stiffness=None), timing) for one in axes]
+        rigid = [_Bench.of(replace(one, stiffness=None), timing, wanted) for one in axes]
         stiff, _ = _fastest(rigid, axis, wanted, modulus_margin)
-        limit = SPRING if stiff > found or not good else min(LAGS, key=lambda name: limits[name])
+        by_spring = axis.stiffness is not None and (stiff > found or not good)
+        limit = SPRING if by_spring else min(list(limits)[:2], key=lambda name: limits[name])
     design = _judged(benches[0], *_gains(axis, found), limit)
     if limit != SPRING:
         return design
@@ -387,7 +391,8 @@ def given_loops(
     Returns:
         As ``design_loops``.
     """
-    return _judged(_Bench.of(axis, timing), speed_gain, integral_time, position_gain, limited_by)
+    bandwidth = speed_gain * axis.torque_constant / axis.whole_inertia
+    return _judged(_Bench.of(axis, timing, bandwidth), speed_gain, integral_time, position_gain, limited_by)
 
 
 def closed_loop(axis: ServoAxis, timing: ServoTiming, design: LoopDesign) -> StateSpace:
@@ -401,13 +406,8 @@ def closed_loop(axis: ServoAxis, timing: ServoTiming, design: LoopDesign) -> Sta
     Returns:
         A system of the ``control`` library [rad over rad], sampled where the loops are: for ``control.step_response``.
     """
-    return _cascade(_Bench.of(axis, timing), design.speed_gain, design.integral_time, design.position_gain)[1]
-
-
-def _rules(axis: ServoAxis, timing: ServoTiming) -> tuple[float, float, float]:
-    """Bandwidths at which a design begins: for the current loop, for samples and delay, for the anti-resonance."""
-    samples = math.inf if timing.lag == 0.0 else 2.0 * math.pi / (SAMPLES * timing.lag)
-    return timing.current_bandwidth / BELOW_CURRENT_LOOP, samples, resonances(axis)[0] / BELOW_SPRING
+    bench = _Bench.of(axis, timing, design.speed_bandwidth)
+    return _cascade(bench, design.speed_gain, design.integral_time, design.position_gain)[1]
 
 
 def _gains(axis: ServoAxis, bandwidth: float) -> tuple[float, float, float]:
@@ -438,7 +438,7 @@ def _notch(axes: list[ServoAxis], timing: ServoTiming, first: float, found: floa
     middle = resonances(axes[0])[1]
     if timing.period * middle > 0.8 * math.pi:  # a sampled filter cannot meet it
         return None
-    faster, good = _fastest([_Bench.of(one, timing, middle) for one in axes], axes[0], first, margin)
+    faster, good = _fastest([_Bench.of(one, timing, first, middle) for one in axes], axes[0], first, margin)
     return Notch(middle, *NOTCH, faster) if good and faster > 1.1 * found else None
 
 
@@ -454,11 +454,12 @@ class _Bench:
     summed: Array
 
     @staticmethod
-    def of(axis: ServoAxis, timing: ServoTiming, notch: float | None = None) -> _Bench:
+    def of(axis: ServoAxis, timing: ServoTiming, first: float, notch: float | None = None) -> _Bench:
+        """With responses that show every bandwidth from ``first`` down."""
         plant = _plant(axis, timing)
         if notch is not None:
             plant = plant * _notch_filter(notch, timing)
-        at = _grid(axis, timing, plant)
+        at = _grid(axis, timing, plant, first)
         points = 1j * at if timing.period == 0.0 else np.exp(1j * at * timing.period)
         states = np.linalg.solve(points[:, None, None] * np.eye(plant.nstates) - plant.A, plant.B[None])
         return _Bench(axis, timing, plant, at, (plant.C @ states + plant.D)[:, 0, 0], _summed(timing)(points))
@@ -507,16 +508,15 @@ def _notch_filter(middle: float, timing: ServoTiming) -> StateSpace:
     return control.ss(notch)
 
 
-def _grid(axis: ServoAxis, timing: ServoTiming, plant: StateSpace) -> Array:
+def _grid(axis: ServoAxis, timing: ServoTiming, plant: StateSpace, first: float) -> Array:
     """Frequencies that show an open loop whole: dense about every pole and zero that is hardly damped [rad/s]."""
     roots = np.concatenate([plant.poles(), plant.zeros()]).astype(complex)
     if timing.period > 0.0:
         top = math.pi / timing.period
         roots = np.log(roots[np.abs(roots) > 1e-6]) / timing.period
     else:
-        top = 100.0 * max(1.0, *(one for one in (resonances(axis)[1], timing.current_bandwidth) if one < math.inf))
-    start = min(top, *_rules(axis, timing))
-    at = np.geomspace(1e-2 * SLOWEST * start, top, POINTS)
+        top = 100.0 * max([first, *(w for w in (resonances(axis)[1], timing.current_bandwidth) if w < math.inf)])
+    at = np.geomspace(1e-2 * SLOWEST * min(first, top), top, POINTS)
     for root in roots[roots.imag > 0.0]:
         apart = np.geomspace(0.03 * max(abs(root.real), 1e-6 * root.imag), 0.3 * root.imag + abs(root.real), AROUND)
         at = np.concatenate([at, root.imag - apart, root.imag + apart])

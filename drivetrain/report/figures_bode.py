@@ -87,7 +87,8 @@ def figure_steps(loops: JointLoops, *, name: str = "steps") -> Figure:
 
 def _top(design: LoopDesign) -> float:
     """Highest frequency that is worth drawing [rad/s]."""
-    return max(10.0 * design.speed_bandwidth, 3.0 * design.resonance if math.isfinite(design.resonance) else 0.0)
+    resonance = design.resonance if math.isfinite(design.resonance) else 0.0
+    return max(10.0 * design.speed_bandwidth, 3.0 * resonance, 2.0 * design.critical_frequency)
 
 
 def _texts(design: LoopDesign) -> tuple[str, str]:

@@ -15,8 +15,9 @@ from drivetrain.drive.motor import torque_constant
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.simulation import Simulation
 
-STEP_LASTS = 12.0  # times the position loop's time constant
-STEP_POINTS = 600  # at most
+STEP_LASTS = 8.0  # times the position loop's time constant
+STEP_POINTS = 600  # drawn, at most
+MOST_SAMPLES = 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +124,13 @@ def _joint_loops(joint: JointResult, axis: ServoAxis, lightest: float, timing: S
 
     design = design_loops(axis, timing, lightest=lightest)
     bare = replace(axis, load_inertia=lightest)
-    light = given_loops(
-        bare, timing, design.speed_gain, design.integral_time, design.position_gain, limited_by=design.limited_by
-    )
+    light = design
+    if lightest < axis.load_inertia:
+        gains = (design.speed_gain, design.integral_time, design.position_gain)
+        light = given_loops(bare, timing, *gains, limited_by=design.limited_by)
     lasts = STEP_LASTS / design.position_gain
     apart = timing.period or lasts / STEP_POINTS
-    time = apart * np.arange(max(2, math.ceil(lasts / apart)))
+    time = np.arange(min(max(2, math.ceil(lasts / apart)), MOST_SAMPLES), dtype=np.float64) * apart
     every = 1 + len(time) // STEP_POINTS
     steps = [control.step_response(closed_loop(one, timing, design), time).outputs for one in (axis, bare)]
     motor, bandwidth = joint.drive.motor, timing.current_bandwidth
