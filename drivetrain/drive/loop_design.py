@@ -35,8 +35,9 @@ MODULUS_MARGIN = 0.5  # from -1: every crossing then has a gain margin of 6 dB a
 SLOWER = 0.95  # is the next bandwidth tried where one does not have it
 SLOWEST = 0.02  # of the first one tried: what is slower still is no servo
 POINTS, AROUND = 500, 60  # frequencies of a response: along all of it, and on each side of a root
+NOTCHED = 0.8  # of half the sampling rate: the highest resonance that a sampled notch is laid on
+WORTH = 1.1  # times faster a loop must become by a notch
 SPRING = "resonance of the joint's spring"
-NOTCH = (0.1, 0.7)  # damping of a notch's zeros and poles: wide enough for a resonance that is 20 % off
 
 
 @dataclass(frozen=True)
@@ -144,18 +145,16 @@ class Margins:
 
 @dataclass(frozen=True)
 class Notch:
-    """What a notch filter in the current's command would allow; the design itself has none.
+    """A filter that takes out what a resonance would answer: (s^2 + 2 z w s + w^2) / (s^2 + 2 p w s + w^2).
 
     Attributes:
-        frequency: Of its middle [rad/s].
-        zeros, poles: Their damping ratios [-].
-        speed_bandwidth: Crossover that the speed loop could then have with the same margin [rad/s].
+        frequency: Of its middle, w [rad/s].
+        zeros, poles: Their damping ratios z and p [-].
     """
 
     frequency: float
-    zeros: float
-    poles: float
-    speed_bandwidth: float
+    zeros: float = 0.1
+    poles: float = 0.7  # wide enough for a resonance that is 20 % off
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +175,8 @@ class LoopDesign:
         sampled_share: Speed gain over the largest that sampling allows for a rigid joint [-]; 0 without samples.
         frequencies: At which the responses are [rad/s], (N,).
         speed_loop, position_loop: Open loops' complex responses, (N,).
-        notch: What one would allow, where the spring's resonance limits; None elsewhere.
+        notch: In the speed loop; None: it has none.
+        with_notch: The design that a notch would allow, where the spring's resonance limits a sampled one; else None.
     """
 
     speed_bandwidth: float
@@ -196,6 +196,7 @@ class LoopDesign:
     speed_loop: Array
     position_loop: Array
     notch: Notch | None = None
+    with_notch: LoopDesign | None = None
 
     @cached_property
     def speed_margins(self) -> Margins:
@@ -364,9 +365,14 @@ def design_loops(
         by_spring = axis.stiffness is not None and (stiff > found or not good)
         limit = SPRING if by_spring else min(list(limits)[:2], key=lambda name: limits[name])
     design = _judged(benches[0], *_gains(axis, found), limit)
-    if limit != SPRING:
+    if limit != SPRING or not 0.0 < timing.period * resonances(axis)[1] < NOTCHED * math.pi:
         return design
-    return replace(design, notch=_notch(axes, timing, wanted, found, modulus_margin))
+    notch = Notch(resonances(axis)[1])
+    benches = [_Bench.of(one, timing, wanted, notch) for one in axes]
+    faster, good = _fastest(benches, axis, wanted, modulus_margin)
+    if not good or (design.stable and faster < WORTH * found):
+        return design
+    return replace(design, with_notch=_judged(benches[0], *_gains(axis, faster), "notch and " + SPRING))
 
 
 def given_loops(
@@ -376,6 +382,7 @@ def given_loops(
     integral_time: float,
     position_gain: float,
     *,
+    notch: Notch | None = None,
     limited_by: str = "given gains",
 ) -> LoopDesign:
     """What gains make of an axis.
@@ -386,13 +393,15 @@ def given_loops(
         speed_gain: At the motor [A s/rad].
         integral_time: Of the speed loop [s].
         position_gain: Of the position loop [1/s].
+        notch: In the speed loop.
         limited_by: What the answer is to say of them.
 
     Returns:
         As ``design_loops``.
     """
     bandwidth = speed_gain * axis.torque_constant / axis.whole_inertia
-    return _judged(_Bench.of(axis, timing, bandwidth), speed_gain, integral_time, position_gain, limited_by)
+    bench = _Bench.of(axis, timing, bandwidth, notch)
+    return _judged(bench, speed_gain, integral_time, position_gain, limited_by)
 
 
 def closed_loop(axis: ServoAxis, timing: ServoTiming, design: LoopDesign) -> StateSpace:
@@ -406,8 +415,24 @@ def closed_loop(axis: ServoAxis, timing: ServoTiming, design: LoopDesign) -> Sta
     Returns:
         A system of the ``control`` library [rad over rad], sampled where the loops are: for ``control.step_response``.
     """
-    bench = _Bench.of(axis, timing, design.speed_bandwidth)
+    bench = _Bench.of(axis, timing, design.speed_bandwidth, design.notch)
     return _cascade(bench, design.speed_gain, design.integral_time, design.position_gain)[1]
+
+
+def notch_filter(notch: Notch, period: float) -> tuple[Array, Array]:
+    """A sampled notch, by the bilinear transform that keeps its middle.
+
+    Args:
+        notch: Below half the sampling rate.
+        period: Between two samples [s].
+
+    Returns:
+        Coefficients of the present, the last and the last but one sample: of what comes in, and of what goes out (the
+        first of these is 1), (3,) each.
+    """
+    sampled = _notch(notch, period)
+    zeros, poles = sampled.num[0][0], sampled.den[0][0]
+    return np.asarray(zeros / poles[0], dtype=np.float64), np.asarray(poles / poles[0], dtype=np.float64)
 
 
 def _gains(axis: ServoAxis, bandwidth: float) -> tuple[float, float, float]:
@@ -433,36 +458,30 @@ def _fastest(benches: list[_Bench], axis: ServoAxis, first: float, margin: float
     return first, False
 
 
-def _notch(axes: list[ServoAxis], timing: ServoTiming, first: float, found: float, margin: float) -> Notch | None:
-    """What a notch at the resonance with the heaviest load would allow; None where it allows no more."""
-    middle = resonances(axes[0])[1]
-    if timing.period * middle > 0.8 * math.pi:  # a sampled filter cannot meet it
-        return None
-    faster, good = _fastest([_Bench.of(one, timing, first, middle) for one in axes], axes[0], first, margin)
-    return Notch(middle, *NOTCH, faster) if good and faster > 1.1 * found else None
-
-
 @dataclass(frozen=True, eq=False)
 class _Bench:
     """An axis as its speed loop meets it: from the commanded current, late as it comes, to the measured speed."""
 
     axis: ServoAxis
     timing: ServoTiming
+    notch: Notch | None
     plant: StateSpace
     at: Array
     response: Array
     summed: Array
 
     @staticmethod
-    def of(axis: ServoAxis, timing: ServoTiming, first: float, notch: float | None = None) -> _Bench:
+    def of(axis: ServoAxis, timing: ServoTiming, first: float, notch: Notch | None = None) -> _Bench:
         """With responses that show every bandwidth from ``first`` down."""
+        import control
+
         plant = _plant(axis, timing)
         if notch is not None:
-            plant = plant * _notch_filter(notch, timing)
+            plant = plant * control.ss(_notch(notch, timing.period))
         at = _grid(axis, timing, plant, first)
         points = 1j * at if timing.period == 0.0 else np.exp(1j * at * timing.period)
         states = np.linalg.solve(points[:, None, None] * np.eye(plant.nstates) - plant.A, plant.B[None])
-        return _Bench(axis, timing, plant, at, (plant.C @ states + plant.D)[:, 0, 0], _summed(timing)(points))
+        return _Bench(axis, timing, notch, plant, at, (plant.C @ states + plant.D)[:, 0, 0], _summed(timing)(points))
 
 
 def _plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
@@ -498,14 +517,12 @@ def _plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
     return plant
 
 
-def _notch_filter(middle: float, timing: ServoTiming) -> StateSpace:
+def _notch(notch: Notch, period: float) -> TransferFunction:
     import control
 
-    zeros, poles = NOTCH
-    notch = control.tf([1.0, 2.0 * zeros * middle, middle**2], [1.0, 2.0 * poles * middle, middle**2])
-    if timing.period > 0.0:
-        notch = control.sample_system(notch, timing.period, "bilinear", prewarp_frequency=middle)
-    return control.ss(notch)
+    middle = notch.frequency
+    whole = control.tf(*([1.0, 2.0 * share * middle, middle**2] for share in (notch.zeros, notch.poles)))
+    return whole if period == 0.0 else control.sample_system(whole, period, "bilinear", prewarp_frequency=middle)
 
 
 def _grid(axis: ServoAxis, timing: ServoTiming, plant: StateSpace, first: float) -> Array:
@@ -573,7 +590,7 @@ def _judged(bench: _Bench, gain: float, integral: float, outer: float, limited_b
     return LoopDesign(
         gain * axis.torque_constant / axis.whole_inertia, outer, gain, integral, outer, limited_by, anti, res,
         _settled(*loops), near, where, tuple(poles.tolist()), 0.0 if math.isinf(most) else gain / most,
-        bench.at, *_responses(bench, gain, integral, outer),
+        bench.at, *_responses(bench, gain, integral, outer), bench.notch,
     )  # fmt: skip
 
 

@@ -67,17 +67,16 @@ def loops_json(study: Study, found: StudyLoops) -> str:
 
 def _limited(one: JointLoops) -> str:
     """What limits, and what would help."""
-    design, notch = one.design, one.design.notch
+    design, faster = one.design, one.design.with_notch
     text = design.limited_by
     if design.critical_frequency > 3.0 * design.speed_bandwidth:
         text += f" (nearest to -1 at {number(design.critical_frequency / TURN)} Hz)"
     near = min(design.modulus_margin, one.light.modulus_margin)
     if one.stable and near < MODULUS_MARGIN:
         text += f", with a modulus margin of {number(near)} alone, short of {number(MODULUS_MARGIN)}"
-    if notch is not None:
-        text += (
-            f"; a notch at {number(notch.frequency / TURN)} Hz would allow {number(notch.speed_bandwidth / TURN)} Hz"
-        )
+    if faster is not None and faster.notch is not None:
+        at, bandwidth = faster.notch.frequency / TURN, faster.speed_bandwidth / TURN
+        text += f"; with a notch at {number(at)} Hz the speed loop reaches {number(bandwidth)} Hz"
     return text
 
 
@@ -99,7 +98,14 @@ def _section(one: JointLoops) -> Section:
         ),
         (steps, "Motor's angle after a step of its command, without speed fed forward and within the current's limit."),
     )
-    tables = (_gains(one), _margins(one), _plant(one))
+    tables: tuple[SheetTable, ...] = (_gains(one, one.design, "Gains"),)
+    faster = one.design.with_notch
+    if faster is not None and faster.notch is not None:
+        notch = (
+            f"{number(faster.notch.frequency / TURN)} Hz, damping {faster.notch.zeros:g} over {faster.notch.poles:g}"
+        )
+        tables += (_gains(one, faster, f"Gains with a notch at {notch}: simulated by SampledCascade's notch"),)
+    tables += (_margins(one), _plant(one))
     return Section(title, name, word, css, (lead,), figures, tables, _notes(one))
 
 
@@ -119,9 +125,9 @@ def _notes(one: JointLoops) -> tuple[str, ...]:
     )
 
 
-def _gains(one: JointLoops) -> SheetTable:
+def _gains(one: JointLoops, design: LoopDesign, title: str) -> SheetTable:
     """In SI and as amplifiers want them."""
-    design, constant = one.design, one.axis.torque_constant
+    constant = one.axis.torque_constant
     rms = float(from_dc(design.speed_gain, "rms"))
     rows = [
         ("position loop, gain", _of(design.position_gain, "1/s"), _of(0.06 * design.position_gain, "(m/min)/mm")),
@@ -138,7 +144,7 @@ def _gains(one: JointLoops) -> SheetTable:
         ("current loop, integral gain", _of(one.current_integral, "V/(A s)"),
          _of(None if one.current_integral is None else 1e-3 * one.current_integral, "V/(A ms)")),
     ]  # fmt: skip
-    return SheetTable(("gain", "SI", "as amplifiers want it"), tuple(rows), "Gains", (1, 2))
+    return SheetTable(("gain", "SI", "as amplifiers want it"), tuple(rows), title, (1, 2))
 
 
 def _margins(one: JointLoops) -> SheetTable:
@@ -205,13 +211,12 @@ def _of(value: float | None, unit: str) -> str:
 
 def _data(one: JointLoops) -> dict[str, Any]:
     axis, timing, design = one.axis, one.timing, one.design
+    faster = design.with_notch
     return {
         "stable": one.stable,
         "limited_by": design.limited_by,
         "gains": {
-            "position_gain": design.position_gain, "speed_gain": design.speed_gain,
-            "integral_time": design.integral_time, "current_gain": one.current_gain,
-            "current_integral": one.current_integral,
+            **_cascade(design), "current_gain": one.current_gain, "current_integral": one.current_integral,
         },
         "timing": {
             "current_bandwidth": timing.current_bandwidth, "period": timing.period, "delay": timing.delay,
@@ -221,10 +226,18 @@ def _data(one: JointLoops) -> dict[str, Any]:
             "load_inertia": [one.lightest, axis.load_inertia], "stiffness": axis.stiffness,
             "spring_damping": axis.spring_damping,
         },
-        "notch": None if design.notch is None else vars(design.notch),
+        "with_notch": None if faster is None else _filtered(faster),
         "lightest_load": _judged(one.light),
         "heaviest_load": _judged(design),
     }  # fmt: skip
+
+
+def _cascade(design: LoopDesign) -> dict[str, float]:
+    return {name: getattr(design, name) for name in ("position_gain", "speed_gain", "integral_time")}
+
+
+def _filtered(design: LoopDesign) -> dict[str, Any]:
+    return {"notch": vars(design.notch), "gains": _cascade(design), **_judged(design)}
 
 
 def _judged(design: LoopDesign) -> dict[str, Any]:

@@ -8,12 +8,13 @@ import control
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.signal import bilinear
 
 import drivetrain as dt
 from drivetrain.arrays import Array
 from drivetrain.drive.loop_design import MODULUS_MARGIN, SPRING, LoopDesign, closed_loop, resonances
 
-CHOICES = {SPRING, "current loop", "samples and delay", "anti-resonance of the joint's spring"}
+CHOICES = {SPRING, f"notch and {SPRING}", "current loop", "samples and delay", "anti-resonance of the joint's spring"}
 ISSUE = dt.ServoAxis(0.03, 100.0, 9.3e-6, 0.70, stiffness=6e4, spring_damping=3.3)
 
 
@@ -30,18 +31,24 @@ def a_period(axis: dt.ServoAxis, timing: dt.ServoTiming, design: LoopDesign) -> 
     rates[4, 4:] = -timing.current_bandwidth, timing.current_bandwidth
     held = expm(rates * timing.period)
     kept = [0, 1, 4] if axis.stiffness is None else [0, 1, 2, 3, 4]
+    zeros, poles = np.array([1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0])
+    if design.notch is not None:
+        middle = 2.0 / timing.period * np.tan(0.5 * design.notch.frequency * timing.period)
+        above, below = ([1.0, 2.0 * one * middle, middle**2] for one in (design.notch.zeros, design.notch.poles))
+        zeros, poles = bilinear(above, below, 1.0 / timing.period)
 
     def after(state: Array) -> Array:
         body = np.zeros(6)
         body[kept] = state[: len(kept)]
-        last, integrated, *waiting = state[len(kept) :]
-        error = -design.position_gain * body[0] - (body[0] - last) / timing.period
+        last, integrated, came, went, came_before, went_before, *waiting = state[len(kept) :]
+        whole = -design.position_gain * body[0] - (body[0] - last) / timing.period
+        error = zeros @ [whole, came, came_before] - poles[1:] @ [went, went_before]
         grown = timing.period * design.speed_gain / design.integral_time * error
         waiting.append(design.speed_gain * error + integrated + grown)
         measured, body[5] = body[0], waiting.pop(0)
-        return np.array([*(held @ body)[kept], measured, integrated + grown, *waiting])
+        return np.array([*(held @ body)[kept], measured, integrated + grown, whole, error, came, went, *waiting])
 
-    return np.array([after(state) for state in np.eye(len(kept) + 2 + timing.delay)]).T
+    return np.array([after(state) for state in np.eye(len(kept) + 6 + timing.delay)]).T
 
 
 def an_axis(rng: np.random.Generator) -> tuple[dt.ServoAxis, dt.ServoTiming]:
@@ -58,19 +65,24 @@ def test_stable_is_what_the_poles_of_the_sampled_loop_say() -> None:
     for k in range(205):
         axis, timing = an_axis(rng)
         wanted = 10 ** rng.uniform(1.0, 3.0) if k % 3 == 0 else None
-        design = dt.design_loops(axis, timing, speed_bandwidth=wanted)
-        whole = np.linalg.eigvals(a_period(axis, timing, design))
-        inner = np.linalg.eigvals(a_period(axis, timing, replace(design, position_gain=0.0)))
-        inner = np.delete(inner, np.argmin(abs(inner - 1.0)))  # where the motor stands is nothing to a speed loop
-        assert design.stable == (max(abs(whole).max(), abs(inner).max()) < 1.0), (axis, timing, wanted)
-        slowest = np.exp(timing.period * max(pole.real for pole in design.poles))
-        assert slowest == pytest.approx(abs(whole).max(), abs=1e-7)
-        if wanted is None:
-            assert design.limited_by in CHOICES
-            assert not design.stable or design.modulus_margin >= MODULUS_MARGIN or design.limited_by == SPRING
-        told.append((wanted is None, design.stable))
+        first = dt.design_loops(axis, timing, speed_bandwidth=wanted)
+        for design in (first, first.with_notch):
+            if design is None:
+                continue
+            whole = np.linalg.eigvals(a_period(axis, timing, design))
+            inner = np.linalg.eigvals(a_period(axis, timing, replace(design, position_gain=0.0)))
+            inner = np.delete(inner, np.argmin(abs(inner - 1.0)))  # where the motor stands is nothing to a speed loop
+            assert design.stable == (max(abs(whole).max(), abs(inner).max()) < 1.0), (axis, timing, wanted)
+            slowest = np.exp(timing.period * max(pole.real for pole in design.poles))
+            assert slowest == pytest.approx(abs(whole).max(), abs=1e-7)
+            if wanted is None:
+                met = design.modulus_margin >= MODULUS_MARGIN
+                assert design.limited_by in CHOICES and (met or design.limited_by == SPRING)
+            told.append("wanted" if wanted else "notch" if design.notch else "free")
+            told[-1] += " settles" if design.stable else ""
     # What is laid out freely settles but for a few undamped springs; of what is asked for much does not.
-    assert told.count((True, True)) > 130 and told.count((False, False)) > 15
+    assert told.count("free settles") > 120 and told.count("wanted") > 15 and told.count("notch settles") > 20
+    assert told.count("notch") == 0
 
 
 def test_every_crossing_keeps_what_the_modulus_margin_promises() -> None:
@@ -100,7 +112,10 @@ def simulated(
     ]  # fmt: skip
     gains = (design.position_gain, design.speed_gain, design.integral_time, np.inf)
     if timing.period > 0.0:
-        effects += [dt.Encoder(), dt.SampledCascade(*gains, timing.period, timing.delay)]
+        notch = {} if design.notch is None else {
+            "notch": design.notch.frequency, "notch_zeros": design.notch.zeros, "notch_poles": design.notch.poles,
+        }  # fmt: skip
+        effects += [dt.Encoder(), dt.SampledCascade(*gains, timing.period, timing.delay, **notch)]
     else:
         effects.append(dt.CascadeLoop(*gains))
     if amplifier is not None:
@@ -123,13 +138,15 @@ def step_of(recording: dt.Recording) -> Array:
     return 1.0 - angle / angle[0]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(5))
 def test_a_simulated_step_is_the_one_designed(seed: int) -> None:
     """By the adaptive engine at 1e-8; the fixed one at a tenth of the period is off by its own step, squared."""
     rng = np.random.default_rng(30 + seed)
-    axis, timing = an_axis(rng)
-    design = dt.design_loops(axis, timing)
-    lasts = min(400 * timing.period, 0.4)
+    axis, timing = an_axis(rng) if seed else (ISSUE, dt.ServoTiming(3000.0, 1e-3, 1))
+    plain = dt.design_loops(axis, timing)
+    design = plain.with_notch or plain
+    assert seed or design.notch is not None
+    lasts = 300 * timing.period
     for solver, off in ((dt.AdaptiveStep(dt.Rodas5P(1e-8)), 1e-7), (dt.FixedStep(timing.period / 10), 1e-2)):
         got = step_of(simulated(axis, timing, design, lasts=lasts, solver=solver))
         expected = control.step_response(closed_loop(axis, timing, design), timing.period * np.arange(len(got)))
@@ -153,13 +170,12 @@ def test_a_continuous_cascade_steps_as_designed() -> None:
 
 
 def test_at_rest_nothing_hunts_where_the_design_settles_and_all_does_where_it_does_not() -> None:
+    """From a micro-radian beside its command, with an amplifier of 10 kHz: 0.2 mA, or what grows without end."""
     timing = dt.ServoTiming(3000.0, 1e-3, 1)
-    kept = {}
-    for wanted in (None, 97.0):
-        design = dt.design_loops(ISSUE, timing, speed_bandwidth=wanted)
-        current = simulated(
-            ISSUE, timing, design, lasts=2.0, away=1e-6, amplifier=1e-4, solver=dt.FixedStep(5e-5)
-        )["joint.current"]  # fmt: skip
-        assert bool(np.abs(current[-200:]).max() < np.abs(current[:200]).max()) is design.stable
-        kept[wanted] = np.abs(current[-200:]).max()
-    assert kept[None] < 1e-6 and kept[97.0] > 1e3 * kept[None]
+    slow, fast = dt.design_loops(ISSUE, timing), dt.design_loops(ISSUE, timing, speed_bandwidth=97.0)
+    assert slow.with_notch is not None
+    for design in (slow, slow.with_notch, fast):
+        run = simulated(ISSUE, timing, design, lasts=2.0, away=1e-6, amplifier=1e-4, solver=dt.FixedStep(1e-4))
+        current = np.abs(run["joint.current"])
+        assert bool(current[-200:].max() < 0.1 * current[:200].max()) is design.stable
+        assert bool(current[-200:].max() < 1e-6) is design.stable

@@ -10,10 +10,12 @@ from scipy.optimize import brentq
 
 from drivetrain.drive.loop_design import (
     MODULUS_MARGIN,
+    Notch,
     ServoAxis,
     ServoTiming,
     design_loops,
     given_loops,
+    notch_filter,
     resonances,
     sampled_limit,
     speed_response,
@@ -96,7 +98,28 @@ def test_a_loop_that_hunts_is_not_called_stable() -> None:
     assert mended.stable and mended.limited_by == "resonance of the joint's spring"
     assert mended.modulus_margin >= MODULUS_MARGIN and mended.damping > 0.0
     assert mended.critical_frequency == pytest.approx(resonances(HUNTING)[1], rel=0.05)
-    assert mended.speed_bandwidth < 5.0 < 8.0 * mended.speed_bandwidth < mended.notch.speed_bandwidth
+    faster = mended.with_notch
+    assert mended.speed_bandwidth < 5.0 < 8.0 * mended.speed_bandwidth < faster.speed_bandwidth
+    assert faster.stable and faster.modulus_margin >= MODULUS_MARGIN and mended.notch is None
+    gains = (faster.speed_gain, faster.integral_time, faster.position_gain)
+    assert (
+        not given_loops(HUNTING, timing, *gains).stable
+        and given_loops(HUNTING, timing, *gains, notch=faster.notch).stable
+    )
+
+
+def test_a_notch_is_deep_in_its_middle_and_nothing_far_from_it() -> None:
+    """And the same as the cookbook's closed form of the bilinear transform, with K = tan(w T / 2)."""
+    notch, period = Notch(700.0, 0.1, 0.7), 1e-3
+    zeros, poles = notch_filter(notch, period)
+    k = math.tan(0.5 * notch.frequency * period)
+    below = 1.0 + 2.0 * notch.poles * k + k**2
+    for got, share in ((zeros, notch.zeros), (poles, notch.poles)):
+        formula = np.array([1.0 + 2.0 * share * k + k**2, 2.0 * (k**2 - 1.0), 1.0 - 2.0 * share * k + k**2]) / below
+        assert got == pytest.approx(formula, rel=1e-12)
+    for at, gain in ((0.0, 1.0), (notch.frequency, notch.zeros / notch.poles), (math.pi / period, 1.0)):
+        late = np.exp(-1j * at * period * np.arange(3))
+        assert abs(zeros @ late / (poles @ late)) == pytest.approx(gain, rel=1e-9)
 
 
 def test_gains_hold_from_the_lightest_load_to_the_heaviest() -> None:

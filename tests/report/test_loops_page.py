@@ -59,9 +59,12 @@ def test_the_command_writes_what_the_design_says(folder: Path) -> None:
     assert gains["current_integral"] == pytest.approx(0.5 * 2.0 * math.pi * 1e3, rel=1e-9)
     assert told["stable"] and joint["limited_by"] == design.limited_by and design.limited_by in ran.output
     assert heavy == joint["lightest_load"] and heavy["modulus_margin"] >= MODULUS_MARGIN
+    faster, notched = design.with_notch, joint["with_notch"]
+    assert faster is not None and notched["gains"]["speed_gain"] == pytest.approx(faster.speed_gain, rel=1e-9)
+    assert notched["notch"] == pytest.approx(vars(faster.notch)) and "with a notch at" in ran.output
     page = (folder / "here" / "loops.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 2 and "settles" in page and not re.search(r"\bnan\b", page)
-    for words in ("A s/rad", "mA/rpm", "(m/min)/mm", "sampled at 1.00 kHz", "modulus margin", design.limited_by):
+    for words in ("A s/rad", "mA/rpm", "(m/min)/mm", "sampled at 1.00 kHz", "modulus margin", "resonance of the joint"):
         assert words in page, words
     assert not re.search(r"https?://(?!www\.w3\.org)", page)
 
