@@ -429,10 +429,17 @@ def notch_filter(notch: Notch, period: float) -> tuple[Array, Array]:
     Returns:
         Coefficients of the present, the last and the last but one sample: of what comes in, and of what goes out (the
         first of these is 1), (3,) each.
+
+    Reference:
+        Astrom and Wittenmark, Computer-Controlled Systems, section 8.2 (Tustin's approximation with prewarping).
     """
-    sampled = _notch(notch, period)
-    zeros, poles = sampled.num[0][0], sampled.den[0][0]
-    return np.asarray(zeros / poles[0], dtype=np.float64), np.asarray(poles / poles[0], dtype=np.float64)
+    k = math.tan(0.5 * notch.frequency * period)
+    # A damping ratio g makes 1 + 2 g k + k^2, 2 (k^2 - 1), 1 - 2 g k + k^2 of s^2 + 2 g w s + w^2.
+    zeros, poles = (
+        np.array([1.0 + 2.0 * share * k + k * k, 2.0 * (k * k - 1.0), 1.0 - 2.0 * share * k + k * k])
+        for share in (notch.zeros, notch.poles)
+    )
+    return zeros / poles[0], poles / poles[0]
 
 
 def _gains(axis: ServoAxis, bandwidth: float) -> tuple[float, float, float]:
@@ -520,9 +527,10 @@ def _plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
 def _notch(notch: Notch, period: float) -> TransferFunction:
     import control
 
+    if period > 0.0:
+        return control.tf(*notch_filter(notch, period), period)
     middle = notch.frequency
-    whole = control.tf(*([1.0, 2.0 * share * middle, middle**2] for share in (notch.zeros, notch.poles)))
-    return whole if period == 0.0 else control.sample_system(whole, period, "bilinear", prewarp_frequency=middle)
+    return control.tf(*([1.0, 2.0 * share * middle, middle**2] for share in (notch.zeros, notch.poles)))
 
 
 def _grid(axis: ServoAxis, timing: ServoTiming, plant: StateSpace, first: float) -> Array:

@@ -115,9 +115,9 @@ class SampledCascade(Effect):
             hint = "a sampled filter reaches half of the sampling rate"
             faults.append(Fault("SampledCascade.notch", "must be from 0 to below pi / every [rad/s]", self.notch, hint))
         faults += [
-            Fault(f"SampledCascade.{name}", "must be positive and finite [-]", getattr(self, name))
+            Fault(f"SampledCascade.{name}", "must be above 0 and at most 10 [-]", getattr(self, name))
             for name in ("notch_zeros", "notch_poles")
-            if not 0.0 < getattr(self, name) < math.inf
+            if not 0.0 < getattr(self, name) <= 10.0
         ]
         if faults:
             raise InputError(faults)
