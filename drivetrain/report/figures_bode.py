@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array
 from drivetrain.drive.loop_design import LoopDesign
-from drivetrain.report.colours import BLUE, FAINT, MUTED, ORANGE
+from drivetrain.report.colours import BLUE, FAINT, GREEN, MUTED, ORANGE
 from drivetrain.report.quantities import number
 from drivetrain.report.svg import house_style
 from drivetrain.sizing.answers.loops import JointLoops
@@ -71,16 +71,19 @@ def figure_steps(loops: JointLoops, *, name: str = "steps") -> Figure:
         figure = Figure(figsize=(7.6, 2.6))
         axes = figure.subplots()
         axes.axhline(1.0, color=MUTED, linewidth=0.9)
-        for values, text, style in ((loops.step, "heaviest", "-"), (loops.light_step, "lightest", "--")):
-            label = f"{text} load"
-            if loops.timing.period > 0.0:
-                axes.step(loops.time, values, where="post", color=ORANGE, linestyle=style, label=label)
-            else:
-                axes.plot(loops.time, values, color=ORANGE, linestyle=style, label=label)
+        curves = [(loops.step, "heaviest load", ORANGE, "-")]
+        if loops.light is not loops.design:
+            curves.append((loops.light_step, "lightest load", ORANGE, "--"))
+        if loops.notch_step is not None:
+            curves.append((loops.notch_step, "heaviest load, gains with a notch", GREEN, "-"))
+        where = "steps-post" if loops.timing.period > 0.0 else "default"
+        for values, text, colour, style in curves:
+            axes.plot(loops.time, values, color=colour, linestyle=style, label=text, drawstyle=where)
         axes.set_xlabel("time [s]")
         axes.set_ylabel("angle of the motor\nover the step [-]")
         axes.set_xlim(0.0, loops.time[-1])
-        axes.set_ylim(min(-0.05, 1.1 * float(loops.step.min())), min(3.0, max(1.2, 1.1 * float(loops.step.max()))))
+        lowest, highest = (float(end([end(values) for values, *_ in curves])) for end in (np.min, np.max))
+        axes.set_ylim(max(-1.0, min(-0.05, 1.1 * lowest)), min(3.0, max(1.2, 1.1 * highest)))
         axes.legend(loc="lower right")
     return figure
 

@@ -84,7 +84,12 @@ def _section(one: JointLoops) -> Section:
     name, title = anchor(one.joint), one.joint.replace("_", " ")
     with house_style(f"bode-{name}"):
         bode = svg_text(
-            figure_bode(one.design, f"{title}: open loops", light=one.light, name=f"bode-{name}"),
+            figure_bode(
+                one.design,
+                f"{title}: open loops",
+                light=None if one.light is one.design else one.light,
+                name=f"bode-{name}",
+            ),
             f"open loops of {one.joint}",
         )
     with house_style(f"steps-{name}"):
@@ -105,7 +110,7 @@ def _section(one: JointLoops) -> Section:
             f"{number(faster.notch.frequency / TURN)} Hz, damping {faster.notch.zeros:g} over {faster.notch.poles:g}"
         )
         tables += (_gains(one, faster, f"Gains with a notch at {notch}: simulated by SampledCascade's notch"),)
-    tables += (_margins(one), _plant(one))
+    tables += (_margins(one), _poles(one), _plant(one))
     return Section(title, name, word, css, (lead,), figures, tables, _notes(one))
 
 
@@ -115,7 +120,7 @@ def _notes(one: JointLoops) -> tuple[str, ...]:
         "continuous loops, since the study states no control for this joint: samples and delay make them slower "
         "(simulation: {control: {" + one.joint + ": {rate: 1 kHz, delay: 1}}})"
         if timing.period == 0.0
-        else f"loops sampled at {number(1e-3 / timing.period)} kHz, given out {timing.delay} samples later and held"
+        else f"loops sampled at {number(1e-3 / timing.period)} kHz, given out {_samples(timing.delay)} later and held"
     )
     return (
         servo,
@@ -167,6 +172,24 @@ def _margins(one: JointLoops) -> SheetTable:
         "−3 dB, closed",
     )
     return SheetTable(headings, tuple(rows), "Margins, from the simulation's own samples, hold and delay", (3,))
+
+
+def _poles(one: JointLoops) -> SheetTable:
+    """Of the closed cascade, slowest first; what dies within a period is left out."""
+    rows = []
+    for load, design in (("heaviest", one.design), ("lightest", one.light)):
+        shown = [
+            pole for pole in design.poles if pole.imag >= 0.0 and pole.real * one.timing.period > -math.pi and pole
+        ]
+        for pole in sorted(shown, key=abs):
+            natural = abs(pole)
+            fades = _of(-1e3 / pole.real, "ms") if pole.real < 0.0 else "grows"
+            rows.append((f"{load} load", _of(natural / TURN, "Hz"), number(-pole.real / natural), fades))
+    return SheetTable(("with the", "natural frequency", "damping", "fades in"), tuple(rows), "Closed poles", (1, 2, 3))
+
+
+def _samples(count: int) -> str:
+    return f"{count} sample{'' if count == 1 else 's'}"
 
 
 def _phases(margins: Margins) -> str:

@@ -64,7 +64,16 @@ def test_the_command_writes_what_the_design_says(folder: Path) -> None:
     assert notched["notch"] == pytest.approx(vars(faster.notch)) and "with a notch at" in ran.output
     page = (folder / "here" / "loops.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 2 and "settles" in page and not re.search(r"\bnan\b", page)
-    for words in ("A s/rad", "mA/rpm", "(m/min)/mm", "sampled at 1.00 kHz", "modulus margin", "resonance of the joint"):
+    for words in (
+        "A s/rad",
+        "mA/rpm",
+        "(m/min)/mm",
+        "sampled at 1.00 kHz",
+        "modulus margin",
+        "Closed poles",
+        "1 sample later",
+        "resonance of the joint",
+    ):
         assert words in page, words
     assert not re.search(r"https?://(?!www\.w3\.org)", page)
 

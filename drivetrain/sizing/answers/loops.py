@@ -34,6 +34,7 @@ class JointLoops:
         current_gain, current_integral: Of the current loop [V/A], [V/(A s)]; None where the sheet tells no inductance.
         time: Of the step responses [s], (M,).
         step, light_step: Motor's angle over a step of its command, no speed fed forward [-], (M,).
+        notch_step: With the heaviest load and the notch that would help; None where the design offers none.
     """
 
     joint: str
@@ -47,6 +48,7 @@ class JointLoops:
     time: Array
     step: Array
     light_step: Array
+    notch_step: Array | None
 
     @property
     def stable(self) -> bool:
@@ -132,10 +134,15 @@ def _joint_loops(joint: JointResult, axis: ServoAxis, lightest: float, timing: S
     apart = timing.period or lasts / STEP_POINTS
     time = np.arange(min(max(2, math.ceil(lasts / apart)), MOST_SAMPLES), dtype=np.float64) * apart
     every = 1 + len(time) // STEP_POINTS
-    steps = [control.step_response(closed_loop(one, timing, design), time).outputs for one in (axis, bare)]
+
+    def step(one: ServoAxis, gains: LoopDesign) -> Array:
+        return np.asarray(control.step_response(closed_loop(one, timing, gains), time).outputs)[::every]
+
+    faster = design.with_notch
     motor, bandwidth = joint.drive.motor, timing.current_bandwidth
     known = bool(motor.inductance)
     return JointLoops(
         joint.name, axis, lightest, timing, design, light, bandwidth * (motor.inductance or 0.0) if known else None,
-        bandwidth * motor.resistance if known else None, time[::every], *(one[::every] for one in steps),
+        bandwidth * motor.resistance if known else None, time[::every], step(axis, design), step(bare, design),
+        None if faster is None else step(axis, faster),
     )  # fmt: skip
