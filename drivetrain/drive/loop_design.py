@@ -613,7 +613,7 @@ def _margins(at: Array, loop: Array) -> Margins:
     import control
 
     # Where a pole is not damped at all the loop is infinite: nothing is lost by a finite peak.
-    shown = np.where(np.abs(loop) > 1e6, loop / np.abs(loop) * 1e6, loop)
+    shown = loop * np.minimum(1.0, 1e6 / np.maximum(np.abs(loop), 1e-300))
     gain, phase, _, gain_at, phase_at, _ = control.stability_margins(control.frd(shown, at), returnall=True)
     return Margins(
         tuple(zip(gain_at.tolist(), gain.tolist(), strict=True)),

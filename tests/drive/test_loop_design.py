@@ -159,6 +159,23 @@ def test_the_frequencies_show_every_peak() -> None:
     assert np.isfinite(design.speed_loop).all() and np.isfinite(design.position_loop).all()
 
 
+def test_wild_numbers_find_an_answer_too() -> None:
+    """Inertias over nine decades, springs over twelve: no warning (an error here), no figure that is none."""
+    rng = np.random.default_rng(5)
+
+    def any_of(low: float, high: float) -> float:
+        return float(10.0 ** rng.uniform(low, high))
+
+    for k in range(60):
+        stiffness = any_of(-2.0, 10.0) if k % 4 else None
+        damping = any_of(-6.0, 4.0) if k % 3 else 0.0
+        axis = ServoAxis(any_of(-4, 2), -any_of(-2, 4), any_of(-9, 0), any_of(-6, 4), stiffness, damping)
+        timing = ServoTiming(any_of(-1.0, 8.0), any_of(-7.0, 1.0) if k % 5 else 0.0, k % 3)
+        design = design_loops(axis, timing, lightest=axis.load_inertia * any_of(-3.0, 0.0) if k % 2 else None)
+        told = (design.modulus_margin, design.damping, design.speed_phase_margin, design.position_gain_margin)
+        assert not np.isnan(told).any() and np.isfinite(design.poles).all()
+
+
 def test_faults_come_together() -> None:
     with pytest.raises(InputError) as error:
         ServoAxis(0.0, 0.0, -1.0, math.nan, stiffness=0.0, viscous=-1.0)
