@@ -459,8 +459,8 @@ def _fastest(benches: list[_Bench], axis: ServoAxis, first: float, margin: float
         near.append(min(_distance(bench, *gains)[0] for bench in benches))
         if near[-1] >= margin and all(_settled(*_cascade(bench, *gains)) for bench in benches):
             return bandwidth, True
-    for k in np.argsort(near)[::-1]:
-        if all(_settled(*_cascade(bench, *_gains(axis, float(tried[k])))) for bench in benches):
+    for k in np.argsort(near)[::-1]:  # those with the margin do not settle, or they would have been taken
+        if near[k] < margin and all(_settled(*_cascade(bench, *_gains(axis, float(tried[k])))) for bench in benches):
             return float(tried[k]), False
     return first, False
 
