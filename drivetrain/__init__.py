@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from drivetrain.drive.friction import Friction as Friction
     from drivetrain.drive.friction import book_curves as book_curves
     from drivetrain.drive.gear import Gear as Gear
-    from drivetrain.drive.loop_design import ServoAxis as ServoAxis
-    from drivetrain.drive.loop_design import ServoTiming as ServoTiming
     from drivetrain.drive.loop_design import design_loops as design_loops
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.drive.motor import Motor as Motor
+    from drivetrain.drive.servo_axis import ServoAxis as ServoAxis
+    from drivetrain.drive.servo_axis import ServoTiming as ServoTiming
     from drivetrain.drive.thermal_network import thermal_network as thermal_network
     from drivetrain.dynamics.book.closed_form import closed_form as closed_form
     from drivetrain.dynamics.book.closed_form import mass_matrix_rate as mass_matrix_rate
@@ -202,8 +202,8 @@ _HOME = {
     "Friction": "drive.friction",
     "Gear": "drive.gear",
     "design_loops": "drive.loop_design",
-    "ServoAxis": "drive.loop_design",
-    "ServoTiming": "drive.loop_design",
+    "ServoAxis": "drive.servo_axis",
+    "ServoTiming": "drive.servo_axis",
     "inertia_matching_ratio": "drive.matching",
     "Motor": "drive.motor",
     "thermal_network": "drive.thermal_network",

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.loop_design import Notch, notch_filter
+from drivetrain.drive.servo_axis import Notch, notch_filter
 from drivetrain.effects import signals as s
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale

@@ -9,17 +9,15 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from drivetrain.drive.loop_design import (
-    MODULUS_MARGIN,
+from drivetrain.drive.loop_design import MODULUS_MARGIN, design_loops, given_loops
+from drivetrain.drive.servo_axis import (
     Notch,
     ServoAxis,
     ServoTiming,
-    design_loops,
-    given_loops,
     notch_filter,
     resonances,
     sampled_limit,
-    speed_response,
+    servo_plant,
 )
 from drivetrain.errors import InputError
 
@@ -30,13 +28,13 @@ HUNTING = ServoAxis(0.03, 100.0, 9.3e-6, 0.70, stiffness=6e4, spring_damping=3.3
 
 def test_a_rigid_joint_is_an_integrator() -> None:
     at = 1j * np.array([1.0, 30.0, 900.0])
-    assert speed_response(RIGID)(at) == pytest.approx(0.03 / (RIGID.whole_inertia * at), rel=1e-12)
+    assert servo_plant(RIGID, ServoTiming())(at) == pytest.approx(0.03 / (RIGID.whole_inertia * at), rel=1e-12)
 
 
 def test_the_springs_two_frequencies_are_zeros_and_poles() -> None:
     undamped = ServoAxis(0.03, -100.0, 3.3e-5, 0.05, stiffness=2e4)
     anti, res = resonances(undamped)
-    plant = speed_response(undamped)
+    plant = servo_plant(undamped, ServoTiming())
     assert max(abs(plant.zeros().imag)) == pytest.approx(anti, rel=1e-9)
     assert max(abs(plant.poles().imag)) == pytest.approx(res, rel=1e-9)
     # Two masses on a spring, from their own matrices.
@@ -47,7 +45,7 @@ def test_the_springs_two_frequencies_are_zeros_and_poles() -> None:
 def test_a_stiff_spring_is_a_rigid_joint() -> None:
     stiff = ServoAxis(0.03, 100.0, 3.3e-5, 0.05, stiffness=1e12)
     at = 1j * np.array([1.0, 100.0])
-    assert speed_response(stiff)(at) == pytest.approx(speed_response(RIGID)(at), rel=1e-6)
+    assert servo_plant(stiff, ServoTiming())(at) == pytest.approx(servo_plant(RIGID, ServoTiming())(at), rel=1e-6)
 
 
 def test_the_phase_margin_is_what_the_crossover_has() -> None:
@@ -151,9 +149,9 @@ def test_the_limit_of_samples(delay: int, share: float) -> None:
 def test_the_frequencies_show_every_peak() -> None:
     sharp = ServoAxis(0.03, 100.0, 3.3e-5, 0.05, stiffness=2e4, spring_damping=1e-3)
     design = design_loops(sharp, ServoTiming(6000.0))
-    plant = speed_response(sharp)
+    plant = servo_plant(sharp, ServoTiming())
     for about, worst in zip(resonances(sharp), (np.min, np.max), strict=True):
-        fine = np.linspace(0.999 * about, 1.001 * about, 200_001)
+        fine = np.linspace(0.999 * about, 1.001 * about, 4001)
         own = design.frequencies[(design.frequencies > fine[0]) & (design.frequencies < fine[-1])]
         assert worst(abs(plant(1j * own))) == pytest.approx(worst(abs(plant(1j * fine))), rel=0.01)
     assert np.isfinite(design.speed_loop).all() and np.isfinite(design.position_loop).all()

@@ -10,8 +10,9 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import drive_inertia
-from drivetrain.drive.loop_design import LoopDesign, ServoAxis, ServoTiming, closed_loop, design_loops, given_loops
+from drivetrain.drive.loop_design import LoopDesign, closed_loop, design_loops, given_loops
 from drivetrain.drive.motor import torque_constant
+from drivetrain.drive.servo_axis import ServoAxis, ServoTiming
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.simulation import Simulation
 
