@@ -56,9 +56,9 @@ class AdaptiveStep(Engine):
             numbers, first, kept = started(plan), 0.0, None
         else:
             kept, size = wish.resume, plan.memory.moving
-            sizes = {"states": size * len(at.STATE), "jacobian": size**2}
-            numbers = resumed(kept, plan, {**sizes, "clock": len(at.CLOCK), "count": len(at.COUNT)})
-            first = float(kept["clock"].view(at.CLOCK)["time"][0])
+            sizes = {"states": size * (at.STATE.itemsize // 8), "jacobian": size**2, "run": at.RUN.itemsize // 8}
+            numbers = resumed(kept, plan, sizes)
+            first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
         problem = _problem(plan, _extended(plan, numbers, hangs), hangs)
@@ -194,18 +194,18 @@ def _outcome(done: CompiledSolution, plan: Plan, stopped: Event | None, skipped:
     events = tuple(mode_event(plan, *one) for one in log.tolist())
     left = {
         "numbers": kept.words.view(np.float64)[: len(plan.memory.numbers)][plan.memory.changing],
-        "states": kept.states.view(np.float64), "values": kept.values, "jacobian": kept.jacobian.ravel(),
-        "clock": kept.clock.view(np.float64), "count": kept.count.view(np.int64),
+        "states": kept.states.view(np.int64), "values": kept.values, "jacobian": kept.jacobian.ravel(),
+        "run": kept.run.view(np.int64),
     }  # fmt: skip
     return Outcome(done.states[skipped:], counters, events, stopped, left)
 
 
 def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
     """Where an earlier run was, in terms of this one."""
-    size, clock, count = plan.memory.moving, kept["clock"].view(at.CLOCK), kept["count"].astype(np.int64)
+    size, own = plan.memory.moving, kept["run"].copy().view(at.RUN)
     # Segments and rows count from here; the first row is where the earlier run ended, and is not told again.
-    count.view(at.COUNT)["segment"], count.view(at.COUNT)["rows"] = 0, 1
+    own["count"]["segment"], own["count"]["rows"] = 0, 1
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
     states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size, size)
     numbers, words = run.problem.numbers.copy(), run.problem.words.copy()
-    return Checkpoint(states, jacobian, kept["values"], clock, count.view(at.COUNT), numbers, words, rows)
+    return Checkpoint(states, jacobian, kept["values"], own, numbers, words, rows)

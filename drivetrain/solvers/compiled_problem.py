@@ -11,6 +11,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array, frozen_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers.compiled_function import address_of, evaluate
+from drivetrain.solvers.linear import column_groups, elimination_order
 from drivetrain.solvers.records import EITHER, FALLING, GUARD, RISING
 from drivetrain.solvers.solver import Rates
 
@@ -208,57 +209,4 @@ def _pattern(sparsity: bytes | None, size: int, known: bool) -> tuple[Any, ...]:
         states.astype(np.uint64),
         np.argsort(states).astype(np.uint64),
         *(none if known else column_groups(full, size)),
-    )
-
-
-def elimination_order(sparsity: Any, size: int) -> Any:
-    """An order of elimination in which few entries come up that were zero: next the state that couples fewest others.
-
-    Args:
-        sparsity: (n, n) of bool, or None for a full Jacobian.
-
-    Returns:
-        The states in order, (n,) of int64.
-    Reference: Markowitz, Management Science 3 (1957) 255.
-    """
-    if sparsity is None:
-        return np.arange(size, dtype=np.int64)
-    left, found = np.asarray(sparsity, dtype=bool) | np.eye(size, dtype=bool), []
-    waiting = list(range(size))
-    while waiting:
-        rows, columns = left[:, waiting][waiting].sum(axis=0) - 1, left[waiting][:, waiting].sum(axis=1) - 1
-        chosen = waiting.pop(int(np.argmin(rows * columns)))
-        found.append(chosen)
-        left |= np.outer(left[:, chosen], left[chosen])
-    return np.array(found, dtype=np.int64)
-
-
-def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
-    """Groups of columns that share no row, so that one difference serves them all.
-
-    Args:
-        sparsity: (n, n) of bool, or None for a full Jacobian.
-    """
-    if sparsity is None:
-        one = np.arange(size + 1, dtype=np.int64)
-        return one, one[:-1], size * one, np.tile(one[:-1], size)
-    full = np.asarray(sparsity, dtype=bool)
-    groups: list[list[int]] = []
-    taken: list[Any] = []
-    for j in sorted(range(size), key=lambda j: -int(full[:, j].sum())):
-        fits = [k for k, rows in enumerate(taken) if not (rows & full[:, j]).any()]
-        if not full[:, j].any():
-            continue
-        if fits:
-            groups[fits[0]].append(j)
-            taken[fits[0]] = taken[fits[0]] | full[:, j]
-        else:
-            groups.append([j])
-            taken.append(full[:, j].copy())
-    rows = [np.flatnonzero(full[:, j]) for j in range(size)]
-    return (
-        np.cumsum([0, *(len(group) for group in groups)], dtype=np.int64),
-        np.array([j for group in groups for j in group], dtype=np.int64),
-        np.cumsum([0, *(len(r) for r in rows)], dtype=np.int64),
-        np.concatenate(rows).astype(np.int64),
     )

@@ -12,10 +12,8 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers import records as r
-from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
-from drivetrain.solvers.jump import jump_stays
+from drivetrain.solvers.compiled_problem import CompiledProblem, Hooks
 from drivetrain.solvers.solver import MOST_STEPS, Solver, Work, inner_points, wanted_and_start
-from drivetrain.solvers.tableaux import Tableau
 
 _LOG = 4096
 _BATCH = 200_000  # steps between two looks at the progress
@@ -29,7 +27,7 @@ class Checkpoint:
         states: One record a state, see ``records``, (n,).
         jacobian: The last one, which a refused step uses again, (n, n).
         values: Event values at the state, (m,).
-        clock, count: One record each, see ``records``, (1,).
+        run: One record, see ``records``, (1,).
         numbers, words: The data of the problem, as its handler has left them.
         rows: States at the wanted instants, as far as it came.
         log: Instants [s] and indices of the events so far.
@@ -38,8 +36,7 @@ class Checkpoint:
     states: Any
     jacobian: Array
     values: Array
-    clock: Any
-    count: Any
+    run: Any
     numbers: Array
     words: Any
     rows: Array
@@ -75,40 +72,6 @@ class CompiledSolution:
     checkpoint: Checkpoint
 
 
-@dataclass(frozen=True, eq=False)
-class _Job:
-    """The arguments of ``loop.advance``, and the events of all its calls."""
-
-    sizes: Any
-    tableau: Tableau
-    run: r.Run
-    linear: r.Linear
-    events: r.EventRoom
-    output: r.Output
-    segments: r.Segments
-    kept: Checkpoint
-    times: list[float]
-    indices: list[int]
-
-    def advance(self) -> int:
-        from drivetrain.solvers.loop import loop  # compiles, or is read from disk: only when needed
-
-        code = r.SUSPECT
-        parts = (*self.tableau, *self.run, *self.linear, *self.events, *self.output, *self.segments)
-        given = [one.ctypes.data if isinstance(one, np.ndarray) else one for one in parts]
-        while code == r.SUSPECT:
-            code = int(loop()(self.sizes.ctypes.data, *given))
-            if code == r.SUSPECT and jump_stays(self.run, self.kept.numbers, self.kept.words):
-                code = r.JUMP
-            elif code == r.SUSPECT and self.run.count[0].ends:
-                code = r.TOO_SHORT
-        logged = int(self.run.count[0].logged)
-        self.times.extend(self.events.log_times[:logged].tolist())
-        self.indices.extend(self.events.log_indices[:logged].tolist())
-        self.run.count[0].logged = 0
-        return code
-
-
 def integrate_compiled(
     problem: CompiledProblem,
     solver: Solver,
@@ -140,15 +103,37 @@ def integrate_compiled(
     """
     job = _prepared(problem, solver, start, times, breakpoints, most_steps, resume)
     left = math.inf if pause_after is None else pause_after
-    code, count = r.PAUSED, job.run.count[0]
+    code, run = r.PAUSED, job.kept.run
     while code == r.PAUSED and left > 0:
         batch = int(min(left, _BATCH))
-        count.budget = batch
-        code = job.advance()
-        left -= batch - int(count.budget)
+        code = job.advance(batch)
+        left -= batch - int(run["count"]["budget"][0])
         if progress:
-            progress(float(job.run.clock[0].time))
+            progress(float(run["clock"]["time"][0]))
     return _solution(problem, job, code)
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """The arguments of ``loop.advance`` by name, and the events of all its calls."""
+
+    arguments: dict[str, Any]
+    kept: Checkpoint
+    times: list[float]
+    indices: list[int]
+
+    def advance(self, budget: int) -> int:
+        """Try so many steps; why it came back."""
+        from drivetrain.solvers.loop import advance  # compiles, or is read from disk: only when needed
+
+        count = self.kept.run["count"]
+        count["budget"] = budget
+        code = int(advance(*self.arguments.values()))
+        log = self.arguments["log"][: count["logged"][0]]
+        self.times.extend(log["time"].tolist())
+        self.indices.extend(log["event"].tolist())
+        count["logged"] = 0
+        return code
 
 
 def _prepared(
@@ -166,77 +151,49 @@ def _prepared(
         what = "an adaptive method needs rates that do not jump between breakpoints and events"
         raise InputError(Fault("problem.declares_smooth", what, False, hint))
     wanted, state = wanted_and_start(times, start)
-    n = problem.size
+    n, m = problem.size, len(problem.events.kinds) if problem.events else 0
     if len(state) != n:
         raise InputError(Fault("start", f"must have {n} entries, one a state", f"{len(state)} entries"))
-    ends = np.array([*inner_points(breakpoints, wanted[0], wanted[-1]), wanted[-1]])
-    limits = np.nextafter(ends, -np.inf)
-    limits[-1] = ends[-1]
-    kept = _copied(resume) if resume is not None else _fresh(problem, wanted, state)
-    told = {**settings, "may_jump": problem.may_jump, "segment_word": problem.segment_word}
-    told |= {"differences": problem.differences, "most_steps": most_steps}
-    stages, data = len(tableau.times), {"numbers": kept.numbers.ctypes.data, "words": kept.words.ctypes.data}
-    calls = problem.addresses() | data
+    kept = _fresh(problem, wanted, state) if resume is None else _copied(resume)
     kept.states["atol"] = atol
-    run = r.Run(
-        kept.states, np.empty((n, stages)), np.empty((n, 4)), np.empty(n), np.empty(n), _record(r.CALLS, calls),
-        _record(r.SETTINGS, told), kept.clock.view(np.recarray), kept.count.view(np.recarray),
-    )  # fmt: skip
-    places = np.empty((n + 3, n), dtype=np.uint64)
-    linear = r.Linear(
-        kept.jacobian, np.zeros((n + 1, n)), np.empty((n, n)), places[n], places[:n], places[n + 1], places[n + 2],
-        np.empty(n), *problem.pattern(),
-    )  # fmt: skip
-    events = _event_room(problem.events, kept.values)
+    settings |= {"may_jump": problem.may_jump, "segment_word": problem.segment_word}
+    settings |= {"differences": problem.differences, "most_steps": most_steps}
+    data = {"numbers": kept.numbers.ctypes.data, "words": kept.words.ctypes.data}
+    for part, values in (("settings", settings), ("calls", problem.addresses() | data)):
+        for name, value in values.items():
+            kept.run[part][name] = value
+    segments = np.empty(len(inner := inner_points(breakpoints, wanted[0], wanted[-1])) + 1, dtype=r.SEGMENT)
+    segments["end"] = [*inner, wanted[-1]]
+    segments["limit"] = np.nextafter(segments["end"], -np.inf)
+    segments["limit"][-1] = wanted[-1]
+    order, place, *groups = problem.pattern()
+    pivots = np.empty(n, dtype=r.PIVOT)
+    pivots["state"], pivots["place"] = order, place
+    events = np.zeros(m, dtype=r.EVENT)
+    events["old"] = kept.values
+    if problem.events:
+        events["kind"], events["terminal"] = problem.events.kinds, problem.events.terminal or False
     carried = np.array((problem.hooks or Hooks()).carried, dtype=np.int64)
-    sizes = {
-        "states": n, "stages": stages, "groups": len(linear.starts) - 1, "grouped": len(linear.columns),
-        "entries": len(linear.row_indices), "events": len(kept.values), "log": len(events.log_times),
-        "wanted": len(wanted), "width": kept.rows.shape[1], "carried": len(carried), "segments": len(ends),
-        "words": len(kept.words),
+    arguments = {
+        "methods": tableau.record, "runs": kept.run, "states": kept.states, "asked": np.empty(n),
+        "answer": np.empty(n), "jacobian": kept.jacobian, "exact": np.empty((n + 1, n)), "factors": np.empty((n, n)),
+        "pivots": pivots, "starts": groups[0], "columns": groups[1],
+        "row_starts": groups[2], "row_indices": groups[3], "events": events, "values": np.zeros(m),
+        "log": np.empty(max(_LOG, 2 * m), dtype=r.LOGGED), "wanted": wanted, "rows": kept.rows, "carried": carried,
+        "segments": segments, "words": kept.words,
     }  # fmt: skip
-    output, segments = r.Output(wanted, kept.rows, carried), r.Segments(ends, limits, kept.words)
-    return _Job(
-        _record(r.SIZES, sizes),
-        tableau,
-        run,
-        linear,
-        events,
-        output,
-        segments,
-        kept,
-        list(kept.log[0]),
-        list(kept.log[1]),
-    )
-
-
-def _record(kind: Any, values: dict[str, Any]) -> Any:
-    """A record of some of its fields; the others are 0."""
-    made = np.zeros(1, dtype=kind).view(np.recarray)
-    for name, value in values.items():
-        made[name] = value
-    return made
-
-
-def _event_room(events: Events | None, old: Array) -> r.EventRoom:
-    m, whole = len(old), np.int64
-    terminal = (events.terminal if events else None) or (False,) * m
-    room = max(_LOG, 2 * m)
-    return r.EventRoom(
-        np.array(events.kinds if events else (), dtype=whole), np.array(terminal, dtype=whole), old,
-        np.zeros(m), np.zeros(m), np.zeros(m), np.empty(room), np.empty(room, dtype=whole),
-    )  # fmt: skip
+    return _Job(arguments, kept, list(kept.log[0]), list(kept.log[1]))
 
 
 def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
     n, m = problem.size, len(problem.events.kinds) if problem.events else 0
-    clock, count = np.zeros(1, dtype=r.CLOCK), np.zeros(1, dtype=r.COUNT)
+    run, states = np.zeros(1, dtype=r.RUN), np.zeros(n, dtype=r.STATE)
+    clock = run["clock"]
     clock["time"], clock["last_event"], clock["last_jump"] = wanted[0], -np.inf, -np.inf
-    rows = np.zeros((len(wanted), problem.hooks.width if problem.hooks and problem.hooks.tell else n))
-    states = np.zeros(n, dtype=r.STATE)
     states["x"] = x
+    rows = np.zeros((len(wanted), problem.hooks.width if problem.hooks and problem.hooks.tell else n))
     own = problem.numbers.copy(), problem.words.copy()
-    return Checkpoint(states, np.zeros((n, n)), np.zeros(m), clock, count, *own, rows)
+    return Checkpoint(states, np.zeros((n, n)), np.zeros(m), run, *own, rows)
 
 
 def _copied(kept: Checkpoint) -> Checkpoint:
@@ -246,26 +203,28 @@ def _copied(kept: Checkpoint) -> Checkpoint:
 
 
 def _solution(problem: CompiledProblem, job: _Job, code: int) -> CompiledSolution:
-    clock, count = job.run.clock[0], job.run.count[0]
-    done = int(count.rows)
+    kept, count = job.kept, job.kept.run["count"][0]
+    done = int(count["rows"])
     work = Work(**{one.name: int(count[one.name]) for one in fields(Work)})
-    culprit = int(count.culprit) if code >= r.NO_NUMBER or code == r.TERMINAL else None
+    culprit = int(count["culprit"]) if code >= r.NO_NUMBER or code == r.TERMINAL else None
+    log = tuple(job.times), tuple(job.indices)
     return CompiledSolution(
-        job.output.wanted[:done].copy(), job.output.rows[:done].copy(), work, _reason(problem, job.run, code),
-        float(clock.time), culprit, job.run.states["x"].copy(), np.array(job.times),
-        np.array(job.indices, dtype=np.int64), replace(job.kept, log=(tuple(job.times), tuple(job.indices))),
+        job.arguments["wanted"][:done].copy(), kept.rows[:done].copy(), work, _reason(problem, kept, code),
+        float(kept.run["clock"]["time"][0]), culprit, kept.states["x"].copy(), np.array(job.times),
+        np.array(job.indices, dtype=np.int64), replace(kept, values=job.arguments["events"]["old"].copy(), log=log),
     )  # fmt: skip
 
 
-def _reason(problem: CompiledProblem, run: r.Run, code: int) -> str:
+def _reason(problem: CompiledProblem, kept: Checkpoint, code: int) -> str:
     """Why it ended early, and what could help."""
-    t, culprit = float(run.clock[0].time), int(run.count[0].culprit)
+    run = kept.run[0]
+    t, culprit = float(run["clock"]["time"]), int(run["count"]["culprit"])
     if code == r.DONE:
         return ""
     if code == r.PAUSED:
         return f"paused at {t:.9g} s; go on from its checkpoint"
     if code == r.TOO_MANY:
-        return f"{int(run.settings[0].most_steps)} steps taken at {t:.9g} s; allow more, or a looser tolerance"
+        return f"{int(run['settings']['most_steps'])} steps taken at {t:.9g} s; allow more, or a looser tolerance"
     if code in (r.TERMINAL, r.ZENO) and problem.events:
         name = problem.events.name(culprit)
         if code == r.TERMINAL:
@@ -277,16 +236,16 @@ def _reason(problem: CompiledProblem, run: r.Run, code: int) -> str:
     if code == r.RUNS_AWAY:
         return f"{name} runs away at {t:.9g} s: no step is short enough to stay among the numbers; it diverges"
     if code == r.JUMP:
-        return _jump(problem, run, name)
+        return _jump(problem, kept, name)
     return f"no step is short enough for the tolerance of {name} at {t:.9g} s; loosen it, or look for a jump there"
 
 
-def _jump(problem: CompiledProblem, run: r.Run, name: str) -> str:
-    clock, argument = run.clock[0], int(run.count[0].argument)
-    sizes = f"from {clock.before:.6g} to {clock.after:.6g}"
+def _jump(problem: CompiledProblem, kept: Checkpoint, name: str) -> str:
+    clock, argument = kept.run[0]["clock"], int(kept.run[0]["count"]["argument"])
+    sizes = f"from {clock['before']:.6g} to {clock['after']:.6g}"
+    jumps = f"the right-hand side jumps at {clock['jump_at']:.12g} s"
     if argument < 0:
-        fix = "make that instant a breakpoint"
-        return f"the right-hand side jumps at {clock.jump_at:.12g} s: the rate of {name} {sizes}; {fix}"
-    where = f"{problem.name(argument)} = {run.states['x'][argument]:.6g}"
+        return f"{jumps}: the rate of {name} {sizes}; make that instant a breakpoint"
+    where = f"{problem.name(argument)} = {kept.states['x'][argument]:.6g}"
     fix = "make the jump an event with a handler, or use a set-valued method; sign() is no right-hand side"
-    return f"the right-hand side jumps at {clock.jump_at:.12g} s, {where}: the rate of {name} {sizes}; {fix}"
+    return f"{jumps}, {where}: the rate of {name} {sizes}; {fix}"
