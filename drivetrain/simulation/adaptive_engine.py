@@ -26,8 +26,7 @@ from drivetrain.simulation.records import MODE_CHANGE
 from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
-from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import Rodas4, Rodas5P, Solver
 
 ROOM = 20_000  # events told; more are counted
 CHUNK = 20_000  # steps between two looks at the progress

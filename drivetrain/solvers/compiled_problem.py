@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError
-from drivetrain.solvers.compiled_function import address_of, evaluate
+from drivetrain.solvers.compiled_function import address_of
 from drivetrain.solvers.linear import column_groups, elimination_order
 from drivetrain.solvers.records import EITHER, FALLING, GUARD, RISING
-from drivetrain.solvers.solver import Rates
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,45 +157,6 @@ def _own_numbers(given: Any) -> Array:
     frozen_array(np.where(np.isinf(numbers), 0.0, numbers), (None,), "problem.numbers")
     numbers.setflags(write=False)
     return numbers
-
-
-def python_rates(problem: CompiledProblem) -> Rates:
-    """A compiled right-hand side as one for solvers in Python, such as scipy's.
-
-    Returns:
-        f(t, y) [per s]; numbers and words are a copy of the problem's.
-    """
-    address, numbers, words = address_of(problem.rates, "rates"), problem.numbers.copy(), problem.words.copy()
-
-    def rates(t: float, y: Array) -> Array:
-        result = np.empty(problem.size)
-        evaluate(address, t, np.ascontiguousarray(y), result, numbers, words)
-        return result
-
-    return rates
-
-
-def detect_sparsity(problem: CompiledProblem, t: float, states: Array) -> Any:
-    """Where the Jacobian differs from zero at some states: a state that is no number makes rates that are none.
-
-    A dependence that only another branch has is not seen: give states of every mode. What stands in a comparison alone
-    is not seen either, nor has it a derivative.
-
-    Args:
-        t: Instant [s].
-        states: Some states [their own units], (k, n).
-
-    Returns:
-        (n, n) of bool, rows are rates; the diagonal is always in it.
-    """
-    found, rates = np.eye(problem.size, dtype=bool), python_rates(problem)
-    for state in checked_array(states, (None, problem.size), "states"):
-        usual = np.isnan(rates(t, state))
-        for j in range(problem.size):
-            moved = state.copy()
-            moved[j] = np.nan
-            found[:, j] |= np.isnan(rates(t, moved)) & ~usual
-    return found
 
 
 @lru_cache(maxsize=64)

@@ -14,11 +14,10 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.jit import kernel, law
 from drivetrain.solvers.compiled_function import ask, ask_here, ask_rates, load
-from drivetrain.solvers.control import choose, first_step, largest_error, propose, refuse
 from drivetrain.solvers.events import end_at_event, first_event, handle, jump_fires, pass_events, repeats
 from drivetrain.solvers.linear import fill_jacobian
 from drivetrain.solvers.records import DONE, JUMP, NO_NUMBER, PAUSED, RUNS_AWAY, TOO_MANY
-from drivetrain.solvers.step import take_step, within
+from drivetrain.solvers.step import choose, first_step, largest_error, propose, refuse, take_step, within
 
 _SLACK = 1e-12
 _GAUSS = 0.5 / math.sqrt(3.0)
@@ -118,9 +117,7 @@ def advance(
 
 
 @law
-def _open(
-    run: Any, states: Any, asked: Array, answer: Array, events: Any, values: Array, log: Any, words: Any
-) -> int:
+def _open(run: Any, states: Any, asked: Array, answer: Array, events: Any, values: Array, log: Any, words: Any) -> int:
     """A segment begins: tell the right-hand side which, and see what the jump at its beginning sets off."""
     clock, count = run.clock, run.count
     if run.settings.segment_word >= 0:
