@@ -121,7 +121,7 @@ def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
     if plan.body.arm is not None:
         felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
     dry = Events(kernel.values(), (at.GUARD,) * c, handler=kernel.handler(), names=tuple(plan.coordinates))
-    hooks = Hooks(kernel.account(), (), kernel.tell(), 1 + len(plan.layout.columns), kernel.opens())
+    hooks = Hooks(kernel.account(), kernel.tell(), 1 + len(plan.layout.columns), kernel.opens())
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = plan.memory.view(numbers, "engine")[0]["at"]["groups"]["size"]
     return CompiledProblem(
@@ -193,8 +193,8 @@ def _outcome(done: CompiledSolution, plan: Plan, stopped: Event | None, skipped:
     events = tuple(mode_event(plan, *one) for one in log.tolist())
     left = {
         "numbers": kept.words.view(np.float64)[: len(plan.memory.numbers)][plan.memory.changing],
-        "states": kept.states.view(np.int64), "values": kept.values, "jacobian": kept.jacobian.ravel(),
-        "run": kept.run.view(np.int64),
+        "run": kept.run.view(np.int64), "states": kept.states.view(np.int64), "events": kept.events.view(np.int64),
+        "jacobian": kept.jacobian.ravel(),
     }  # fmt: skip
     return Outcome(done.states[skipped:], counters, events, stopped, left)
 
@@ -207,4 +207,4 @@ def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
     states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size, size)
     numbers, words = run.problem.numbers.copy(), run.problem.words.copy()
-    return Checkpoint(states, jacobian, kept["values"], own, numbers, words, rows)
+    return Checkpoint(own, states, kept["events"].view(at.EVENT), jacobian, numbers, words, rows)

@@ -23,7 +23,6 @@ class Events:
         values: Compiled function that fills the values of all events; each happens where its value crosses zero.
         kinds: FALLING, EITHER, RISING: which way it must cross; GUARD: it must not be negative, and one that is
             negative at once, after a jump or a change of mode, happens at once. (m,), see ``layout``.
-        terminal: Whether the integration ends there, (m,); None: none does.
         handler: Compiled function called at an event, to change state, numbers and words: its ``result`` tells by +1
             (rising) and -1 (falling) which values have crossed. It must force the change that belongs to the event:
             one that asks anew "which mode?" at v = 0 can go to and fro for ever. None: nothing is changed.
@@ -32,7 +31,6 @@ class Events:
 
     values: Any
     kinds: tuple[int, ...]
-    terminal: tuple[bool, ...] | None = None
     handler: Any = None
     names: tuple[str, ...] = ()
 
@@ -41,9 +39,8 @@ class Events:
         address_of(self.handler, "events.handler")
         if not self.kinds or any(kind not in (FALLING, EITHER, RISING, GUARD) for kind in self.kinds):
             raise InputError(Fault("events.kinds", "must be one or more of -1, 0, 1 and 2", self.kinds))
-        for name, given in (("terminal", self.terminal), ("names", self.names)):
-            if given and len(given) != len(self.kinds):
-                raise InputError(Fault(f"events.{name}", f"must have {len(self.kinds)} entries, as kinds has", given))
+        if self.names and len(self.names) != len(self.kinds):
+            raise InputError(Fault("events.names", f"must have {len(self.kinds)} entries, as kinds has", self.names))
 
     def name(self, index: int) -> str:
         """What to call an event."""
@@ -56,15 +53,13 @@ class Hooks:
 
     Attributes:
         account: Called at two Gauss points of each kept step, in the order of time; ``result[0]`` is the time each
-            stands for [s]. It may add up in numbers, and change those entries of x that are ``carried``.
-        carried: Indices of states that have no rate of their own.
+            stands for [s]. It may add up in numbers.
         tell: Fills a row at a wanted instant in place of the state.
         width: Of that row.
         opens: Called where a segment begins, before its rates are asked for; it may change x.
     """
 
     account: Any = None
-    carried: tuple[int, ...] = ()
     tell: Any = None
     width: int = 0
     opens: Any = None

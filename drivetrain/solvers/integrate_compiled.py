@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from drivetrain.solvers.compiled_problem import CompiledProblem, Hooks
 from drivetrain.solvers.solver import MOST_STEPS, Solver, Work, inner_points, wanted_and_start
 
 _LOG = 4096
-_BATCH = 200_000  # steps between two looks at the progress
+_FOREVER = 2**62
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,23 +23,20 @@ class Checkpoint:
     """All that a run knows between two steps; a run that goes on from it gives the same bits as one never stopped.
 
     Attributes:
-        states: One record a state, see ``records``, (n,).
+        run, states, events, log: See ``records``, (1,), (n,), (m,) and as many as events have happened.
         jacobian: The last one, which a refused step uses again, (n, n).
-        values: Event values at the state, (m,).
-        run: One record, see ``records``, (1,).
         numbers, words: The data of the problem, as its handler has left them.
         rows: States at the wanted instants, as far as it came.
-        log: Instants [s] and indices of the events so far.
     """
 
-    states: Any
-    jacobian: Array
-    values: Array
     run: Any
+    states: Any
+    events: Any
+    jacobian: Array
     numbers: Array
     words: Any
     rows: Array
-    log: tuple[tuple[float, ...], tuple[int, ...]] = ((), ())
+    log: Any = field(default_factory=lambda: np.empty(0, dtype=r.LOGGED))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +78,6 @@ def integrate_compiled(
     most_steps: int = MOST_STEPS,
     pause_after: int | None = None,
     resume: Checkpoint | None = None,
-    progress: Callable[[float], None] | None = None,
 ) -> CompiledSolution:
     """The states at wanted instants, without a call of Python between the first step and the last.
 
@@ -95,65 +90,21 @@ def integrate_compiled(
         breakpoints: Where the rates or their derivatives jump [s].
         most_steps: Stop after so many [-].
         pause_after: Come back after so many tried steps more, with a checkpoint to go on from; None: do not.
-        progress: Called now and then with the instant reached [s].
 
     Raises:
         InputError: Times that do not rise, a start that is no finite vector, a solver that does not run compiled, a
             problem that does not declare itself smooth given to an adaptive method.
     """
-    job = _prepared(problem, solver, start, times, breakpoints, most_steps, resume)
-    left = math.inf if pause_after is None else pause_after
-    code, run = r.PAUSED, job.kept.run
-    while code == r.PAUSED and left > 0:
-        batch = int(min(left, _BATCH))
-        code = job.advance(batch)
-        left -= batch - int(run["count"]["budget"][0])
-        if progress:
-            progress(float(run["clock"]["time"][0]))
-    return _solution(problem, job, code)
+    from drivetrain.solvers.loop import advance  # compiles, or is read from disk: only when needed
 
-
-@dataclass(frozen=True, eq=False)
-class _Job:
-    """The arguments of ``loop.advance`` by name, and the events of all its calls."""
-
-    arguments: dict[str, Any]
-    kept: Checkpoint
-    times: list[float]
-    indices: list[int]
-
-    def advance(self, budget: int) -> int:
-        """Try so many steps; why it came back."""
-        from drivetrain.solvers.loop import advance  # compiles, or is read from disk: only when needed
-
-        count = self.kept.run["count"]
-        count["budget"] = budget
-        code = int(advance(*self.arguments.values()))
-        log = self.arguments["log"][: count["logged"][0]]
-        self.times.extend(log["time"].tolist())
-        self.indices.extend(log["event"].tolist())
-        count["logged"] = 0
-        return code
-
-
-def _prepared(
-    problem: CompiledProblem,
-    solver: Solver,
-    start: Any,
-    times: Any,
-    breakpoints: Sequence[float],
-    most_steps: int,
-    resume: Checkpoint | None,
-) -> _Job:
+    wanted, state = wanted_and_start(times, start)
+    if len(state) != problem.size:
+        raise InputError(Fault("start", f"must have {problem.size} entries, one a state", f"{len(state)} entries"))
     tableau, atol, settings = solver.compiled_settings(problem.size)
     if tableau.adaptive and not problem.declares_smooth:
         hint = "turn the jump into a breakpoint or an event with a handler, or step with a set-valued method"
         what = "an adaptive method needs rates that do not jump between breakpoints and events"
         raise InputError(Fault("problem.declares_smooth", what, False, hint))
-    wanted, state = wanted_and_start(times, start)
-    n, m = problem.size, len(problem.events.kinds) if problem.events else 0
-    if len(state) != n:
-        raise InputError(Fault("start", f"must have {n} entries, one a state", f"{len(state)} entries"))
     kept = _fresh(problem, wanted, state) if resume is None else _copied(resume)
     kept.states["atol"] = atol
     settings |= {"may_jump": problem.may_jump, "segment_word": problem.segment_word}
@@ -162,56 +113,69 @@ def _prepared(
     for part, values in (("settings", settings), ("calls", problem.addresses() | data)):
         for name, value in values.items():
             kept.run[part][name] = value
-    segments = np.empty(len(inner := inner_points(breakpoints, wanted[0], wanted[-1])) + 1, dtype=r.SEGMENT)
-    segments["end"] = [*inner, wanted[-1]]
-    segments["limit"] = np.nextafter(segments["end"], -np.inf)
-    segments["limit"][-1] = wanted[-1]
-    order, place, *groups = problem.pattern()
+    log, logged, count = np.empty(max(_LOG, 2 * len(kept.events)), dtype=r.LOGGED), [kept.log], kept.run["count"]
+    arguments = _room(problem, kept) | {
+        "methods": tableau.record, "log": log, "wanted": wanted, "segments": _segments(breakpoints, wanted)
+    }  # fmt: skip
+    code, left = r.PAUSED, _FOREVER if pause_after is None else pause_after
+    while code == r.PAUSED and left > 0:
+        count["budget"] = left
+        code = int(advance(**arguments))
+        left = int(count["budget"][0])
+        logged.append(log[: count["logged"][0]].copy())
+        count["logged"] = 0
+    return _solution(problem, replace(kept, log=np.concatenate(logged)), wanted, code)
+
+
+def _segments(breakpoints: Sequence[float], wanted: Array) -> Any:
+    """From breakpoint to breakpoint; all but the last see no instant but their own."""
+    ends = np.array([*inner_points(breakpoints, wanted[0], wanted[-1]), wanted[-1]])
+    segments = np.empty(len(ends), dtype=r.SEGMENT)
+    segments["end"], segments["limit"] = ends, np.nextafter(ends, -np.inf)
+    segments["limit"][-1] = ends[-1]
+    return segments
+
+
+def _room(problem: CompiledProblem, kept: Checkpoint) -> dict[str, Any]:
+    """What ``loop.advance`` works on, but for what each run has of its own."""
+    n = problem.size
+    order, place, starts, columns, row_starts, row_indices = problem.pattern()
     pivots = np.empty(n, dtype=r.PIVOT)
     pivots["state"], pivots["place"] = order, place
-    events = np.zeros(m, dtype=r.EVENT)
-    events["old"] = kept.values
-    if problem.events:
-        events["kind"], events["terminal"] = problem.events.kinds, problem.events.terminal or False
-    carried = np.array((problem.hooks or Hooks()).carried, dtype=np.int64)
-    arguments = {
-        "methods": tableau.record, "runs": kept.run, "states": kept.states, "asked": np.empty(n),
-        "answer": np.empty(n), "jacobian": kept.jacobian, "exact": np.empty((n + 1, n)), "factors": np.empty((n, n)),
-        "pivots": pivots, "starts": groups[0], "columns": groups[1],
-        "row_starts": groups[2], "row_indices": groups[3], "events": events, "values": np.zeros(m),
-        "log": np.empty(max(_LOG, 2 * m), dtype=r.LOGGED), "wanted": wanted, "rows": kept.rows, "carried": carried,
-        "segments": segments, "words": kept.words,
+    return {
+        "runs": kept.run, "states": kept.states, "asked": np.empty(n), "answer": np.empty(n),
+        "jacobian": kept.jacobian, "exact": np.empty((n + 1, n)), "factors": np.empty((n, n)), "pivots": pivots,
+        "starts": starts, "columns": columns, "row_starts": row_starts, "row_indices": row_indices,
+        "events": kept.events, "values": np.zeros(len(kept.events)), "rows": kept.rows, "words": kept.words,
     }  # fmt: skip
-    return _Job(arguments, kept, list(kept.log[0]), list(kept.log[1]))
 
 
 def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
-    n, m = problem.size, len(problem.events.kinds) if problem.events else 0
+    n, hooks = problem.size, problem.hooks or Hooks()
     run, states = np.zeros(1, dtype=r.RUN), np.zeros(n, dtype=r.STATE)
     clock = run["clock"]
     clock["time"], clock["last_event"], clock["last_jump"] = wanted[0], -np.inf, -np.inf
     states["x"] = x
-    rows = np.zeros((len(wanted), problem.hooks.width if problem.hooks and problem.hooks.tell else n))
-    own = problem.numbers.copy(), problem.words.copy()
-    return Checkpoint(states, np.zeros((n, n)), np.zeros(m), run, *own, rows)
+    events = np.zeros(len(problem.events.kinds) if problem.events else 0, dtype=r.EVENT)
+    if problem.events:
+        events["kind"] = problem.events.kinds
+    rows = np.zeros((len(wanted), hooks.width if hooks.tell else n))
+    return Checkpoint(run, states, events, np.zeros((n, n)), problem.numbers.copy(), problem.words.copy(), rows)
 
 
 def _copied(kept: Checkpoint) -> Checkpoint:
     """A checkpoint of its own arrays, so that one can be gone on from twice."""
-    values: dict[str, Any] = {one.name: getattr(kept, one.name) for one in fields(kept)}
-    return replace(kept, **{name: value.copy() for name, value in values.items() if name != "log"})
+    return Checkpoint(*(getattr(kept, one.name).copy() for one in fields(kept)))
 
 
-def _solution(problem: CompiledProblem, job: _Job, code: int) -> CompiledSolution:
-    kept, count = job.kept, job.kept.run["count"][0]
-    done = int(count["rows"])
+def _solution(problem: CompiledProblem, kept: Checkpoint, wanted: Array, code: int) -> CompiledSolution:
+    count, done = kept.run["count"][0], int(kept.run["count"]["rows"][0])
     work = Work(**{one.name: int(count[one.name]) for one in fields(Work)})
-    culprit = int(count["culprit"]) if code >= r.NO_NUMBER or code == r.TERMINAL else None
-    log = tuple(job.times), tuple(job.indices)
+    culprit = int(count["culprit"]) if code >= r.NO_NUMBER else None
     return CompiledSolution(
-        job.arguments["wanted"][:done].copy(), kept.rows[:done].copy(), work, _reason(problem, kept, code),
-        float(kept.run["clock"]["time"][0]), culprit, kept.states["x"].copy(), np.array(job.times),
-        np.array(job.indices, dtype=np.int64), replace(kept, values=job.arguments["events"]["old"].copy(), log=log),
+        wanted[:done].copy(), kept.rows[:done].copy(), work, _reason(problem, kept, code),
+        float(kept.run["clock"]["time"][0]), culprit, kept.states["x"].copy(), kept.log["time"], kept.log["event"],
+        kept,
     )  # fmt: skip
 
 
@@ -225,10 +189,8 @@ def _reason(problem: CompiledProblem, kept: Checkpoint, code: int) -> str:
         return f"paused at {t:.9g} s; go on from its checkpoint"
     if code == r.TOO_MANY:
         return f"{int(run['settings']['most_steps'])} steps taken at {t:.9g} s; allow more, or a looser tolerance"
-    if code in (r.TERMINAL, r.ZENO) and problem.events:
+    if code == r.ZENO and problem.events:
         name = problem.events.name(culprit)
-        if code == r.TERMINAL:
-            return f"{name} at {t:.9g} s ends it"
         return f"{name} happens again and again at {t:.9g} s and time does not pass; its handler must force a change"
     name = problem.name(culprit)
     if code == r.NO_NUMBER:

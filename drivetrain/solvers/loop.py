@@ -27,7 +27,7 @@ _GAUSS = 0.5 / math.sqrt(3.0)
 def advance(
     methods: Any, runs: Any, states: Any, asked: Array, answer: Array, jacobian: Array, exact: Array, factors: Array,
     pivots: Any, starts: Any, columns: Any, row_starts: Any, row_indices: Any, events: Any, values: Array,
-    log: Any, wanted: Array, rows: Array, carried: Any, segments: Any, words: Any,
+    log: Any, wanted: Array, rows: Array, segments: Any, words: Any,
 ) -> int:  # fmt: skip
     """Go on from where the records say, until the end, the budget of steps, a terminal event or a reason to stop.
 
@@ -41,7 +41,6 @@ def advance(
         values: Room for the values of events, (m,).
         wanted: Instants [s], (N,).
         rows: What is told there, (N, width).
-        carried: States that the account changes.
         words: The problem's own.
     """
     method, run = methods[0], runs[0]
@@ -96,7 +95,7 @@ def advance(
                 )  # fmt: skip
                 later = min(clock.time + h, end)
             if share > 0.0:
-                _tell_within(run, states, asked, answer, wanted, rows, carried, later, h)
+                _tell_within(run, states, asked, answer, wanted, rows, later, h)
                 _keep(method.reuses, run, states, later)
             code = DONE
             if share <= 1.0:
@@ -167,7 +166,7 @@ def _keep(reuses: int, run: Any, states: Any, later: float) -> None:
 
 @law
 def _tell_within(
-    run: Any, states: Any, asked: Array, answer: Array, wanted: Array, rows: Array, carried: Any, until: float, h: float
+    run: Any, states: Any, asked: Array, answer: Array, wanted: Array, rows: Array, until: float, h: float
 ) -> None:
     """Rows at the wanted instants before the end of the step, and the account of the whole step; x is its beginning."""
     clock, count, reached = run.clock, run.count, 0.0
@@ -175,17 +174,15 @@ def _tell_within(
     while count.rows < len(wanted) and wanted[count.rows] < until:
         t = wanted[count.rows]
         share = (t - clock.time) / h
-        _account(run, states, asked, answer, carried, reached, share, h)
+        _account(run, states, asked, answer, reached, share, h)
         reached = share
         within(states, share, asked)
         _row(run, asked, rows, t)
-    _account(run, states, asked, answer, carried, reached, 1.0, h)
+    _account(run, states, asked, answer, reached, 1.0, h)
 
 
 @law
-def _account(
-    run: Any, states: Any, asked: Array, answer: Array, carried: Any, start: float, end: float, h: float
-) -> None:
+def _account(run: Any, states: Any, asked: Array, answer: Array, start: float, end: float, h: float) -> None:
     """Let the owner add up over a part of the step: called at two Gauss points, each standing for half of it."""
     if run.calls.account == 0 or end <= start:
         return
@@ -194,8 +191,6 @@ def _account(
         within(states, share, asked)
         answer[0] = 0.5 * (end - start) * h
         ask(run, run.calls.account, min(run.clock.time + share * h, run.clock.limit), asked, answer)
-        for k in range(len(carried)):
-            states[carried[k]].x = states[carried[k]].next = asked[carried[k]]
 
 
 @law

@@ -8,7 +8,7 @@ import numpy as np
 FALLING, EITHER, RISING, GUARD = -1, 0, 1, 2
 
 # Why the loop came back.
-DONE, PAUSED, TERMINAL, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO = range(9)
+DONE, PAUSED, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO = range(8)
 
 MOST_STAGES = 8
 
@@ -42,7 +42,7 @@ PIVOT = np.dtype([
 """One a row of the factors of the stages' matrix."""
 
 EVENT = np.dtype([
-    *_record(np.int64, "kind terminal"),  # see ``Events``
+    ("kind", np.int64),  # see ``Events``
     *_record(np.float64, "old later new"),  # at the beginning of the step, of the search in it, and where asked last
 ])  # fmt: skip
 """One an event: what it is, and its values."""

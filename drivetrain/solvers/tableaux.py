@@ -56,8 +56,11 @@ class Tableau:
         made = np.zeros(1, dtype=METHOD)
         made["stages"] = len(self.times)
         for name, value in vars(self).items():
-            table = np.asarray(value)
-            made[name][(0, *(slice(n) for n in table.shape))] = table
+            room = made[name][0]
+            if isinstance(value, np.ndarray):
+                room[tuple(slice(n) for n in value.shape)] = value
+            else:
+                made[name] = value
         return made
 
 
