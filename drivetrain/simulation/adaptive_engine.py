@@ -55,8 +55,8 @@ class AdaptiveStep(Engine):
             numbers, first, kept = started(plan), 0.0, None
         else:
             kept, size = wish.resume, plan.memory.moving
-            sizes = {"states": size * (at.STATE.itemsize // 8), "jacobian": size**2, "run": at.RUN.itemsize // 8}
-            numbers = resumed(kept, plan, sizes)
+            sizes = {"run": at.RUN.itemsize // 8, "states": size * (at.STATE.itemsize // 8)}
+            numbers = resumed(kept, plan, {**sizes, "jacobian": size * (size + 1)})
             first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
@@ -205,6 +205,6 @@ def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
     # Segments and rows count from here; the first row is where the earlier run ended, and is not told again.
     own["count"]["segment"], own["count"]["rows"] = 0, 1
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
-    states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size, size)
+    states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size + 1, size)
     numbers, words = run.problem.numbers.copy(), run.problem.words.copy()
     return Checkpoint(own, states, kept["events"].view(at.EVENT), jacobian, numbers, words, rows)

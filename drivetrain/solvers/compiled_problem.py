@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers.compiled_function import address_of
-from drivetrain.solvers.linear import column_groups, elimination_order
+from drivetrain.solvers.linear import column_groups
 from drivetrain.solvers.records import EITHER, FALLING, GUARD, RISING
 
 
@@ -22,7 +22,8 @@ class Events:
     Attributes:
         values: Compiled function that fills the values of all events; each happens where its value crosses zero.
         kinds: FALLING, EITHER, RISING: which way it must cross; GUARD: it must not be negative, and one that is
-            negative at once, after a jump or a change of mode, happens at once. (m,), see ``layout``.
+            negative at once, after a jump or a change of mode, happens at once. (m,), see ``records``.
+        terminal: Whether the integration ends there, (m,); None: none does.
         handler: Compiled function called at an event, to change state, numbers and words: its ``result`` tells by +1
             (rising) and -1 (falling) which values have crossed. It must force the change that belongs to the event:
             one that asks anew "which mode?" at v = 0 can go to and fro for ever. None: nothing is changed.
@@ -31,6 +32,7 @@ class Events:
 
     values: Any
     kinds: tuple[int, ...]
+    terminal: tuple[bool, ...] | None = None
     handler: Any = None
     names: tuple[str, ...] = ()
 
@@ -39,8 +41,9 @@ class Events:
         address_of(self.handler, "events.handler")
         if not self.kinds or any(kind not in (FALLING, EITHER, RISING, GUARD) for kind in self.kinds):
             raise InputError(Fault("events.kinds", "must be one or more of -1, 0, 1 and 2", self.kinds))
-        if self.names and len(self.names) != len(self.kinds):
-            raise InputError(Fault("events.names", f"must have {len(self.kinds)} entries, as kinds has", self.names))
+        for name, given in (("terminal", self.terminal), ("names", self.names)):
+            if given and len(given) != len(self.kinds):
+                raise InputError(Fault(f"events.{name}", f"must have {len(self.kinds)} entries, as kinds has", given))
 
     def name(self, index: int) -> str:
         """What to call an event."""
@@ -78,9 +81,8 @@ class CompiledProblem:
             None: differences.
         differences: How many right-hand sides ``jacobian`` asks for itself, and the solver for the derivatives by time
             which it then leaves to it; 0: it asks for none.
-        sparsity: Where the Jacobian can differ from zero, (n, n) of bool, for differences in few groups, and for the
-            order in which states are eliminated; None: anywhere. Where there is no ``jacobian``, one that leaves out an
-            entry costs accuracy that no tolerance sees.
+        sparsity: Where the Jacobian can differ from zero, (n, n) of bool, for differences in few groups; None:
+            anywhere. One that leaves out an entry costs accuracy that no tolerance sees.
         events: Or None.
         hooks: Or None.
         names: What to call the states in messages, (n,).
@@ -132,10 +134,11 @@ class CompiledProblem:
         """What to call a state."""
         return f"state {self.names[index]!r}" if self.names else f"state {index}"
 
-    def pattern(self) -> tuple[Any, ...]:
-        """States in the order of elimination, the place of each there, and ``column_groups`` for differences."""
-        sparse = None if self.sparsity is None else np.asarray(self.sparsity, dtype=bool).tobytes()
-        return _pattern(sparse, self.size, self.jacobian is not None)
+    @cached_property
+    def groups(self) -> tuple[Any, ...]:
+        """``column_groups`` for differences; nothing where there is a Jacobian."""
+        none: Any = np.zeros(0, dtype=np.int64)
+        return (none,) * 4 if self.jacobian else column_groups(self.sparsity, self.size)
 
     def addresses(self) -> dict[str, int]:
         """Where its functions lie, by their names in ``records.CALLS``; 0 for none."""
@@ -152,16 +155,3 @@ def _own_numbers(given: Any) -> Array:
     frozen_array(np.where(np.isinf(numbers), 0.0, numbers), (None,), "problem.numbers")
     numbers.setflags(write=False)
     return numbers
-
-
-@lru_cache(maxsize=64)
-def _pattern(sparsity: bytes | None, size: int, known: bool) -> tuple[Any, ...]:
-    """The pattern of a problem; of many alike it is found once."""
-    full = None if sparsity is None else np.frombuffer(sparsity, dtype=bool).reshape(size, size)
-    none = np.zeros(1, dtype=np.int64), *(np.zeros(0, dtype=np.int64),) * 3
-    states = elimination_order(full, size)
-    return (
-        states.astype(np.uint64),
-        np.argsort(states).astype(np.uint64),
-        *(none if known else column_groups(full, size)),
-    )

@@ -13,7 +13,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.jit import law
 from drivetrain.solvers.compiled_function import ask, ask_here, load
-from drivetrain.solvers.records import DONE, FALLING, GUARD, RISING, ZENO
+from drivetrain.solvers.records import DONE, FALLING, GUARD, RISING, TERMINAL, ZENO
 from drivetrain.solvers.step import take_step, within
 
 _EPSILON = float(np.finfo(np.float64).eps)
@@ -201,7 +201,7 @@ def jump_fires(run: Any, states: Any, asked: Array, events: Any, values: Array) 
 @law
 def handle(run: Any, states: Any, asked: Array, events: Any, values: Array, log: Any) -> int:
     """Events fire at the present state: log them, let the handler change it, look again. DONE: go on."""
-    clock, count = run.clock, run.count
+    clock, count, ends = run.clock, run.count, False
     _events_here(run, states, asked, values)
     for k in range(len(events)):
         event = events[k]
@@ -210,6 +210,7 @@ def handle(run: Any, states: Any, asked: Array, events: Any, values: Array, log:
         values[k] = 0.0
         if k == count.fired or overdone or _fires(event.kind, before, event.new):
             values[k] = 1.0 if before < 0.0 and event.kind != GUARD else -1.0
+            ends = ends or event.terminal != 0
             if count.logged < len(log):
                 log[count.logged].time, log[count.logged].event = clock.time, k
                 count.logged += 1
@@ -239,4 +240,6 @@ def handle(run: Any, states: Any, asked: Array, events: Any, values: Array, log:
         if crossed != 0.0 and unmoved and event.kind != GUARD:
             event.old = 0.0
     count.culprit = count.fired
+    if ends:
+        return TERMINAL
     return ZENO if count.busy > _BUSY else DONE

@@ -24,7 +24,7 @@ class Checkpoint:
 
     Attributes:
         run, states, events, log: See ``records``, (1,), (n,), (m,) and as many as events have happened.
-        jacobian: The last one, which a refused step uses again, (n, n).
+        jacobian: The last one, by columns, which a refused step uses again, (n + 1, n).
         numbers, words: The data of the problem, as its handler has left them.
         rows: States at the wanted instants, as far as it came.
     """
@@ -139,12 +139,10 @@ def _segments(breakpoints: Sequence[float], wanted: Array) -> Any:
 def _room(problem: CompiledProblem, kept: Checkpoint) -> dict[str, Any]:
     """What ``loop.advance`` works on, but for what each run has of its own."""
     n = problem.size
-    order, place, starts, columns, row_starts, row_indices = problem.pattern()
-    pivots = np.empty(n, dtype=r.PIVOT)
-    pivots["state"], pivots["place"] = order, place
+    starts, columns, row_starts, row_indices = problem.groups
     return {
         "runs": kept.run, "states": kept.states, "asked": np.empty(n), "answer": np.empty(n),
-        "jacobian": kept.jacobian, "exact": np.empty((n + 1, n)), "factors": np.empty((n, n)), "pivots": pivots,
+        "jacobian": kept.jacobian, "factors": np.empty((n, n)), "pivots": np.empty(n, dtype=np.uint64),
         "starts": starts, "columns": columns, "row_starts": row_starts, "row_indices": row_indices,
         "events": kept.events, "values": np.zeros(len(kept.events)), "rows": kept.rows, "words": kept.words,
     }  # fmt: skip
@@ -158,9 +156,9 @@ def _fresh(problem: CompiledProblem, wanted: Array, x: Array) -> Checkpoint:
     states["x"] = x
     events = np.zeros(len(problem.events.kinds) if problem.events else 0, dtype=r.EVENT)
     if problem.events:
-        events["kind"] = problem.events.kinds
+        events["kind"], events["terminal"] = problem.events.kinds, problem.events.terminal or False
     rows = np.zeros((len(wanted), hooks.width if hooks.tell else n))
-    return Checkpoint(run, states, events, np.zeros((n, n)), problem.numbers.copy(), problem.words.copy(), rows)
+    return Checkpoint(run, states, events, np.zeros((n + 1, n)), problem.numbers.copy(), problem.words.copy(), rows)
 
 
 def _copied(kept: Checkpoint) -> Checkpoint:
@@ -189,8 +187,10 @@ def _reason(problem: CompiledProblem, kept: Checkpoint, code: int) -> str:
         return f"paused at {t:.9g} s; go on from its checkpoint"
     if code == r.TOO_MANY:
         return f"{int(run['settings']['most_steps'])} steps taken at {t:.9g} s; allow more, or a looser tolerance"
-    if code == r.ZENO and problem.events:
+    if code in (r.TERMINAL, r.ZENO) and problem.events:
         name = problem.events.name(culprit)
+        if code == r.TERMINAL:
+            return f"{name} at {t:.9g} s ends it"
         return f"{name} happens again and again at {t:.9g} s and time does not pass; its handler must force a change"
     name = problem.name(culprit)
     if code == r.NO_NUMBER:

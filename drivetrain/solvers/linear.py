@@ -1,7 +1,7 @@
 """The Jacobian and the systems of equations that a step solves with it.
 
-A right-hand side brings its own Jacobian, or it is found by differences in groups of columns that share no row. Rows
-and columns stand in an order of elimination that leaves most entries zero.
+A right-hand side brings its own Jacobian, or it is found by differences in groups of columns that share no row. It is
+kept column by column, ``jacobian[state, rate]``, with the derivatives by time behind the last.
 """
 
 from __future__ import annotations
@@ -24,23 +24,20 @@ _MATTERS = 1e3  # a jump within a step matters when it moves a state by so many 
 
 @law
 def fill_jacobian(
-    run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, exact: Array, pivots: Any, starts: Any,
-    columns: Any, row_starts: Any, rows: Any, h: float,
+    run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, starts: Any, columns: Any,
+    row_starts: Any, row_indices: Any, h: float,
 ) -> bool:  # fmt: skip
     """Fill the Jacobian and df/dt at the state, for a step; False when the rates jump there.
 
     Args:
-        exact: Room for the one that a problem gives, (n + 1, n).
-        starts, columns, row_starts, rows: Groups of columns that are differenced together, see ``column_groups``.
+        starts, columns, row_starts, row_indices: See ``column_groups``.
     """
     run.count.jacobians += 1
     load(states, asked)
     if run.calls.jacobian:
-        ask(run, run.calls.jacobian, run.clock.time, asked, exact)
+        ask(run, run.calls.jacobian, run.clock.time, asked, jacobian)
         for i in range(len(states)):
-            states[i].drift = exact[len(states), i]
-            for j in range(len(states)):
-                jacobian[j, i] = exact[pivots[j].state, pivots[i].state]
+            states[i].drift = jacobian[len(states), i]
         if not run.settings.differences:
             return True
         run.count.rates += run.settings.differences - 1
@@ -52,13 +49,13 @@ def fill_jacobian(
         states[i].drift = (answer[i] - states[i].rates) / (later - t) if later > t else 0.0
     if run.calls.jacobian:
         return True
-    return _by_differences(run, states, asked, answer, jacobian, pivots, starts, columns, row_starts, rows, h)
+    return _by_differences(run, states, asked, answer, jacobian, starts, columns, row_starts, row_indices, h)
 
 
 @law
 def _by_differences(
-    run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, pivots: Any, starts: Any, columns: Any,
-    row_starts: Any, rows: Any, h: float,
+    run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, starts: Any, columns: Any,
+    row_starts: Any, row_indices: Any, h: float,
 ) -> bool:  # fmt: skip
     """Fill the Jacobian by differences; False when the rates jump at this very state."""
     for i in range(len(states)):
@@ -76,9 +73,9 @@ def _by_differences(
             inverse = 1.0 / states[j].move
             asked[j] = states[j].x
             for e in range(row_starts[j], row_starts[j + 1]):
-                i = rows[e]
+                i = row_indices[e]
                 change = answer[i] - states[i].rates
-                jacobian[pivots[j].place, pivots[i].place] = change * inverse
+                jacobian[j, i] = change * inverse
                 if abs(change) * h > worst * states[i].tolerance:
                     worst, steep, culprit = abs(change) * h / states[i].tolerance, j, i
         if run.count.jacobians % _LOOK == 1 and worst > _MATTERS and _jumps(run, states, asked, answer, steep, culprit):
@@ -111,7 +108,7 @@ def factor(jacobian: Array, diagonal: float, factors: Array, pivots: Any) -> Non
     """
     n = np.uint64(len(pivots))
     for j in range(n):
-        pivots[j].row = pivots[j].state
+        pivots[j] = j
         for i in range(n):
             factors[j, i] = -jacobian[j, i]
         factors[j, j] += diagonal
@@ -121,7 +118,7 @@ def factor(jacobian: Array, diagonal: float, factors: Array, pivots: Any) -> Non
             if abs(factors[k, i]) > best:
                 best, pivot = abs(factors[k, i]), i
         if pivot != k:
-            pivots[k].row, pivots[pivot].row = pivots[pivot].row, pivots[k].row
+            pivots[k], pivots[pivot] = pivots[pivot], pivots[k]
             for j in range(n):
                 factors[j, k], factors[j, pivot] = factors[j, pivot], factors[j, k]
         factors[k, k] = inverse = 1.0 / factors[k, k]
@@ -139,39 +136,16 @@ def solve(factors: Array, pivots: Any, goal: Array, room: Array) -> None:
     """Solve with the factors, in place."""
     n = np.uint64(len(pivots))
     for i in range(n):
-        room[i] = goal[pivots[i].row]
+        room[i] = goal[pivots[i]]
     for j in range(n):
         value = room[j]
         for i in range(j + _ONE, n):
             room[i] -= factors[j, i] * value
     for back in range(n):
         j = n - _ONE - back
-        value = room[j] * factors[j, j]
-        goal[pivots[j].state] = value
+        goal[j] = value = room[j] * factors[j, j]
         for i in range(j):
             room[i] -= factors[j, i] * value
-
-
-def elimination_order(sparsity: Any, size: int) -> Any:
-    """An order of elimination in which few entries come up that were zero: next the state that couples fewest others.
-
-    Args:
-        sparsity: (n, n) of bool, or None for a full Jacobian.
-
-    Returns:
-        The states in order, (n,) of int64.
-    Reference: Markowitz, Management Science 3 (1957) 255.
-    """
-    if sparsity is None:
-        return np.arange(size, dtype=np.int64)
-    left, found = np.asarray(sparsity, dtype=bool) | np.eye(size, dtype=bool), []
-    waiting = list(range(size))
-    while waiting:
-        rows, columns = left[:, waiting][waiting].sum(axis=0) - 1, left[waiting][:, waiting].sum(axis=1) - 1
-        chosen = waiting.pop(int(np.argmin(rows * columns)))
-        found.append(chosen)
-        left |= np.outer(left[:, chosen], left[chosen])
-    return np.array(found, dtype=np.int64)
 
 
 def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:

@@ -25,18 +25,17 @@ _GAUSS = 0.5 / math.sqrt(3.0)
 
 @kernel
 def advance(
-    methods: Any, runs: Any, states: Any, asked: Array, answer: Array, jacobian: Array, exact: Array, factors: Array,
+    methods: Any, runs: Any, states: Any, asked: Array, answer: Array, jacobian: Array, factors: Array,
     pivots: Any, starts: Any, columns: Any, row_starts: Any, row_indices: Any, events: Any, values: Array,
     log: Any, wanted: Array, rows: Array, segments: Any, words: Any,
 ) -> int:  # fmt: skip
-    """Go on from where the records say, until the end, the budget of steps, a terminal event or a reason to stop.
+    """Go on from where the records say, until the end, the budget of steps or a reason to stop.
 
     Args:
-        methods, runs, states, pivots, events, log, segments: See ``records``; of the first two there is one.
+        methods, runs, states, events, log, segments: See ``records``; of the first two there is one.
         asked, answer: What functions at an address are given and fill, (n,).
-        jacobian: By columns, both in the order of elimination, (n, n).
-        exact: Room for the one that a problem gives, (n + 1, n).
-        factors: Room for the factors of the stages' matrix, (n, n).
+        jacobian: By columns, the derivatives by time behind the last, (n + 1, n).
+        factors, pivots: Room for the factors of the stages' matrix, (n, n), and for the rows exchanged, (n,).
         starts, columns, row_starts, row_indices: See ``column_groups``.
         values: Room for the values of events, (m,).
         wanted: Instants [s], (N,).
@@ -68,9 +67,7 @@ def advance(
             h = choose(method.adaptive, run, end)
             if method.gamma > 0.0 and not count.fresh_jacobian:
                 count.fresh_jacobian = 1
-                if not fill_jacobian(
-                    run, states, asked, answer, jacobian, exact, pivots, starts, columns, row_starts, row_indices, h
-                ):
+                if not fill_jacobian(run, states, asked, answer, jacobian, starts, columns, row_starts, row_indices, h):
                     clock.jump_at = clock.time
                     return JUMP
             take_step(method, run, states, asked, answer, jacobian, factors, pivots, h)

@@ -8,7 +8,7 @@ import numpy as np
 FALLING, EITHER, RISING, GUARD = -1, 0, 1, 2
 
 # Why the loop came back.
-DONE, PAUSED, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO = range(8)
+DONE, PAUSED, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO, TERMINAL = range(9)
 
 MOST_STAGES = 8
 
@@ -35,14 +35,8 @@ STATE = np.dtype([
 ])  # fmt: skip
 """One a state."""
 
-PIVOT = np.dtype([
-    *_record(np.uint64, "state place"),  # which state stands here in the order of elimination; where state i stands
-    ("row", np.uint64),  # the one exchanged to here
-])  # fmt: skip
-"""One a row of the factors of the stages' matrix."""
-
 EVENT = np.dtype([
-    ("kind", np.int64),  # see ``Events``
+    *_record(np.int64, "kind terminal"),  # see ``Events``
     *_record(np.float64, "old later new"),  # at the beginning of the step, of the search in it, and where asked last
 ])  # fmt: skip
 """One an event: what it is, and its values."""
