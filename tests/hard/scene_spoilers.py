@@ -42,7 +42,7 @@ from drivetrain.motion.motion import Motion
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
 GEAR = Gear("g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=2e4, backlash=1e-3)
