@@ -211,6 +211,7 @@ class Study:
         supply: Behind all amplifiers.
         ambient: Temperature around the drives [C].
         safety: Factors and reserves.
+        holding: Motor torque that counts for heat while a mesh holds a load: ``least``, ``lossless``, ``most``.
         gear_assumptions: By gear kind.
         motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
         catalog: The rows that may be used.
@@ -240,6 +241,7 @@ class Study:
     tolerances: Tolerances = EXACT
     simulation: Simulation = field(default_factory=Simulation)
     trade_offs: TradeOffs = field(default_factory=TradeOffs)
+    holding: str = "lossless"
     notes: tuple[str, ...] = ()
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.gear import Gear
+from drivetrain.drive.gear import HOLDING, Gear
 from drivetrain.drive.motor import Motor, no_load_friction
 from drivetrain.study.model import JointTask, Study
 
@@ -81,7 +81,7 @@ def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
 def _filled_gear(gear: Gear, study: Study) -> tuple[Gear, tuple[str, ...]]:
     """The row, and what was assumed."""
     words: list[str] = []
-    changes: dict[str, float] = {}
+    changes: dict[str, float] = {"holding": HOLDING[study.holding]} if study.holding != "lossless" else {}
     assumption = study.gear_assumptions.get(gear.kind)
     if assumption is not None:
         for field, name in (("efficiency", "efficiency"), ("backdriving_efficiency", "back-driving efficiency")):
