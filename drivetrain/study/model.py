@@ -186,12 +186,15 @@ class MotorAssumption:
     Attributes:
         max_winding_temperature: [C].
         winding_time_constant, housing_time_constant: Thermal [s].
+        winding_share: Of a thermal resistance printed from winding to ambient alone, what lies between winding and
+            housing: before a mounting that the study states.
         source: Where the assumption is from.
     """
 
     max_winding_temperature: Temperature | None = None
     winding_time_constant: Duration | None = None
     housing_time_constant: Duration | None = None
+    winding_share: Efficiency | None = None
     source: Name = ""
 
 

@@ -151,7 +151,7 @@ def winding(op: Any, row: Any) -> Words:
         return Words("", "the sheet has no thermal resistances for this mounting", silent=True)
     source = f"winding limit {limit:g} °C of {sheet_name(op.drive.motor)}" + (f" less {margin:g} K" if margin else "")
     if math.isinf(found):
-        return Words(source, "no steady temperature: the losses grow faster with temperature than the cooling")
+        return Words(source, "thermal runaway: the losses grow faster with temperature than the cooling")
     ripple = op.network is not None and op.network.winding_capacity is not None
     return Words(source, "" if ripple else "mean over the cycle: the winding time constant is unknown")
 
