@@ -88,7 +88,7 @@ def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
     rules = (_redundancy, _peak_torque, _orders, _nominal_torque, _thermal, _friction, _time_constants, _rotor)
     findings = [finding for rule in rules for finding in rule(values)]
     findings = [_as_in_row(finding, cells, values) for finding in findings]
-    return findings + list(_convention(cells)) + list(_split(cells))
+    return findings + list(_convention(cells))
 
 
 def _as_in_row(finding: Finding, cells: Mapping[str, Cell], values: Values) -> Finding:
@@ -196,19 +196,6 @@ def _convention(cells: Mapping[str, Cell]) -> Iterator[Finding]:
             yield error("current_basis", "a brushed motor carries direct current: dc")
         if cells.get("winding_basis") == "phase":
             yield error("winding_basis", "a brushed motor has no phases: line_line")
-
-
-def _split(cells: Mapping[str, Cell]) -> Iterator[Finding]:
-    """How the one thermal resistance divides."""
-    least, most = cells.get("least_winding_share"), cells.get("most_winding_share")
-    if least is None and most is None:
-        return
-    if cells.get("resistance_winding_ambient") is None:
-        yield error("resistance_winding_ambient", "is empty: there is nothing to split")
-    if not cells.get("split_basis"):
-        yield error("split_basis", "is empty: say what the shares rest on")
-    if isinstance(least, float) and isinstance(most, float) and least > most:
-        yield error("least_winding_share", "is larger than the most")
 
 
 def _span(limits: tuple[float, float]) -> str:

@@ -42,7 +42,6 @@ POSITIVE = Range("must be greater than 0", low=0.0)
 NOT_NEGATIVE = Range("must be 0 or more", low=0.0, low_included=True)
 FINITE = Range("must be a finite number")
 EFFICIENCY = Range("must be greater than 0 and at most 1", low=0.0, high=1.0)
-SHARE = Range("must be from 0 to 1", low=0.0, high=1.0, low_included=True)
 TEMPERATURE = Range("must be in degrees Celsius above absolute zero (-273.15)", low=-273.15)
 
 

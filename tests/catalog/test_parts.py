@@ -170,20 +170,3 @@ def test_makers_ask_for_the_torque_that_they_print(catalog: Catalog) -> None:
     """PI's motor brake is the B&R brake of size 2: torque and power equal."""
     one, other = catalog.brakes["PI_L-417"], catalog.brakes["BR_8JSA_2"]
     assert (one.static_torque, one.power) == (other.static_torque, other.power) == (1.42, 8.4)
-
-
-def test_a_lumped_thermal_resistance_is_split_by_assumption_alone(catalog: Catalog) -> None:
-    """Between the least and the most of the motors that print both parts."""
-    split = [motor for motor in catalog.motors.values() if motor.least_winding_share is not None]
-    assert {motor.key for motor in split} == {motor.key for motor in catalog.motors.values() if motor.frameless}
-    series = ("EC 20 flat", "EC 45 flat", "EC 60 flat", "EC-i 30", "EC-i 40", "EC-i 52")
-    shares = [
-        motor.resistance_winding_housing / (motor.resistance_winding_housing + motor.resistance_housing_ambient)
-        for motor in catalog.motors.values()
-        if motor.series in series and motor.resistance_winding_housing and motor.resistance_housing_ambient
-    ]
-    assert len(shares) == 18
-    for motor in split:
-        assert "ASSUMED" in motor.split_basis and motor.resistance_winding_ambient is not None
-        assert motor.least_winding_share == pytest.approx(min(shares), abs=0.005)
-        assert motor.most_winding_share == pytest.approx(max(shares), abs=0.006)
