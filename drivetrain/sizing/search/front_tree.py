@@ -25,7 +25,8 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.search.domains import Domain, Domains, with_domain
-from drivetrain.sizing.search.problem import BELOW, ROUNDING, Problem
+from drivetrain.sizing.search.bounds import BELOW
+from drivetrain.sizing.search.problem import ROUNDING, Problem
 from drivetrain.sizing.search.robust import OftenEnough
 from drivetrain.sizing.search.supply import supply_use
 from drivetrain.sizing.search.tree import Tell, halves
@@ -249,12 +250,15 @@ class FrontTree:
                 cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, low)
                 domains[joint] = replace(domain, cost=cost).kept(np.isfinite(cost[:, USED]))
             else:
-                found = problem.bounded(joint, domain.pairs, offers[joint].interval(low, high), energies=True)
-                slope[joint] = problem.slopes(joint, found.line)
+                offers[joint].interval(low, high)
+                _, used, energy, line = offers[joint].bounded(
+                    domain.pairs, problem.base, np.zeros(len(domain)), domain.exact, until=1.0 + ROUNDING, energies=True
+                )
+                slope[joint] = problem.slopes(joint, line)
                 taken = float((slope[joint] * 0.5 * (low + high)).sum())
-                cost[:, USED] = found.used * BELOW
-                cost[:, ENERGY] = found.energy - taken - (1.0 - BELOW) * (np.abs(found.energy) + abs(taken))
-                domains[joint] = replace(domain, cost=cost).kept(found.used <= 1.0 + ROUNDING)
+                cost[:, USED] = used * BELOW
+                cost[:, ENERGY] = energy - taken - (1.0 - BELOW) * (np.abs(energy) + abs(taken))
+                domains[joint] = replace(domain, cost=cost).kept(used <= 1.0 + ROUNDING)
             if not len(domains[joint]):
                 return None
         return Part(tuple(domains), width, slope, part.bound, part.used)

@@ -15,7 +15,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.judge.verdicts import supply_checks
-from drivetrain.sizing.search.bounds import power_ends, span_of
+from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.domains import Domain, Domains
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.search.propagate import Ranges
@@ -57,15 +57,13 @@ def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: Ranges) -
 def power_range(problem: Problem, domains: Domains, ranges: Ranges, *, most: bool) -> tuple[Array, Array]:
     """Bounds of the power of all joints together at each sample [W], the upper one infinite where it is not known."""
     offered = problem.candidates
-    samples = len(offered.joints[0].share)
+    samples = len(offered.study.cycle.time)
     lower, upper = np.zeros(samples), np.full(samples, 0.0 if most else np.inf)
     for joint, domain in enumerate(domains):
         offer, least, largest = offered.joints[joint], np.zeros(samples), np.full(samples, np.inf)
         torque = offer.interval(ranges.low, ranges.high)
         if len(domain) <= (SOME if most else FEW):
-            whole = span_of(offer.work.motion, *torque, offer.work.added.torque, offer.share)
-            cases, own = offer.cases(offered.pairs[domain.pairs]), offer.amounts(offered.numbers[domain.pairs])
-            power_ends(cases, whole, own, least, largest)
+            power_ends(offer.records, domain.pairs, least, largest)
         else:
             least = _lossless(problem, joint, domain, torque, ranges)
         lower += least
