@@ -173,12 +173,12 @@ def bound_candidates(
         How many were looked at.
     """
     count, least, open_energy = 0, np.inf, 0.0
-    few, whole, own = offer.few, offer.whole, len(offer.whole.added)
+    few, whole, own, flat = offer.few, offer.whole, len(offer.whole.added), np.zeros(len(line))
     for i in range(len(pairs)):
         least = min(least, cost[i]) if exact[i] else least
     look_closer(offer)
     if energies:
-        power_line(offer, pairs, full, line)
+        power_line(offer, pairs, weight != 0.0, line)
         open_energy = energy_of_line(offer, line)
     for i in range(len(pairs)):
         if exact[i] or cost[i] >= room or not (full or cost[i] < least):
@@ -195,6 +195,8 @@ def bound_candidates(
         if energies and used[i] <= until:
             energy[i] = least_energy(case, whole, heat, line)
             drawn = energy[i] - open_energy
+            if weight != 0.0 and open_energy != 0.0:
+                drawn = max(drawn, least_energy(case, whole, heat, flat))
             cost[i] = max(cost[i], base[pairs[i]] + weight * drawn * (BELOW if drawn > 0.0 else 1.0 / BELOW))
         if used[i] <= until and cost[i] < room:
             least = min(least, cost[i])
@@ -213,7 +215,7 @@ def put(offer: Offer, pair: Any) -> Any:
 
 @law
 def look_closer(offer: Offer) -> None:
-    """Fill the few samples: in each stretch of the cycle those that ask most, of acceleration and of torque at least."""
+    """Fill the few samples: of each stretch of the cycle those of largest acceleration and largest certain torque."""
     few, whole, stretches = offer.few, offer.whole, len(offer.sharp)
     length = len(whole.low) // stretches
     for k in range(2 * stretches):
@@ -472,13 +474,13 @@ def certain_loss(motor: Any, magnets: Any, coolest: Any, heated: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def power_line(offer: Offer, pairs: Any, full: Any, line: Any) -> None:
-    """How the power grows with the load at the middle of the interval: the mean over some candidates."""
+def power_line(offer: Offer, pairs: Any, first: Any, line: Any) -> None:
+    """How the power grows with the load at the middle of the interval: the mean over some candidates, or the first."""
     span, count = offer.whole, min(len(pairs), SAMPLED)
     motion, low, high, lossy = span.motion, span.low, span.high, span.lossy
     line[:] = 0.0
     for i in range(count):
-        case = put(offer, pairs[i * len(pairs) // count if full else i])
+        case = put(offer, pairs[i if first else i * len(pairs) // count])
         mesh, ambient = mesh_of(case.gear), case.setting.ambient
         inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
         loss = certain_loss(case.motor, ambient, ambient, False)

@@ -269,9 +269,9 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     plain = paired(
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
-    case, friction = plain.copy(), study.joints[joint].friction
+    case, friction, (sheets, direct) = plain.copy(), study.joints[joint].friction, gears
     records = Offer(
-        plain, case, as_numbers(case), parts.motor_rows, shafts, *gears, *every, offered.load.torque,
+        plain, case, as_numbers(case), parts.motor_rows, shafts, sheets, direct, *every, offered.load.torque,
         np.array(others, dtype=np.int64), rows.torque.reshape(len(others), NUMBERS, len(cycle.time)),
         np.zeros((len(others), NUMBERS)), _peaks(np.abs(demand.acceleration)),
         span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size)),

@@ -24,11 +24,11 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.search.domains import Domain, Domains, with_domain
 from drivetrain.sizing.search.bounds import BELOW
+from drivetrain.sizing.search.domains import Domain, Domains, Mask, with_domain
 from drivetrain.sizing.search.problem import ROUNDING, Problem
+from drivetrain.sizing.search.propagate import supply_use
 from drivetrain.sizing.search.robust import OftenEnough
-from drivetrain.sizing.search.supply import supply_use
 from drivetrain.sizing.search.tree import Tell, halves
 from drivetrain.sizing.search.zones import Zones, reaching, survivors
 
@@ -305,7 +305,7 @@ class FrontTree:
         least = np.cumsum([np.zeros(len(self._weights)), *(one.min(axis=0) for one in weighed)], axis=0)
         used = np.maximum.accumulate([0.0, *(float(one.cost[:, USED].min()) for one in part.domains)])
 
-        def reach(joint: int, costs: Array, own: Array, after: Array) -> Array:
+        def reach(joint: int, costs: Array, own: Array, after: Array) -> Mask:
             """Which candidates of a joint reach a zone, with those chosen after it."""
             answered = part.slope[:joint].sum(axis=0)
             energy = own @ answered[joint] + float((after * answered)[joint + 1 :].sum())
@@ -334,7 +334,7 @@ class FrontTree:
                 beside[joint] = own[at]
                 yield from walk(joint - 1, costs[at], beside, chosen)
 
-        def _reached_with_bounds(joint: int, domain: Domain, own: Array, spent: Array, after: Array) -> Array:
+        def _reached_with_bounds(joint: int, domain: Domain, own: Array, spent: Array, after: Array) -> Mask:
             """The same while the energy of the joint is bounded beside its line."""
             costs = spent + domain.cost
             costs[:, USED] = np.maximum(spent[USED], domain.cost[:, USED])
@@ -406,7 +406,7 @@ class FrontTree:
                 domain, beside = root.domains[joint], problem.candidates.numbers_of(chosen)
                 cost = domain.cost.copy()
                 cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, beside)
-                fits = cost[:, USED] < height
+                fits = np.asarray(cost[:, USED] < height)
                 if self.often is not None:
                     lead = tuple(chosen.get(k, 0) for k in range(problem.n))
                     fits &= ~self.often.fails(joint, domain.pairs, lead)

@@ -88,7 +88,7 @@ class Problem:
 
     def loads_of(self, joint: int, pairs: Sequence[int]) -> bytes:
         """The numbers of the drives of a set that load a joint."""
-        return self.candidates.numbers[[pairs[k] for k in np.flatnonzero(self.loads[joint])]].tobytes()
+        return self.candidates.numbers[[pairs[int(k)] for k in np.flatnonzero(self.loads[joint])]].tobytes()
 
     def presolved(
         self, joint: int, domain: Domain, limit: float, full: bool, low: Array, high: Array
