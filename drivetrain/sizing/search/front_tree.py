@@ -372,11 +372,12 @@ class FrontTree:
             0.0 if width == 0.0 else float(np.abs(domain.cost[:, ENERGY]).min()) + 1e-3
             for width, domain in zip(part.width, part.domains, strict=True)
         ])  # fmt: skip
-        effect = half * np.einsum("j,jki->ki", share, self.problem.reach)
+        effect: Array = half * np.einsum("j,jki->ki", share, self.problem.reach)
         joint, number = (int(at) for at in np.unravel_index(int(np.argmax(effect)), effect.shape))
         if not effect[joint, number] > 0.0:
             # Where no number changes a torque, loads are told apart by any number that differs.
-            differ = half * self.problem.loads.any(axis=0)[:, np.newaxis]
+            loading = np.asarray(self.problem.loads.any(axis=0))
+            differ = half * loading[:, np.newaxis]
             joint, number = (int(at) for at in np.unravel_index(int(np.argmax(differ)), differ.shape))
             if not differ[joint, number] > 0.0:  # its loads are decided, and there are many sets
                 joint = int(np.argmax([len(domain) for domain in part.domains]))
