@@ -226,11 +226,12 @@ def part_means(periods: Any, losses: Any, parts: Any) -> None:
     """Length, mean square and mean loss of each part."""
     for i in range(len(parts)):
         begin, end = intervals(periods, i)
+        steps, squares, housing = periods.step[begin:end], losses.square[begin:end], losses.housing[begin:end]
         length, square, loss = 0.0, 0.0, 0.0
-        for k in range(begin, end):
-            length += periods.step[k]
-            square += periods.step[k] * losses.square[k]
-            loss += periods.step[k] * losses.housing[k]
+        for k in range(len(steps)):
+            length += steps[k]
+            square += steps[k] * squares[k]
+            loss += steps[k] * housing[k]
         parts[i].length, parts[i].square, parts[i].loss = length, square / length, loss / length
 
 
@@ -297,16 +298,17 @@ def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> No
     S is the integral of e^(M t) over the step, Q the integral of S. Where all intervals are short against every rate
     they are straight-line series, so that they vectorise.
     """
-    p, q, u, v = losses.integrals
     a, cross, d, growth, longest, most = flow.a, flow.b * flow.c, flow.d, flow.growth, 0.0, 0.0
-    for k in range(begin, end):
-        longest, most = larger(longest, steps[k]), larger(most, losses.square[k])
+    steps, squares = steps[begin:end], losses.square[begin:end]
+    p, q, u, v = losses.integrals[:, begin:end]
+    for k in range(len(steps)):
+        longest, most = larger(longest, steps[k]), larger(most, squares[k])
     if longest * (flow.c + d + larger(a, growth * most - a) + flow.b) >= SMALL:
-        for k in range(begin, end):
-            p[k], q[k], u[k], v[k] = _exact(steps[k], growth * losses.square[k] - a, flow.b, flow.c, -d)
+        for k in range(len(steps)):
+            p[k], q[k], u[k], v[k] = _exact(steps[k], growth * squares[k] - a, flow.b, flow.c, -d)
         return
-    for k in range(begin, end):
-        h, m00 = steps[k], growth * losses.square[k] - a
+    for k in range(len(steps)):
+        h, m00 = steps[k], growth * squares[k] - a
         y, half = 0.5 * h * (m00 - d), 0.5 * (m00 + d)
         z = h * h * (half * half + cross)
         # Even and odd parts of the powers of (y + w) and (y - w), w^2 = z, over the factorials.

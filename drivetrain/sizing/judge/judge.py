@@ -405,9 +405,10 @@ def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
     """Largest voltage that starts the joint from rest, or holds it [V]."""
     largest, constant = 0.0, torque_constant(case.motor, case.figures.magnet_temperature)
     for first, last in motion.rests:
-        for t in range(first, last):
-            hot = winding_resistance(case.motor, traces.losses.winding_at[t])
-            largest = larger(largest, abs(hot * traces.starting[t] / constant))
+        winding, starting = traces.losses.winding_at[first:last], traces.starting[first:last]
+        for t in range(len(starting)):
+            hot = winding_resistance(case.motor, winding[t])
+            largest = larger(largest, abs(hot * starting[t] / constant))
     return largest
 
 

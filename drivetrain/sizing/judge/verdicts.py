@@ -80,9 +80,8 @@ def supply_figures(weights: Array, power: Array) -> dict[str, Any]:
     """
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
     drawn, fed_back = np.maximum(power, 0.0), np.maximum(-power, 0.0)
-    return {
-        "peak_power": drawn.max(axis=-1), "mean_power": drawn @ share, "regenerated_power": fed_back @ share,
-    }  # fmt: skip
+    mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))  # @ sums by how many sets there are
+    return {"peak_power": drawn.max(axis=-1), "mean_power": mean, "regenerated_power": back}
 
 
 def supply_checks(
