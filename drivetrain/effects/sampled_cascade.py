@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.servo_axis import Notch, notch_filter
 from drivetrain.effects import signals as s
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
@@ -22,7 +23,10 @@ MOST_DELAY = 3  # samples
 
 @dataclass
 class Own:
-    """What it keeps: as ``CascadeLoop``, period [s] and delay; currents [A] given out, integrated, and waiting."""
+    """What it keeps: as ``CascadeLoop``, period [s] and delay; currents [A] given out, integrated, and waiting.
+
+    And the notch, zeros over poles: its coefficients, and what it carries from sample to sample [rad/s].
+    """
 
     position_gain: float
     speed_gain: float
@@ -32,10 +36,14 @@ class Own:
     coupled: int
     period: float
     delay: int
+    zeros: Annotated[Array, 3]
+    poles: Annotated[Array, 3]
     sampled_current: float = 0.0
     last_measured_position: float = 0.0
     integrated_current: float = 0.0
     waiting_current: Annotated[Array, MOST_DELAY] = field(default_factory=lambda: np.zeros(MOST_DELAY))
+    notched_once: float = 0.0
+    notched_twice: float = 0.0
 
 
 @joint_law(Own)
@@ -49,7 +57,11 @@ def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
     speed = (measured - own.last_measured_position) / own.period
     own.last_measured_position = measured
     late = own.ratio * wanted.position - measured
-    error = own.ratio * wanted.speed + own.position_gain * late - speed
+    whole = own.ratio * wanted.speed + own.position_gain * late - speed
+    zeros, poles = own.zeros, own.poles
+    error = zeros[0] * whole + own.notched_once
+    own.notched_once = zeros[1] * whole - poles[1] * error + own.notched_twice
+    own.notched_twice = zeros[2] * whole - poles[2] * error
     grown = own.period * own.speed_gain * own.rate * error
     asked = own.speed_gain * error + own.integrated_current + grown
     if abs(asked) > own.peak:
@@ -76,6 +88,8 @@ class SampledCascade(Effect):
         peak_current: At which command and integrator stop [A].
         every: Period [s].
         delay: Samples from measuring to giving out, 0 to 2.
+        notch: Middle of a notch filter in the speed's error [rad/s]; 0: none.
+        notch_zeros, notch_poles: Its damping ratios [-]: how deep it is, and how wide.
     """
 
     position_gain: float
@@ -84,6 +98,9 @@ class SampledCascade(Effect):
     peak_current: float = math.inf
     every: float = 1e-3
     delay: int = 1
+    notch: float = 0.0
+    notch_zeros: float = 0.1
+    notch_poles: float = 0.7
 
     compute = _compute
     sample = _sample
@@ -94,6 +111,14 @@ class SampledCascade(Effect):
             faults.append(Fault("SampledCascade.every", "must be positive [s]", self.every))
         if self.delay not in range(MOST_DELAY):
             faults.append(Fault("SampledCascade.delay", "must be 0, 1 or 2 samples", self.delay))
+        if not 0.0 <= self.notch < math.inf or (self.every > 0.0 and self.notch * self.every >= math.pi):
+            hint = "a sampled filter reaches half of the sampling rate"
+            faults.append(Fault("SampledCascade.notch", "must be from 0 to below pi / every [rad/s]", self.notch, hint))
+        faults += [
+            Fault(f"SampledCascade.{name}", "must be above 0 and at most 10 [-]", getattr(self, name))
+            for name in ("notch_zeros", "notch_poles")
+            if not 0.0 < getattr(self, name) <= 10.0
+        ]
         if faults:
             raise InputError(faults)
 
@@ -111,6 +136,8 @@ class SampledCascade(Effect):
                 State("last_measured_position", "rad", memory=True),
                 State("integrated_current", "A", memory=True),
                 *waiting,
+                State("notched_once", "rad/s", memory=True),
+                State("notched_twice", "rad/s", memory=True),
             ),
             needs=(*s.commanded(place)[:2], s.MEASURED_POSITION),
             contributes=(s.CURRENT_COMMAND,),
@@ -118,12 +145,15 @@ class SampledCascade(Effect):
 
     def own(self, place: Place) -> Own:
         gains = (self.position_gain, self.speed_gain, 1.0 / self.integral_time, self.peak_current, place.ratio)
-        return Own(*gains, place.coupled, self.every, self.delay)
+        zeros = poles = np.array([1.0, 0.0, 0.0])
+        if self.notch > 0.0:
+            zeros, poles = notch_filter(Notch(self.notch, self.notch_zeros, self.notch_poles), self.every)
+        return Own(*gains, place.coupled, self.every, self.delay, zeros, poles)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
-        return 0.0, measured - self.every * speed, 0.0, *(0.0,) * MOST_DELAY
+        return 0.0, measured - self.every * speed, 0.0, *(0.0,) * (MOST_DELAY + 2)
 
     def quasi_static(self) -> Effect:
         return CascadeLoop(self.position_gain, self.speed_gain, self.integral_time, self.peak_current)

@@ -26,8 +26,7 @@ from drivetrain.simulation.records import MODE_CHANGE
 from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
-from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import Rodas4, Rodas5P, Solver
 
 ROOM = 20_000  # events told; more are counted
 CHUNK = 20_000  # steps between two looks at the progress
@@ -56,9 +55,9 @@ class AdaptiveStep(Engine):
             numbers, first, kept = started(plan), 0.0, None
         else:
             kept, size = wish.resume, plan.memory.moving
-            sizes = {"states": size * len(at.STATE), "jacobian": size**2}
-            numbers = resumed(kept, plan, {**sizes, "clock": len(at.CLOCK), "count": len(at.COUNT)})
-            first = float(kept["clock"].view(at.CLOCK)["time"][0])
+            sizes = {"run": at.RUN.itemsize // 8, "states": size * (at.STATE.itemsize // 8)}
+            numbers = resumed(kept, plan, {**sizes, "jacobian": size * (size + 1)})
+            first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
         problem = _problem(plan, _extended(plan, numbers, hangs), hangs)
@@ -122,7 +121,7 @@ def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
     if plan.body.arm is not None:
         felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
     dry = Events(kernel.values(), (at.GUARD,) * c, handler=kernel.handler(), names=tuple(plan.coordinates))
-    hooks = Hooks(kernel.account(), (), kernel.tell(), 1 + len(plan.layout.columns), kernel.opens())
+    hooks = Hooks(kernel.account(), kernel.tell(), 1 + len(plan.layout.columns), kernel.opens())
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = plan.memory.view(numbers, "engine")[0]["at"]["groups"]["size"]
     return CompiledProblem(
@@ -194,18 +193,18 @@ def _outcome(done: CompiledSolution, plan: Plan, stopped: Event | None, skipped:
     events = tuple(mode_event(plan, *one) for one in log.tolist())
     left = {
         "numbers": kept.words.view(np.float64)[: len(plan.memory.numbers)][plan.memory.changing],
-        "states": kept.states.view(np.float64), "values": kept.values, "jacobian": kept.jacobian.ravel(),
-        "clock": kept.clock.view(np.float64), "count": kept.count.view(np.int64),
+        "run": kept.run.view(np.int64), "states": kept.states.view(np.int64), "events": kept.events.view(np.int64),
+        "jacobian": kept.jacobian.ravel(),
     }  # fmt: skip
     return Outcome(done.states[skipped:], counters, events, stopped, left)
 
 
 def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
     """Where an earlier run was, in terms of this one."""
-    size, clock, count = plan.memory.moving, kept["clock"].view(at.CLOCK), kept["count"].astype(np.int64)
+    size, own = plan.memory.moving, kept["run"].copy().view(at.RUN)
     # Segments and rows count from here; the first row is where the earlier run ended, and is not told again.
-    count.view(at.COUNT)["segment"], count.view(at.COUNT)["rows"] = 0, 1
+    own["count"]["segment"], own["count"]["rows"] = 0, 1
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
-    states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size, size)
+    states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size + 1, size)
     numbers, words = run.problem.numbers.copy(), run.problem.words.copy()
-    return Checkpoint(states, jacobian, kept["values"], clock, count.view(at.COUNT), numbers, words, rows)
+    return Checkpoint(own, states, kept["events"].view(at.EVENT), jacobian, numbers, words, rows)

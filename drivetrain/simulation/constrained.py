@@ -33,9 +33,8 @@ from drivetrain.simulation.passive import (
 )
 from drivetrain.simulation.recording import Event, Recording, Series
 from drivetrain.simulation.stabilisation import Projection, Stabilisation
-from drivetrain.solvers.explicit import RungeKutta4
-from drivetrain.solvers.integrate import Correct, integrate
-from drivetrain.solvers.solver import Rates, Solver
+from drivetrain.solvers.integrate import Correct, Rates, integrate
+from drivetrain.solvers.solver import RungeKutta4, Solver
 
 DEFAULT_SOLVER = RungeKutta4(1e-3)
 PROJECTION = Projection()

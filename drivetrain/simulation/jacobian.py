@@ -28,7 +28,7 @@ from drivetrain.simulation.records import (
     square_of,
     states_of,
 )
-from drivetrain.solvers.compiled_problem import column_groups
+from drivetrain.solvers.linear import column_groups
 
 MOVE = 1.4901161193847656e-08  # of its size: how far a state is moved, the root of the resolution
 

@@ -12,8 +12,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.simulation.passive import DEFAULT_INTERVAL, simulate_passive
 from drivetrain.simulation.recording import Recording
-from drivetrain.solvers.adaptive import DormandPrince853
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import DormandPrince853, Solver
 
 REFERENCE = DormandPrince853(1e-13, 1e-13)
 

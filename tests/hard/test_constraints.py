@@ -25,7 +25,7 @@ from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.simulation.stabilisation import Baumgarte, Drifting
-from drivetrain.solvers.explicit import RungeKutta4, SemiImplicitEuler
+from drivetrain.solvers.solver import RungeKutta4, SemiImplicitEuler
 
 
 def exact(matrix: np.ndarray, force: np.ndarray, rows: np.ndarray, drift: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.simulation.passive import simulate_passive
 from drivetrain.simulation.recording import Event, Recording, Series
 from drivetrain.simulation.step_study import step_study
-from drivetrain.solvers.explicit import Euler, RungeKutta4
+from drivetrain.solvers.solver import Euler, RungeKutta4
 
 
 @pytest.fixture(scope="module")
