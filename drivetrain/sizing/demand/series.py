@@ -78,6 +78,7 @@ class Traces(NamedTuple):
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft [W].
+        power: Electrical, where nobody asks for it [W].
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
     """
@@ -89,6 +90,7 @@ class Traces(NamedTuple):
     shaft_excess: Array
     starting: Array
     friction_loss: Array
+    power: Array
     losses: Losses
     parts: Any
 

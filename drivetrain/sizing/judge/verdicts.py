@@ -81,8 +81,8 @@ def supply_figures(weights: Array, power: Array) -> dict[str, Any]:
     """
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
     drawn, fed_back = np.maximum(power, 0.0), np.maximum(-power, 0.0)
-    means = (drawn * share).sum(axis=-1), (fed_back * share).sum(axis=-1)  # @ sums by the shape of a block
-    return {"peak_power": drawn.max(axis=-1), "mean_power": means[0], "regenerated_power": means[1]}
+    mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))  # @ sums by how many sets there are
+    return {"peak_power": drawn.max(axis=-1), "mean_power": mean, "regenerated_power": back}
 
 
 def supply_checks(
