@@ -156,7 +156,6 @@ class World:
         size: Of the memory, in numbers [-].
         joints, coordinates: How many there are [-].
         mass: First number of the mass matrix [-].
-        engine: First number of what the engine keeps for itself [-].
         kinetic_energy, potential_energy: [J], at instants only.
     """
 
@@ -164,7 +163,6 @@ class World:
     joints: int
     coordinates: int
     mass: int
-    engine: int
     kinetic_energy: float
     potential_energy: float
     tip: Tip

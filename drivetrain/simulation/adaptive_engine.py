@@ -22,7 +22,7 @@ from drivetrain.simulation.friction import NO_SET
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event
-from drivetrain.simulation.records import MODE_CHANGE
+from drivetrain.simulation.records import AT, MODE_CHANGE, SECTIONS, parts_of
 from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
@@ -61,16 +61,18 @@ class AdaptiveStep(Engine):
             first = float(kept["clock"].view(at.CLOCK)["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
-        problem = _problem(plan, _extended(plan, numbers, hangs), hangs)
+        numbers = _extended(plan, numbers, hangs)
+        problem = _problem(plan, numbers, hangs)
         times, breaks = _instants(plan, wish, first), _breaks(plan, getattr(self.solver, "rtol", 0.0))
-        run = _Run(problem, _tuned(self.solver, plan), start, times, breaks)
+        run = _Run(numbers, problem, _tuned(self.solver, plan), start, times, breaks)
         return run.looped(plan, wish, None if kept is None else _checkpoint(kept, plan, run))
 
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What stays the same from chunk to chunk."""
+    """What stays the same from chunk to chunk, and a run's numbers, which the problem knows by addresses."""
 
+    numbers: Array
     problem: CompiledProblem
     solver: Solver
     start: Array
@@ -92,8 +94,8 @@ class _Run:
                 stopped = Event(done.stopped_at, "stopped", "by the progress callback; it can be resumed")
                 break
         if stopped is None and done.stopped:
-            stopped = _stopped(done, plan)
-        return _outcome(done, plan, stopped, 0 if self.times[0] == 0.0 else 1)
+            stopped = _stopped(done, plan, self.numbers)
+        return _outcome(done, plan, self.numbers, stopped, 0 if self.times[0] == 0.0 else 1)
 
 
 def _refined(plan: Plan) -> Plan:
@@ -107,10 +109,10 @@ def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
     """A run's numbers with what the adaptive engine itself needs behind them: a log, room of the Jacobian."""
     sizes = plan.memory.atol[: plan.memory.moving] / USUAL
     sections = {"log": np.zeros(ROOM, MODE_CHANGE), **jacobian.room(sizes, plan.body.c, hangs)}
-    engine = plan.memory.view(numbers, "engine")[0]
+    engine, listed = plan.memory.view(numbers, "engine")[0], plan.memory.view(numbers, "sections")
     first = len(numbers)
     for name, values in sections.items():
-        engine["at"][name]["first"], engine["at"][name]["size"] = first, values.nbytes // 8
+        listed[SECTIONS.index(name)] = first, values.nbytes // 8, len(values)
         first += values.nbytes // 8
     plan.memory.view(numbers, "world")["size"] = first
     engine["held"], engine["remembers"] = 1, bool(plan.memory.memory.any())
@@ -124,9 +126,9 @@ def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
     dry = Events(kernel.values(), (at.GUARD,) * c, handler=kernel.handler(), names=tuple(plan.coordinates))
     hooks = Hooks(kernel.account(), (), kernel.tell(), 1 + len(plan.layout.columns), kernel.opens())
     names = tuple(plan.memory.states)[: plan.memory.moving]
-    groups = plan.memory.view(numbers, "engine")[0]["at"]["groups"]["size"]
+    groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
     return CompiledProblem(
-        rates.rates(), len(names), words=numbers.view(np.int64), jacobian=jacobian.jacobian(), sparsity=felt,
+        rates.rates(), len(names), words=parts_of(numbers), jacobian=jacobian.jacobian(), sparsity=felt,
         events=dry if _any_dry(plan) else None, hooks=hooks, names=names, may_jump=True, differences=1 + int(groups),
     )  # fmt: skip
 
@@ -166,9 +168,9 @@ def _breaks(plan: Plan, tolerance: float) -> Array:
     return np.asarray(every[np.append(np.diff(every) > 1e-9, True)]) if len(every) else every
 
 
-def _stopped(done: CompiledSolution, plan: Plan) -> Event:
+def _stopped(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
     """What ended the run."""
-    t, solved = done.stopped_at, int(_engine(done.checkpoint, plan)["solved"])
+    t, solved = done.stopped_at, int(plan.memory.view(numbers, "engine")["solved"][0])
     if solved < 0:
         if solved > NO_SET:
             problem = "its mesh friction has no solution in this posture"
@@ -178,22 +180,17 @@ def _stopped(done: CompiledSolution, plan: Plan) -> Event:
     return Event(t, next((name for mark, name in kinds.items() if mark in done.stopped), "stopped"), done.stopped)
 
 
-def _engine(kept: Checkpoint, plan: Plan) -> Any:
-    """The engine's record in what a run has left."""
-    return plan.memory.view(kept.words.view(np.float64), "engine")[0]
-
-
-def _outcome(done: CompiledSolution, plan: Plan, stopped: Event | None, skipped: int) -> Outcome:
-    work, kept, engine = done.work, done.checkpoint, _engine(done.checkpoint, plan)
-    first, logged = int(engine["at"]["log"]["first"]), int(engine["logged"])
-    log = kept.words[first : first + int(engine["at"]["log"]["size"])].view(MODE_CHANGE)[: min(logged, ROOM)]
+def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event | None, skipped: int) -> Outcome:
+    work, kept, logged = done.work, done.checkpoint, int(plan.memory.view(numbers, "engine")["logged"][0])
+    first, size, _ = plan.memory.view(numbers, "sections")[AT.log]
+    log = numbers[first : first + size].view(MODE_CHANGE)[: min(logged, ROOM)]
     counters = {
         "steps": work.steps, "rejected": work.rejected, "rates": work.rates, "jacobians": work.jacobians,
         "factorisations": work.factorisations, "event_values": work.event_values, "mode_changes": logged,
     }  # fmt: skip
     events = tuple(mode_event(plan, *one) for one in log.tolist())
     left = {
-        "numbers": kept.words.view(np.float64)[: len(plan.memory.numbers)][plan.memory.changing],
+        "numbers": numbers[: len(plan.memory.numbers)][plan.memory.changing],
         "states": kept.states.view(np.float64), "values": kept.values, "jacobian": kept.jacobian.ravel(),
         "clock": kept.clock.view(np.float64), "count": kept.count.view(np.int64),
     }  # fmt: skip

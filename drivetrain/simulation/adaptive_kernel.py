@@ -11,18 +11,23 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
+from numba import carray
 
 from drivetrain.jit import callback
 from drivetrain.simulation.rates import RIGHT_SIDE, account_at, put_row, put_states, solve_at, take_samples
 from drivetrain.simulation.records import (
+    AT,
     MODE_CHANGE,
     Run,
     call_laws,
+    coordinates_of,
+    count_of,
+    engine_of,
+    memory_of,
     numbers_of,
-    opened,
     part,
     states_of,
+    words_of,
 )
 
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
@@ -36,10 +41,9 @@ def _solve(run: Run, t: float, x: Any) -> None:
     solve_at(run, t)
 
 
-def _values(t: Any, x: Any, result: Any, numbers: Any, memory: Any) -> None:
+def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """How far each coordinate is from changing its mode; negative when it has overdone it."""
-    run = opened(memory)
-    coordinates, asked = run.coordinates, False
+    coordinates, asked = coordinates_of(run), False
     for i in range(len(coordinates)):
         asked = asked or coordinates[i].dry.mode == 0 or coordinates[i].surface != 0.0
     if asked:
@@ -60,8 +64,8 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, memory: Any) -> None:
 @part
 def _log(run: Run, t: float) -> None:
     """Write down the modes that have changed."""
-    coordinates, engine = run.coordinates, run.head[0].engine
-    log = numbers_of(run.numbers, engine.at.log).view(MODE_CHANGE)
+    coordinates, engine = coordinates_of(run), engine_of(run)
+    log = carray(run[AT.log], count_of(run, AT.log), MODE_CHANGE)
     for i in range(len(coordinates)):
         one = coordinates[i]
         if one.dry.mode != one.before:
@@ -71,10 +75,10 @@ def _log(run: Run, t: float) -> None:
             engine.logged += 1
 
 
-def _handler(t: Any, x: Any, crossed: Any, numbers: Any, memory: Any) -> None:
+def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
     """Force the change of mode that an event stands for, and let the others at rest find theirs."""
-    run = opened(memory)
-    coordinates, c = run.coordinates, len(run.coordinates)
+    coordinates = coordinates_of(run)
+    c = len(coordinates)
     _solve(run, t, x)
     for i in range(c):
         one = coordinates[i]
@@ -86,42 +90,39 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, memory: Any) -> None:
         elif abs(x[c + i] - one.surface) <= AT_REST:
             x[c + i] = one.surface
             one.dry.mode = 0  # what comes to rest sticks, unless that asks too much of friction
-    run.head[0].engine.held = 0
+    engine_of(run).held = 0
     _solve(run, t, x)
-    run.head[0].engine.held = 1
+    engine_of(run).held = 1
     _log(run, t)
 
 
-def _account(t: Any, x: Any, result: Any, numbers: Any, memory: Any) -> None:
+def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """Powers and what effects remember, over the time that this instant stands for."""
-    h, run = result[0], opened(memory)
-    at = run.head[0].engine.at
-    powers, energies = numbers_of(run.numbers, at.powers).view(np.int64), numbers_of(run.numbers, at.energies)
+    h = result[0]
+    memory, powers, energies = memory_of(run), words_of(run, AT.powers), numbers_of(run, AT.energies)
     _solve(run, t, x)
     # Powers are those of the instant; with h > 0 effects put out means over a fixed step that begins here.
     account_at(run, t)
     for k in range(len(powers)):
-        energies[k] += h * run.numbers[powers[k]]
-    if run.head[0].engine.remembers:
-        call_laws(run, at.accounts, t, h)
+        energies[k] += h * memory[powers[k]]
+    if engine_of(run).remembers:
+        call_laws(run, AT.accounts, t, h)
 
 
-def _tell(t: Any, x: Any, result: Any, numbers: Any, memory: Any) -> None:
+def _tell(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """A row of the recording."""
-    run = opened(memory)
     _solve(run, t, x)
     account_at(run, t)
     put_row(run, t, result)
 
 
-def _opens(t: Any, x: Any, result: Any, numbers: Any, memory: Any) -> None:
+def _opens(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """Samples that are due where a segment begins."""
-    run = opened(memory)
-    states = states_of(run)
+    states, memory = states_of(run), memory_of(run)
     put_states(run, x)
     take_samples(run, t, 0.0, 1e-6)
-    for k in range(2 * len(run.coordinates), run.head[0].engine.moving):
-        x[k] = run.numbers[states[k].value]
+    for k in range(2 * len(coordinates_of(run)), engine_of(run).moving):
+        x[k] = memory[states[k].value]
 
 
 @lru_cache(maxsize=1)

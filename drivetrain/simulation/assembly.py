@@ -5,6 +5,10 @@ from __future__ import annotations
 from drivetrain.simulation.bodies import turns_of
 from drivetrain.simulation.records import (
     Run,
+    coordinates_of,
+    engine_of,
+    joints_of,
+    pairs_of,
     part,
 )
 from drivetrain.simulation.tip import add_tip
@@ -15,7 +19,7 @@ STIFF_FROM = 1.5  # inertia with springs and dampers in it, over that without: a
 @part
 def show_coupled(run: Run) -> None:
     """What joints whose motors are coupled do when the shafts behind the gears do what has been found."""
-    coordinates, joints, turns = run.coordinates, run.joints, turns_of(run)
+    coordinates, joints, turns = coordinates_of(run), joints_of(run), turns_of(run)
     for i in range(len(joints)):
         if coordinates[i].coupled:
             place, speed, joint = 0.0, 0.0, joints[i]
@@ -29,7 +33,7 @@ def show_coupled(run: Run) -> None:
 @part
 def _add_coupled(run: Run, h: float, theta: float) -> None:
     """Smooth torques at joints whose motors are coupled join the linear system of their shafts."""
-    coordinates, joints, turns = run.coordinates, run.joints, turns_of(run)
+    coordinates, pairs, joints, turns = coordinates_of(run), pairs_of(run), joints_of(run), turns_of(run)
     n = len(joints)
     for i in range(n):
         if not coordinates[i].coupled:
@@ -45,15 +49,15 @@ def _add_coupled(run: Run, h: float, theta: float) -> None:
             coordinates[k].transmitted -= turns[i, k] * torque
             for j in range(n):
                 entry = theta * soft * turns[i, k] * turns[i, j]
-                run.pairs[k, j].matrix += h * entry
-                run.pairs[k, j].transmitted += entry
+                pairs[k, j].matrix += h * entry
+                pairs[k, j].transmitted += entry
 
 
 @part
 def _bounds(run: Run, i: int, m: int) -> bool:
     """The bounds of dry friction of a joint and its motor; whether there are any."""
-    coordinates = run.coordinates
-    joint, size = run.joints[i], abs(coordinates[i].ratio)
+    coordinates = coordinates_of(run)
+    joint, size = joints_of(run)[i], abs(coordinates[i].ratio)
     link, rotor, load, motor, mesh = coordinates[i].dry, coordinates[m].dry, joint.load, joint.motor, joint.mesh
     own, drag = link.joint, rotor.motor
     own.hold_forward, own.hold_backward = load.hold_forward, load.hold_backward
@@ -78,7 +82,7 @@ def _bounds(run: Run, i: int, m: int) -> bool:
 @part
 def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
     """What the mesh of a rigid joint transmits, and how that changes with the speeds."""
-    coordinates, pairs = run.coordinates, run.pairs
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
     coordinates[i].transmitted = coordinates[i].bias - coordinates[i].felt_bias - torque
     for k in range(len(coordinates)):
         pairs[i, k].transmitted = (pairs[i, k].mass - pairs[i, k].felt) / h
@@ -88,8 +92,8 @@ def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
 @part
 def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> None:
     """The spring of a flexible joint between its link i and its rotor m."""
-    coordinates, pairs = run.coordinates, run.pairs
-    spring = run.joints[i].spring
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
+    spring = joints_of(run)[i].spring
     slope = spring.damping + theta * h * spring.stiffness
     torque, stiff = spring.torque - slope * late, theta * slope
     coordinates[i].right += h * torque
@@ -115,14 +119,14 @@ def assemble(run: Run, h: float, theta: float) -> bool:
     Returns:
         Whether there is any dry friction.
     """
-    coordinates, joints = run.coordinates, run.joints
-    c, engine, dry = len(coordinates), run.head[0].engine, False
+    coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
+    c, engine, dry = len(coordinates), engine_of(run), False
     for i in range(c):
         one = coordinates[i]
         one.right = -h * coordinates[i].bias
         one.relative = one.speed
         for k in range(c):
-            run.pairs[i, k].matrix = run.pairs[i, k].mass
+            pairs[i, k].matrix = pairs[i, k].mass
     for i in range(len(joints)):
         m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
         one, rotor = coordinates[i], coordinates[m]
@@ -132,10 +136,10 @@ def assemble(run: Run, h: float, theta: float) -> bool:
         one.right += h * torque
         one.surface = joint.load.surface_speed
         one.relative -= one.surface
-        run.pairs[i, i].matrix += theta * h * soft
+        pairs[i, i].matrix += theta * h * soft
         motor = (joint.motor.damping + theta * h * joint.motor.stiffness) * (ratio * ratio)
         rotor.right += h * (ratio * joint.motor.torque + motor * (coordinates[m].guess - rotor.speed))
-        run.pairs[m, m].matrix += theta * h * motor
+        pairs[m, m].matrix += theta * h * motor
         found = _bounds(run, i, m)
         dry = dry or found
         if m == i:
@@ -148,6 +152,6 @@ def assemble(run: Run, h: float, theta: float) -> bool:
         add_tip(run, h, theta)
     engine.stiff = 0
     for i in range(c):
-        if run.pairs[i, i].matrix > STIFF_FROM * run.pairs[i, i].mass:
+        if pairs[i, i].matrix > STIFF_FROM * pairs[i, i].mass:
             engine.stiff = 1
     return dry

@@ -16,10 +16,10 @@ from drivetrain.simulation.beginning import started
 from drivetrain.simulation.engine import Engine, Outcome, Wish
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event
-from drivetrain.simulation.records import MODE_CHANGE
+from drivetrain.simulation.records import MODE_CHANGE, parts_of
 from drivetrain.solvers.solver import check_positive
 
-DOUBLES, WORDS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int64)
+DOUBLES, WORDS, ADDRESSES = (ctypes.POINTER(one) for one in (ctypes.c_double, ctypes.c_int64, ctypes.c_void_p))
 NUMBERS = 2**22  # of the rows of a chunk, at most
 EVENTS = 4096  # a chunk; more are counted, not told
 MOST_STEPS = 1e11
@@ -68,7 +68,7 @@ class FixedStep(Engine):
 
 def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) -> Outcome:
     """Call the kernel until it is done."""
-    clock, parts, filled, logged = clocks[0], [], 0, []
+    clock, parts, done, filled, logged = clocks[0], parts_of(numbers), [], 0, []
     rows, log = _room(plan, wish, clock), np.zeros(EVENTS, MODE_CHANGE)
     before, modes = np.zeros(plan.body.c, dtype=np.int64), np.zeros((plan.body.c, 3), dtype=np.int64)
     while True:
@@ -76,12 +76,13 @@ def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) 
         clock["budget"] = CHUNK
         left = rows[filled:]
         code = kernel.advance()(
-            numbers.ctypes.data, clocks.ctypes.data, breaks.ctypes.data_as(DOUBLES), left.ctypes.data_as(DOUBLES),
-            *left.shape, log.ctypes.data, len(log), before.ctypes.data_as(WORDS), modes.ctypes.data_as(WORDS),
+            parts.ctypes.data_as(ADDRESSES), clocks.ctypes.data, breaks.ctypes.data_as(DOUBLES),
+            left.ctypes.data_as(DOUBLES), *left.shape, log.ctypes.data, len(log), before.ctypes.data_as(WORDS),
+            modes.ctypes.data_as(WORDS),
         )  # fmt: skip
         filled += int(clock["rows"])
         if code == kernel.FULL:
-            parts.append(rows)
+            done.append(rows)
             rows, filled = _room(plan, wish, clock), 0
         logged += log[: min(clock["events"], EVENTS)].tolist()
         stopped = _stopped(code, plan, clock)
@@ -94,8 +95,8 @@ def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) 
     if len(plan.memory.view(numbers, "repeats")):
         counters["unsettled"] = int(plan.memory.view(numbers, "engine")[0]["unsettled"])
     kept = {"numbers": numbers[plan.memory.changing], "clock": clocks.view(np.float64).copy()}
-    done = np.concatenate([*parts, rows[:filled]]) if parts else rows[:filled]
-    return Outcome(done, counters, tuple(mode_event(plan, *one) for one in logged), stopped, kept)
+    whole = np.concatenate([*done, rows[:filled]]) if done else rows[:filled]
+    return Outcome(whole, counters, tuple(mode_event(plan, *one) for one in logged), stopped, kept)
 
 
 def _room(plan: Plan, wish: Wish, clock: Any) -> Array:

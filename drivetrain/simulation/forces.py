@@ -10,31 +10,36 @@ from drivetrain.simulation.bodies import bodies_of, rotors_of, turns_of
 from drivetrain.simulation.friction import slide, taken_by_friction
 from drivetrain.simulation.records import (
     Run,
+    coordinates_of,
+    engine_of,
+    joints_of,
+    pairs_of,
     part,
+    world_of,
 )
 
 
 @part
 def show_energies(run: Run) -> None:
     """Kinetic and potential energy at an instant."""
-    coordinates = run.coordinates
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
     c = len(coordinates)
     kinetic, potential = 0.0, 0.0
     for i in range(c):
         for k in range(c):
-            kinetic += 0.5 * coordinates[i].speed * run.pairs[i, k].mass * coordinates[k].speed
-    if run.head[0].engine.arm:
+            kinetic += 0.5 * coordinates[i].speed * pairs[i, k].mass * coordinates[k].speed
+    if engine_of(run).arm:
         # All that the first link carries has been gathered in its body; what the base carries stands in its own.
         bodies, rotors = bodies_of(run), rotors_of(run)
         upwards = vector(bodies[len(bodies) - 1].dv)
         potential = dot(upwards, vector(bodies[0].first))
         for r in range(len(rotors)):
             if rotors[r].carrier < 0 and not rotors[r].balanced:
-                potential += dot(upwards, vector(bodies[len(run.joints) + r].first))
+                potential += dot(upwards, vector(bodies[world_of(run).joints + r].first))
     else:
         for i in range(c):
             potential += coordinates[i].weight * math.sin(coordinates[i].place + coordinates[i].phase)
-    run.head[0].world.kinetic_energy, run.head[0].world.potential_energy = kinetic, potential
+    world_of(run).kinetic_energy, world_of(run).potential_energy = kinetic, potential
 
 
 @part
@@ -44,17 +49,17 @@ def find_forces(run: Run, h: float, theta: float) -> None:
     Args:
         h: Step [s]; 1 at an instant.
     """
-    coordinates, joints = run.coordinates, run.joints
+    coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
         coordinates[i].guess = one.speed + theta * one.change
-        one.friction = taken_by_friction(coordinates, run.pairs, i, h) if one.dry.active else 0.0
+        one.friction = taken_by_friction(coordinates, pairs, i, h) if one.dry.active else 0.0
     for i in range(len(joints)):
         m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
         link, rotor = coordinates[i], coordinates[m]
         load = rotor.transmitted
         for k in range(len(coordinates)):
-            load += run.pairs[m, k].transmitted * coordinates[k].change
+            load += pairs[m, k].transmitted * coordinates[k].change
         at_joint, at_motor = _split(link, rotor, m == i, load)
         mesh = rotor.friction - at_motor
         if m == i:

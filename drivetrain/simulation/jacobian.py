@@ -21,12 +21,18 @@ from drivetrain.arrays import Array
 from drivetrain.jit import callback
 from drivetrain.simulation.rates import RIGHT_SIDE, put_states, solve_at
 from drivetrain.simulation.records import (
+    AT,
     Run,
+    coordinates_of,
+    engine_of,
+    memory_of,
     numbers_of,
-    opened,
+    pairs_of,
     part,
-    square_of,
+    rows_of,
     states_of,
+    words_of,
+    world_of,
 )
 from drivetrain.solvers.compiled_problem import column_groups
 
@@ -36,25 +42,25 @@ MOVE = 1.4901161193847656e-08  # of its size: how far a state is moved, the root
 @part
 def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
     """Rates at a state; NaN where there is no answer."""
-    states = states_of(run)
+    states, memory = states_of(run), memory_of(run)
     put_states(run, moved)
     solve_at(run, t)
-    run.head[0].engine.rates_calls += 1
+    engine_of(run).rates_calls += 1
     for k in range(len(moved)):
-        to[k] = run.numbers[states[k].rate] if run.head[0].engine.solved >= 0 else math.nan
+        to[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan
 
 
 @part
 def _keep_factors(run: Run, factors: Any, slid: Any) -> int:
     """Keep the factors of the inertia of what slides, and which coordinates that are; how many."""
-    count = 0
-    for i in range(len(run.coordinates)):
-        if run.coordinates[i].dry.mode != 0:
+    coordinates, pairs, count = coordinates_of(run), pairs_of(run), 0
+    for i in range(len(coordinates)):
+        if coordinates[i].dry.mode != 0:
             slid[count] = i
             count += 1
     for a in range(count):
         for b in range(count):
-            factors[a, b] = run.pairs[a, b].reduced
+            factors[a, b] = pairs[a, b].reduced
     return count
 
 
@@ -83,20 +89,13 @@ def _to_accelerations(factors: Any, count: int, vector: Any) -> None:
         vector[a] *= factors[a, a]
 
 
-def _jacobian(t: Any, x: Any, columns: Any, numbers: Any, memory: Any) -> None:
-    run = opened(memory)
-    everything, at, c = run.numbers, run.head[0].engine.at, len(run.coordinates)
-    sizes, found, later = (
-        numbers_of(everything, at.sizes), numbers_of(everything, at.found), numbers_of(everything, at.later)
-    )  # fmt: skip
-    moved, factors = numbers_of(everything, at.moved), square_of(everything, at.factors, c)
-    slid, torques = numbers_of(everything, at.slid).view(np.int64), numbers_of(everything, at.torques)
-    own, groups = numbers_of(everything, at.own), numbers_of(everything, at.groups).view(np.int64)
-    members = numbers_of(everything, at.members).view(np.int64)
-    row_starts, rows = (
-        numbers_of(everything, at.row_starts).view(np.int64), numbers_of(everything, at.rows).view(np.int64)
-    )  # fmt: skip
-    m = len(sizes)
+def _jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
+    sizes, found, later = numbers_of(run, AT.sizes), numbers_of(run, AT.found), numbers_of(run, AT.later)
+    moved, torques, own = numbers_of(run, AT.moved), numbers_of(run, AT.torques), numbers_of(run, AT.own)
+    slid, groups, members = words_of(run, AT.slid), words_of(run, AT.groups), words_of(run, AT.members)
+    row_starts, rows = words_of(run, AT.row_starts), words_of(run, AT.rows)
+    m, c = len(sizes), world_of(run).coordinates
+    factors = rows_of(run, AT.factors, c, c)
     for k in range(m * m):
         columns[k] = 0.0
     for k in range(m):
@@ -158,5 +157,5 @@ def room(sizes: Array, c: int, hangs: Any) -> Mapping[str, Any]:
 
 @lru_cache(maxsize=1)
 def jacobian() -> Any:
-    """The Jacobian (t, x, columns, numbers, memory), compiled at the first call or taken from the disk cache."""
+    """The Jacobian (t, x, columns, numbers, run), compiled at the first call or taken from the disk cache."""
     return callback(RIGHT_SIDE, _jacobian)

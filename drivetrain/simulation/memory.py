@@ -114,6 +114,7 @@ def lay_out(
     block, n = _Block(), body.n
     block.put(np.zeros(1, WORLD), True, "world")
     block.put(np.zeros(1, r.ENGINE), False, "engine")
+    block.put(np.zeros(len(r.SECTIONS), r.SECTION), False, "sections")
     block.put(np.zeros(n, JOINT), True, "joints")
     _put_mechanics(block, body)
     placed = _put_effects(block, groups, joints)
@@ -353,7 +354,7 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     numbers, sections = made.numbers, made.sections
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
-    world["mass"], world["engine"] = sections["mass"][0], sections["engine"][0]
+    world["mass"] = sections["mass"][0]
     engine["arm"], engine["uses_tip"] = body.kind, _uses_tip(instances)
     engine["coupled"] = body.coupled is not None
     engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
@@ -361,9 +362,10 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     engine["motion"], engine["forces"] = equations.motion().address, equations.forces().address
     engine["bodies_law"], engine["friction_law"] = equations.bodies().address, equations.friction().address
     engine["tip_offset"] = body.tip[:3, 3]
-    for name in r.SECTIONS:
-        if name in sections:
-            engine["at"][name]["first"], engine["at"][name]["size"] = sections[name][0], sections[name][2]
+    listed = made.view(numbers, "sections")
+    for name, (first, dtype, size) in sections.items():
+        if name in r.SECTIONS:
+            listed[r.SECTIONS.index(name)] = first, size, 8 * size // dtype.itemsize
 
 
 def _uses_tip(instances: Sequence[Instance]) -> bool:

@@ -10,9 +10,15 @@ import math
 from typing import Any
 
 from drivetrain.simulation.records import (
+    AT,
     Run,
     call_laws,
+    coordinates_of,
+    engine_of,
+    joints_of,
+    pairs_of,
     part,
+    world_of,
 )
 from drivetrain.simulation.tip import calm_tip, clear_tip, tip_agrees, try_tip
 
@@ -28,7 +34,7 @@ def ask_again(run: Run, t: float, h: float, theta: float) -> None:
         t: Middle of the step [s].
         h: Step [s].
     """
-    coordinates, joints = run.coordinates, run.joints
+    coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
         one.trial = one.speed + theta * one.change
@@ -39,10 +45,10 @@ def ask_again(run: Run, t: float, h: float, theta: float) -> None:
             rate = rotor.trial - coordinates[i].trial
             spring.wind_up, spring.speed = rotor.position + theta * h * rate, rate
             spring.torque = spring.damping = spring.stiffness = 0.0
-    if run.head[0].engine.uses_tip:
+    if engine_of(run).uses_tip:
         try_tip(run, theta * h)
-        clear_tip(run.head[0].world.tip)
-    call_laws(run, run.head[0].engine.at.repeats, t, h)
+        clear_tip(world_of(run).tip)
+    call_laws(run, AT.repeats, t, h)
 
 
 @part
@@ -79,7 +85,7 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
         h: Step [s].
         attempt: How often the step has been solved again [-].
     """
-    coordinates, joints, pairs = run.coordinates, run.joints, run.pairs
+    coordinates, joints, pairs = coordinates_of(run), joints_of(run), pairs_of(run)
     good = True
     for i in range(len(joints)):
         m = coordinates[i].motor
@@ -98,7 +104,7 @@ def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
         chord = _chord(rotor, spring.speed, spring.torque, expected)
         if attempt >= PATIENCE and chord >= 0.0:
             spring.damping, spring.stiffness = chord, 0.0
-    if run.head[0].engine.uses_tip:
+    if engine_of(run).uses_tip:
         good = tip_agrees(run, theta * h) and good
         if attempt >= PATIENCE and attempt % 2:
             calm_tip(run)

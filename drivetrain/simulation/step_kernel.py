@@ -11,22 +11,27 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 from numba import carray, types
 
 from drivetrain.effects.connectors import record_type
 from drivetrain.jit import callback
 from drivetrain.simulation.rates import account_at, put_row, solve_at, take_samples
 from drivetrain.simulation.records import (
+    AT,
     MODE_CHANGE,
+    PARTS,
     Run,
     call_equations,
     call_laws,
     calls_of,
+    coordinates_of,
+    engine_of,
+    memory_of,
     numbers_of,
-    opened,
     part,
     states_of,
+    words_of,
+    world_of,
 )
 
 DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS = range(6)  # why the kernel came back
@@ -76,7 +81,7 @@ CLOCK = record_type(Clock)
 @part
 def _next_sample(run: Run) -> float:
     """The next instant at which something is sampled."""
-    samples = calls_of(run, run.head[0].engine.at.samples)
+    samples = calls_of(run, AT.samples)
     first = math.inf
     for k in range(len(samples)):
         first = min(first, samples[k].period * samples[k].taken)
@@ -86,7 +91,7 @@ def _next_sample(run: Run) -> float:
 @part
 def _record(run: Run, t: float, row: Any, modes: Any) -> None:
     """A row at a node; the modes of friction stay as they are."""
-    coordinates = run.coordinates
+    coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
         dry = coordinates[i].dry
         modes[i, 0], modes[i, 1], modes[i, 2] = dry.mode, dry.load_sign, dry.given
@@ -101,14 +106,14 @@ def _record(run: Run, t: float, row: Any, modes: Any) -> None:
 @part
 def _accept(run: Run, t: float, h: float, theta: float) -> int:
     """Move on by a solved step; a coordinate or state that is no number any more, or -1."""
-    coordinates, states, numbers = run.coordinates, states_of(run), run.numbers
-    c, bad, powers = len(coordinates), -1, numbers_of(numbers, run.head[0].engine.at.powers).view(np.int64)
-    energies = numbers_of(numbers, run.head[0].engine.at.energies)
-    call_equations(run, run.head[0].engine.forces, t, h)
-    call_laws(run, run.head[0].engine.at.accounts, t + theta * h, h)
+    coordinates, states, memory = coordinates_of(run), states_of(run), memory_of(run)
+    powers, energies = words_of(run, AT.powers), numbers_of(run, AT.energies)
+    c, bad = len(coordinates), -1
+    call_equations(run, engine_of(run).forces, t, h)
+    call_laws(run, AT.accounts, t + theta * h, h)
     for k in range(len(powers)):
-        energies[k] += h * numbers[powers[k]]
-    for i in range(len(run.joints)):
+        energies[k] += h * memory[powers[k]]
+    for i in range(world_of(run).joints):
         coordinates[i].position += h * coordinates[i].guess
         m = coordinates[i].motor
         if m != i:
@@ -126,9 +131,9 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
     for k in range(2 * c, len(states)):
         state = states[k]
         if state.rate >= 0:
-            state.last = numbers[state.rate]
-            numbers[state.value] += h * state.last
-        if not abs(numbers[state.value]) < BEYOND:
+            state.last = memory[state.rate]
+            memory[state.value] += h * state.last
+        if not abs(memory[state.value]) < BEYOND:
             bad = k
     return bad
 
@@ -136,7 +141,7 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
 @part
 def _log(run: Run, t: float, before: Any, log: Any, clock: Any) -> None:
     """Write down the modes that have changed."""
-    coordinates = run.coordinates
+    coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
         mode = coordinates[i].dry.mode
         if mode != before[i]:
@@ -167,7 +172,7 @@ def _next_node(run: Run, clock: Any, breaks: Any) -> float:
 @part
 def _guess(run: Run, h: float, theta: float, before: Any) -> None:
     """The speeds of the middle, if the last accelerations go on."""
-    coordinates = run.coordinates
+    coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
         before[i] = one.dry.mode
@@ -181,11 +186,11 @@ def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> 
         while breaks[clock.next_break] <= to + slack:
             clock.next_break += 1
         # Half a step ahead a stiff spring would ring for ever after a jump; a whole one calms it.
-        clock.soft = run.head[0].engine.stiff
+        clock.soft = engine_of(run).stiff
 
 
 def _advance(
-    memory: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any,
+    run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most: Any, width: Any, log_at: Any, room: Any,
     before_at: Any, modes_at: Any,
 ) -> int:  # fmt: skip
     """Step until the end, until the rows are full, or until the budget of steps is spent; why it came back.
@@ -193,10 +198,10 @@ def _advance(
     All by pointers, as numba counts references to whatever comes as an array. ``breaks`` are instants, rising, an
     infinity last [s]; ``before`` and ``modes`` are room for one number, and for three, a coordinate.
     """
-    run, clock = opened(memory), carray(clock_at, 1, CLOCK)[0]
-    c, breaks, rows = len(run.coordinates), carray(breaks_at, 2**31), carray(rows_at, (most, width))
+    clock = carray(clock_at, 1, CLOCK)[0]
+    c, breaks, rows = world_of(run).coordinates, carray(breaks_at, 2**31), carray(rows_at, (most, width))
     log, before, modes = carray(log_at, room, MODE_CHANGE), carray(before_at, c), carray(modes_at, (c, 3))
-    engine, slack = run.head[0].engine, SLACK * clock.step
+    engine, slack = engine_of(run), SLACK * clock.step
     while True:
         t = clock.time
         take_samples(run, t, slack, 0.0)
@@ -242,5 +247,5 @@ _MEMORY, _WHOLE = types.voidptr, types.int64
 @lru_cache(maxsize=1)
 def advance() -> Any:
     """The loop over nodes, compiled at the first call or taken from the disk cache; called as a function of C."""
-    kinds = (_MEMORY, _MEMORY, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _MEMORY, _WHOLE, _WORDS, _WORDS)
+    kinds = (PARTS, _MEMORY, _NUMBERS, _NUMBERS, _WHOLE, _WHOLE, _MEMORY, _WHOLE, _WORDS, _WORDS)
     return callback(_WHOLE(*kinds), _advance).ctypes

@@ -8,14 +8,18 @@ from drivetrain.dynamics.core.vectors import Vector, cross, dot, minus, plus, pu
 from drivetrain.simulation.bodies import bodies_of, turns_of
 from drivetrain.simulation.records import (
     Run,
+    coordinates_of,
+    engine_of,
+    pairs_of,
     part,
+    world_of,
 )
 
 
 @part
 def show_tip(run: Run) -> None:
     """Fill place, speed and turning of the tip, along the axes of the base."""
-    engine, tip, body = run.head[0].engine, run.head[0].world.tip, bodies_of(run)[len(run.joints) - 1]
+    engine, tip, body = engine_of(run), world_of(run).tip, bodies_of(run)[world_of(run).joints - 1]
     place = plus(vector(body.origin), turned(body.rotation, vector(engine.tip_offset)))
     turning = vector(body.w)
     speed = plus(vector(body.v), cross(turning, place))
@@ -49,10 +53,10 @@ def _resisting(tip: Any, step: float, a: Vector) -> Vector:
 def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
     """Turning of the tip, and speed at the base's origin, for a unit speed of a coordinate."""
     bodies = bodies_of(run)
-    if not run.head[0].engine.coupled:
+    if not engine_of(run).coupled:
         return vector(bodies[k].turn), vector(bodies[k].slide)
     turn = slide = (0.0, 0.0, 0.0)
-    for j in range(len(run.joints)):
+    for j in range(world_of(run).joints):
         turn = plus(turn, times(turns_of(run)[j, k], vector(bodies[j].turn)))
         slide = plus(slide, times(turns_of(run)[j, k], vector(bodies[j].slide)))
     return turn, slide
@@ -62,7 +66,7 @@ def _screw(run: Run, k: int) -> tuple[Vector, Vector]:
 def _column(run: Run, k: int) -> Vector:
     """Speed of the tip for a unit speed of a coordinate."""
     turn, slide = _screw(run, k)
-    return plus(slide, cross(turn, vector(run.head[0].engine.tip_place)))
+    return plus(slide, cross(turn, vector(engine_of(run).tip_place)))
 
 
 @part
@@ -72,10 +76,10 @@ def try_tip(run: Run, shift: float) -> None:
     Args:
         shift: Time from the beginning of the step to its middle [s].
     """
-    engine, tip, coordinates = run.head[0].engine, run.head[0].world.tip, run.coordinates
+    engine, tip, coordinates = engine_of(run), world_of(run).tip, coordinates_of(run)
     before, speed, turning = vector(tip.speed), vector(engine.tip_speed), vector(engine.tip_turning)
-    for k in range(len(run.joints)):
-        more = coordinates[k].trial - run.coordinates[k].guess
+    for k in range(world_of(run).joints):
+        more = coordinates[k].trial - coordinates[k].guess
         speed = plus(speed, times(more, _column(run, k)))
         turning = plus(turning, times(more, _screw(run, k)[0]))
     put(tip.speed, speed)
@@ -89,7 +93,7 @@ def try_tip(run: Run, shift: float) -> None:
 @part
 def calm_tip(run: Run) -> None:
     """Take the mean of how forces fall now and of how they did when last asked: it ends going round in circles."""
-    engine, tip = run.head[0].engine, run.head[0].world.tip
+    engine, tip = engine_of(run), world_of(run).tip
     for k in range(6):
         tip.damping[k] = 0.5 * (tip.damping[k] + engine.tip_damping[k])
         tip.stiffness[k] = 0.5 * (tip.stiffness[k] + engine.tip_stiffness[k])
@@ -102,7 +106,7 @@ def tip_agrees(run: Run, shift: float) -> bool:
     Args:
         shift: Time from the beginning of the step to its middle [s].
     """
-    tip, expected, off, size = run.head[0].world.tip, run.head[0].engine.tip_expected, 0.0, 0.0
+    tip, expected, off, size = world_of(run).tip, engine_of(run).tip_expected, 0.0, 0.0
     for r in range(3):
         off = max(off, abs(tip.force[r] - expected[r]))
         size = max(size, abs(tip.force[r]), abs(expected[r]))
@@ -128,8 +132,8 @@ def add_tip(run: Run, h: float, theta: float) -> None:
     Args:
         h: Step [s].
     """
-    coordinates = run.coordinates
-    tip, joints = run.head[0].world.tip, len(run.joints)
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
+    tip, joints = world_of(run).tip, world_of(run).joints
     step, moment, force = theta * h, vector(tip.moment), vector(tip.force)
     for k in range(joints):
         one = coordinates[k]
@@ -138,9 +142,9 @@ def add_tip(run: Run, h: float, theta: float) -> None:
         force = plus(force, times(late, soft))
         for i in range(joints):
             entry = dot(_column(run, i), soft)
-            run.pairs[i, k].matrix += step * entry
+            pairs[i, k].matrix += step * entry
             if coordinates[i].motor == i:
-                run.pairs[i, k].transmitted += theta * entry
+                pairs[i, k].transmitted += theta * entry
     for i in range(joints):
         torque = dot(_column(run, i), force) + dot(_screw(run, i)[0], moment)
         coordinates[i].right += h * torque

@@ -48,6 +48,7 @@ from drivetrain.simulation.adaptive_engine import AdaptiveStep
 from drivetrain.simulation.beginning import started
 from drivetrain.simulation.dependence import dependence
 from drivetrain.simulation.plan import Plan, plan
+from drivetrain.simulation.records import parts_of
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.solvers.compiled_function import evaluate
@@ -152,7 +153,7 @@ def test_few_differences_give_what_all_give(seed: int) -> None:
     done, numbers, state, t = ready(random_scene(rng) if seed else coupled_scene(), rng)
     m = len(state)
     columns = np.zeros((m + 1, m))
-    evaluate(jacobian.jacobian().address, t, state, columns, np.zeros(1), numbers.view(np.int64))
+    evaluate(jacobian.jacobian().address, t, state, columns, np.zeros(1), parts_of(numbers))
     found = columns[:m].T
     sizes = done.memory.atol[:m] / adaptive_engine.USUAL
     wanted = central(state, t, numbers, sizes)
