@@ -155,14 +155,12 @@ class World:
     Attributes:
         size: Of the memory, in numbers [-].
         joints, coordinates: How many there are [-].
-        mass: First number of the mass matrix [-].
         kinetic_energy, potential_energy: [J], at instants only.
     """
 
     size: int
     joints: int
     coordinates: int
-    mass: int
     kinetic_energy: float
     potential_energy: float
     tip: Tip

@@ -114,7 +114,7 @@ def lay_out(
     block, n = _Block(), body.n
     block.put(np.zeros(1, WORLD), True, "world")
     block.put(np.zeros(1, r.ENGINE), False, "engine")
-    block.put(np.zeros(len(r.SECTIONS), r.SECTION), False, "sections")
+    block.put(np.zeros(len(r.SECTIONS) + len(instances), r.SECTION), False, "sections")
     block.put(np.zeros(n, JOINT), True, "joints")
     _put_mechanics(block, body)
     placed = _put_effects(block, groups, joints)
@@ -186,7 +186,7 @@ def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
 
 def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
     """Records of all effects, their tables, and where their signals and states lie in them."""
-    places, states, owns = _connectors(block, joints), {}, {}
+    places, states, owns, tables = _connectors(block, joints), {}, {}, 0
     for group in groups:
         described = _described(group)
         if described is None:
@@ -198,7 +198,8 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
             table = np.asarray(one.effect.table(one.place), dtype=np.float64)
             record["joint"] = one.place.joint
             record["rows"], record["columns"] = table.shape
-            record["table"] = block.put(table, False)
+            record["table"], tables = len(r.SECTIONS) + tables, tables + 1
+            block.put(table, False, f"table {tables}")
         at = block.put(owned, [False] * len(HEAD) + changing_numbers(described))
         for k, one in enumerate(group.instances):
             own = owns[id(one)] = at + k * dtype.itemsize // 8
@@ -354,7 +355,6 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     numbers, sections = made.numbers, made.sections
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
-    world["mass"] = sections["mass"][0]
     engine["arm"], engine["uses_tip"] = body.kind, _uses_tip(instances)
     engine["coupled"] = body.coupled is not None
     engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
@@ -362,10 +362,11 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     engine["motion"], engine["forces"] = equations.motion().address, equations.forces().address
     engine["bodies_law"], engine["friction_law"] = equations.bodies().address, equations.friction().address
     engine["tip_offset"] = body.tip[:3, 3]
-    listed = made.view(numbers, "sections")
-    for name, (first, dtype, size) in sections.items():
-        if name in r.SECTIONS:
-            listed[r.SECTIONS.index(name)] = first, size, 8 * size // dtype.itemsize
+    listed, tables = made.view(numbers, "sections"), [name for name in sections if name.startswith("table ")]
+    for k, name in enumerate((*r.SECTIONS, *tables)):
+        if name in sections:
+            first, dtype, size = sections[name]
+            listed[k] = first, size, 8 * size // dtype.itemsize
 
 
 def _uses_tip(instances: Sequence[Instance]) -> bool:

@@ -193,9 +193,9 @@ class Section:
 
 
 SECTIONS = (
-    "numbers", "engine", "sections",  # all of it, what the engine keeps, and this list
-    # connectors and mechanics
-    "joints", "coordinates", "pairs", "mass", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
+    "numbers", "joints", "mass", "engine", "sections",  # all of it; what laws see; what the engine keeps; this list
+    # mechanics
+    "coordinates", "pairs", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
     "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
     # laws, states, and what is recorded
     "computes", "repeats", "accounts", "samples", "states", "powers", "energies", "columns",
@@ -262,10 +262,10 @@ Run = Any  # in compiled code: where the addresses of a run's sections stand, of
 
 
 def parts_of(numbers: Array) -> Any:
-    """Addresses of the sections of a run's memory, which must outlive them, (len(SECTIONS),) of int64."""
-    first = WORLD.itemsize + ENGINE.itemsize
-    sections = numbers.view(np.uint8)[first : first + len(SECTIONS) * SECTION.itemsize].view(SECTION)
-    return np.asarray(numbers.ctypes.data + 8 * sections["first"])
+    """Addresses of the sections of a run's memory, which must outlive them, and of its effects' tables, of int64."""
+    listed = numbers[(WORLD.itemsize + ENGINE.itemsize) // 8 :]
+    size = listed[: len(SECTIONS) * SECTION.itemsize // 8].view(SECTION)["size"][AT.sections]
+    return np.asarray(numbers.ctypes.data + 8 * listed[:size].view(SECTION)["first"])
 
 
 @part
@@ -344,7 +344,7 @@ def calls_of(run: Run, which: int) -> Any:
 def call_law(run: Run, call: Any, t: float, h: float) -> None:
     """Call a law for all its records."""
     own = memory_of(run).ctypes.data + 8 * call.own
-    call_address(call.law, (t, h, own, call.count, run[AT.joints], run[AT.numbers]))
+    call_address(call.law, (t, h, own, call.count, run))
 
 
 @part
