@@ -30,7 +30,7 @@ class Own:
     backward: float
     static_forward: float
     static_backward: float
-    falls: bool
+    falls: int
     static: float
     stribeck_speed: float
     stribeck_exponent: float

@@ -22,8 +22,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import carray, types
 
-from drivetrain.effects.connectors import JOINT, WORLD, record_type
+from drivetrain.effects.connectors import JOINT, WORLD
 from drivetrain.jit import callback, law
+from drivetrain.records import record_type
 
 # void(t, h, own records, how many, addresses of a run's sections)
 SIGNATURE = types.void(types.float64, types.float64, types.voidptr, types.int64, types.CPointer(types.voidptr))
@@ -70,7 +71,7 @@ def _scene_law(t: Any, h: Any, owns: Any, count: Any, run: Any) -> None:
 @cache
 def own_type(described: type) -> np.dtype[Any]:
     """The record of what an effect keeps, behind its joint and the place of its table."""
-    inner = record_type(described)
+    inner = record_type(described, np.int64)
     return np.dtype([*HEAD, *((name, inner[name]) for name in inner.names or ())])
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -14,9 +15,10 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
-from drivetrain.effects.connectors import JOINT, WORLD, fill_record, place_in, record_type
+from drivetrain.effects.connectors import JOINT, WORLD, place_in
 from drivetrain.effects.laws import HEAD, Law, own_type
 from drivetrain.errors import Fault, InputError
+from drivetrain.records import fill, record_type
 from drivetrain.simulation import equations
 from drivetrain.simulation import records as r
 from drivetrain.simulation.mechanics import Mechanics
@@ -84,11 +86,12 @@ class _Block:
         return at
 
 
+@cache
 def changing_numbers(described: type) -> list[bool]:
     """Which numbers of a dataclass's record change: those with a default; a dataclass in it tells of its own."""
     hints, found = get_type_hints(described), []
     for field in fields(described):
-        inner = record_type(described)[field.name]
+        inner = record_type(described, INTEGERS)[field.name]
         if is_dataclass(hints[field.name]):
             found += changing_numbers(hints[field.name])  # type: ignore[arg-type]
         else:
@@ -193,8 +196,8 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
             continue
         dtype = own_type(described)
         owned = np.zeros(len(group.instances), dtype)
+        fill(owned, [_checked(one) for one in group.instances], dtype.names[len(HEAD) :])
         for record, one in zip(owned, group.instances, strict=True):
-            fill_record(record, _checked(one))
             table = np.asarray(one.effect.table(one.place), dtype=np.float64)
             record["joint"] = one.place.joint
             record["rows"], record["columns"] = table.shape

@@ -15,8 +15,9 @@ from numba import carray, types
 
 from drivetrain.arrays import Array
 from drivetrain.call_address import call_address
-from drivetrain.effects.connectors import JOINT, WORLD, record_type
+from drivetrain.effects.connectors import JOINT, WORLD
 from drivetrain.jit import law
+from drivetrain.records import record_type
 
 part: Any = law(fastmath={"contract"})
 
@@ -254,7 +255,7 @@ class Engine:
 
 
 COORDINATE, PAIR, CALL, STATE, MODE_CHANGE, SECTION, ENGINE = (
-    record_type(one) for one in (Coordinate, Pair, Call, State, ModeChange, Section, Engine)
+    record_type(one, np.int64) for one in (Coordinate, Pair, Call, State, ModeChange, Section, Engine)
 )
 
 

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from numba import carray, types
 
-from drivetrain.effects.connectors import record_type
 from drivetrain.jit import callback
+from drivetrain.records import record_type
 from drivetrain.simulation.rates import account_at, put_row, solve_at, take_samples
 from drivetrain.simulation.records import (
     AT,
@@ -75,7 +76,7 @@ class Clock:
     budget: int
 
 
-CLOCK = record_type(Clock)
+CLOCK = record_type(Clock, np.int64)
 
 
 @part
