@@ -15,7 +15,7 @@ demo: $(VENV)/.installed
 	$(BIN)/drivetrain demo
 
 test: $(VENV)/.test-installed
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 lowest: $(LOWEST)/.installed
 	$(LOWEST)/bin/python -m pytest -o addopts="-q --import-mode=importlib" -o filterwarnings=default $(LOWEST_TESTS)

@@ -20,7 +20,6 @@ from drivetrain.study.form import attribute_words, form_of
 from drivetrain.study.simulation import drive_fields, known_effects
 from drivetrain.units import factor
 
-
 # Other tests define effects of their own, which are known too once their modules are imported.
 SHIPPED = [kind for kind in known_effects().values() if kind.__module__.startswith("drivetrain.effects.")]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -148,8 +148,9 @@ class Workload:
         return JointWork(self, joint, _Sums(*_sums(basis, numbers, 0, len(numbers), _bare(basis))))
 
 
+@lru_cache(maxsize=1)
 def workload(study: Study) -> Workload:
-    """The work of a study's joints, prepared for any set of drives."""
+    """The work of a study's joints, prepared for any set of drives; kept while the same study is asked again."""
     return Workload(study, load_basis(study), study.cycle.weights)
 
 
