@@ -196,7 +196,7 @@ def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) 
             continue
         dtype = own_type(described)
         owned = np.zeros(len(group.instances), dtype)
-        fill(owned, [_checked(one) for one in group.instances], dtype.names[len(HEAD) :])
+        fill(owned, [_checked(one) for one in group.instances], (dtype.names or ())[len(HEAD) :])
         for record, one in zip(owned, group.instances, strict=True):
             table = np.asarray(one.effect.table(one.place), dtype=np.float64)
             record["joint"] = one.place.joint

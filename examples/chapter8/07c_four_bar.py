@@ -13,7 +13,7 @@ from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosur
 from drivetrain.report.figures_constrained import figure_drift
 from drivetrain.report.svg import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
-from drivetrain.simulation.stabilisation import Baumgarte, Drifting, Projection
+from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection
 from drivetrain.solvers.explicit import RungeKutta4, SemiImplicitEuler
 from drivetrain.spatial.poses import pose
 
