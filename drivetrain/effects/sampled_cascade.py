@@ -14,7 +14,7 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
-from drivetrain.effects.loop_gains import gain_faults
+from drivetrain.effects.loop_gains import Gains, cascade, gain_faults, gains_of
 from drivetrain.errors import Fault, InputError
 
 MOST_DELAY = 3  # samples
@@ -24,12 +24,7 @@ MOST_DELAY = 3  # samples
 class Own:
     """What it keeps: as ``CascadeLoop``, period [s] and delay; currents [A] given out, integrated, and waiting."""
 
-    position_gain: float
-    speed_gain: float
-    rate: float
-    peak: float
-    ratio: float
-    coupled: int
+    gains: Gains
     period: float
     delay: int
     sampled_current: float = 0.0
@@ -45,18 +40,11 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @joint_law(Own)
 def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
-    wanted, measured = command_of(joint, own.coupled), joint.measured_position
+    wanted, measured = command_of(joint, own.gains.coupled), joint.measured_position
     speed = (measured - own.last_measured_position) / own.period
     own.last_measured_position = measured
-    late = own.ratio * wanted.position - measured
-    error = own.ratio * wanted.speed + own.position_gain * late - speed
-    grown = own.period * own.speed_gain * own.rate * error
-    asked = own.speed_gain * error + own.integrated_current + grown
-    if abs(asked) > own.peak:
-        asked = own.peak if asked > 0.0 else -own.peak
-        if asked * error > 0.0:
-            grown = 0.0
-    own.integrated_current += grown
+    asked, grown, _ = cascade(own.gains, wanted, measured, speed, own.integrated_current, own.period)
+    own.integrated_current += own.period * grown
     # What is computed now is given out some samples later.
     waiting = own.waiting_current
     waiting[own.delay] = asked
@@ -117,8 +105,7 @@ class SampledCascade(Effect):
         )
 
     def own(self, place: Place) -> Own:
-        gains = (self.position_gain, self.speed_gain, 1.0 / self.integral_time, self.peak_current, place.ratio)
-        return Own(*gains, place.coupled, self.every, self.delay)
+        return Own(gains_of(self, place), self.every, self.delay)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)
