@@ -40,7 +40,7 @@ from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engine import Engine
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 LEVELS = (1e-1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 STEPS = tuple(INTERVAL / parts for parts in (1, 2, 3, 4, 5, 6, 8, 10, 14, 20, 50, 100, 200, 500))

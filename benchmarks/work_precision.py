@@ -27,11 +27,9 @@ from joint_scenes import ATOL, CURRENT, HEAT, SCENES, JointScene, breakpoints, p
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
-from drivetrain.solvers.adaptive import DormandPrince54
 from drivetrain.solvers.compiled_function import address_of, evaluate
-from drivetrain.solvers.explicit import Euler, RungeKutta4
 from drivetrain.solvers.integrate_compiled import integrate_compiled
-from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
+from drivetrain.solvers.solver import DormandPrince54, Euler, Rodas4, Rodas5P, RungeKutta4
 
 LEVELS = (1e-2, 1e-3, 1e-4)  # errors at which methods are compared
 TARGETS = {"scipy RK45": 50.0, "scipy LSODA": 5.0}  # times less wall time than these

@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from drivetrain.drive.friction import Friction as Friction
     from drivetrain.drive.friction import book_curves as book_curves
     from drivetrain.drive.gear import Gear as Gear
-    from drivetrain.drive.loop_design import ServoAxis as ServoAxis
-    from drivetrain.drive.loop_design import ServoTiming as ServoTiming
     from drivetrain.drive.loop_design import design_loops as design_loops
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.drive.motor import Motor as Motor
+    from drivetrain.drive.servo_axis import ServoAxis as ServoAxis
+    from drivetrain.drive.servo_axis import ServoTiming as ServoTiming
     from drivetrain.drive.thermal_network import thermal_network as thermal_network
     from drivetrain.dynamics.book.closed_form import closed_form as closed_form
     from drivetrain.dynamics.book.closed_form import mass_matrix_rate as mass_matrix_rate
@@ -156,11 +156,11 @@ if TYPE_CHECKING:
     from drivetrain.sizing.search.robust import robust_select as robust_select
     from drivetrain.sizing.search.search import select as select
     from drivetrain.sizing.tolerance.monte_carlo import robustness as robustness
-    from drivetrain.solvers.adaptive import DormandPrince853 as DormandPrince853
-    from drivetrain.solvers.explicit import Euler as Euler
-    from drivetrain.solvers.explicit import RungeKutta4 as RungeKutta4
-    from drivetrain.solvers.rosenbrock import Rodas4 as Rodas4
-    from drivetrain.solvers.rosenbrock import Rodas5P as Rodas5P
+    from drivetrain.solvers.solver import DormandPrince853 as DormandPrince853
+    from drivetrain.solvers.solver import Euler as Euler
+    from drivetrain.solvers.solver import Rodas4 as Rodas4
+    from drivetrain.solvers.solver import Rodas5P as Rodas5P
+    from drivetrain.solvers.solver import RungeKutta4 as RungeKutta4
     from drivetrain.spatial.beams import Beam as Beam
     from drivetrain.spatial.free_motion import free_motion as free_motion
     from drivetrain.spatial.inertia import RigidBody as RigidBody
@@ -202,8 +202,8 @@ _HOME = {
     "Friction": "drive.friction",
     "Gear": "drive.gear",
     "design_loops": "drive.loop_design",
-    "ServoAxis": "drive.loop_design",
-    "ServoTiming": "drive.loop_design",
+    "ServoAxis": "drive.servo_axis",
+    "ServoTiming": "drive.servo_axis",
     "inertia_matching_ratio": "drive.matching",
     "Motor": "drive.motor",
     "thermal_network": "drive.thermal_network",
@@ -329,11 +329,11 @@ _HOME = {
     "robustness": "sizing.tolerance.monte_carlo",
     "why_not": "sizing.answers.why_not",
     "WhyNot": "sizing.answers.why_not",
-    "DormandPrince853": "solvers.adaptive",
-    "Euler": "solvers.explicit",
-    "RungeKutta4": "solvers.explicit",
-    "Rodas4": "solvers.rosenbrock",
-    "Rodas5P": "solvers.rosenbrock",
+    "DormandPrince853": "solvers.solver",
+    "Euler": "solvers.solver",
+    "RungeKutta4": "solvers.solver",
+    "Rodas4": "solvers.solver",
+    "Rodas5P": "solvers.solver",
     "Beam": "spatial.beams",
     "free_motion": "spatial.free_motion",
     "RigidBody": "spatial.inertia",

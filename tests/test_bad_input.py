@@ -41,7 +41,7 @@ joints:
   door: {candidates: {pairs: [{motor: good, gear: good}]}}
 """
 OF_STUDIES = ("check", "size", "select", "currents", "ratio", "why-not", "curve", "front", "free-ratio", "simulate",
-              "accuracy", "sweep")  # fmt: skip
+              "accuracy", "loops", "sweep")  # fmt: skip
 
 Run = Callable[..., tuple[int, str]]
 
@@ -105,6 +105,8 @@ MANY = {  # what is asked, and every word that must be told, all of one run
     ("size", "none.yaml", "--out", "in_the_way"): ("does not exist", "must be a folder"),
     ("currents", "none.yaml", "--out", "."): ("does not exist", "must be a file"),
     ("ratio", "door.yaml", "--joint", "dor", "--joint", "lid", "--out", "in_the_way/x"):
+        ("'door'?", "'lid'", "in_the_way is a file"),
+    ("loops", "door.yaml", "--joint", "dor", "--joint", "lid", "--out", "in_the_way/x"):
         ("'door'?", "'lid'", "in_the_way is a file"),
     ("why-not", "door.yaml", "--joint", "dor", "--motor", "goood"): ("'door'?", "'good'?"),
     ("curve", "none.yaml", "--vary", "volts", "--points", "1", "--out", "in_the_way"):

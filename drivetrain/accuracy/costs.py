@@ -18,9 +18,7 @@ from drivetrain.simulation.plan import Plan, plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
-from drivetrain.solvers.adaptive import DormandPrince54
-from drivetrain.solvers.explicit import RungeKutta4
-from drivetrain.solvers.rosenbrock import Rodas5P
+from drivetrain.solvers.solver import DormandPrince54, Rodas5P, RungeKutta4
 
 MOST_ROWS = 20_000  # of a recording
 USUAL_INTERVAL = 1e-3  # s

@@ -23,8 +23,7 @@ from drivetrain.simulation.study_scene import axis_faults
 from drivetrain.sizing.judge.evaluate import Given, evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
-from drivetrain.solvers.rosenbrock import Rodas5P
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import Rodas5P, Solver
 from drivetrain.study.model import Study
 from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
 

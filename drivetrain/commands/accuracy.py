@@ -1,4 +1,4 @@
-"""The command that tells what accuracy costs in time."""
+"""The commands around a simulation: what accuracy costs in time, and the loops that close it."""
 
 from __future__ import annotations
 
@@ -82,6 +82,46 @@ def _accuracy(
         written = write_files(out or report_folder(loaded.name), files)
         say(f"page: {written['accuracy.html']}")
         raise typer.Exit(DOES_NOT_FIT if effects.full.verdict is Verdict.FAIL else FITS)
+
+
+@app.command("loops")
+def _loops(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file.")],
+    joint: Annotated[list[str] | None, typer.Option(help="Of this joint only; may be given several times.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder for loops.html and loops.json.", show_default=False),
+    ] = None,
+) -> None:
+    """Lay out each joint's position, speed and current loop: gains for the amplifier, margins, Bode, step response."""
+    with told():
+        from drivetrain.errors import Fault, InputError, nearest
+        from drivetrain.report.loops_page import loops_json, loops_report, loops_sentence
+        from drivetrain.report.outputs import write_files
+        from drivetrain.sizing.answers.loops import study_loops
+        from drivetrain.study.read import load_study
+
+        together = Together()
+        with together:
+            writable(out)
+        with together:
+            loaded = load_study(study)
+            names = [task.name for task in loaded.joints]
+            strange = [one for one in joint or () if one not in names]
+            if strange:
+                raise InputError(Fault("--joint", "is no joint of the study", o, nearest(o, names)) for o in strange)
+        together.tell()
+        result = judged(loaded)
+        with working("laying out the loops"):
+            found = study_loops(result, joints=joint or None)
+            files = {"loops.html": loops_report(loaded, found), "loops.json": loops_json(loaded, found)}
+        for one in found.joints:
+            say(f"{one.joint}: {loops_sentence(one)}")
+        for name, why in found.missing.items():
+            say(f"{name}: {why}")
+        written = write_files(out or report_folder(loaded.name), files)
+        say(f"page: {written['loops.html']}")
+        raise typer.Exit(FITS if all(one.stable for one in found.joints) and not found.missing else DOES_NOT_FIT)
 
 
 def judged(study: Study) -> Evaluation:

@@ -108,8 +108,7 @@ def _not_of(whose: str, given: dict[str, object]) -> list[Fault]:
 
 def _solver(method: Method) -> Callable[[float], Solver]:
     """Makes the solver from its step [s]."""
-    from drivetrain.solvers.adaptive import DormandPrince853
-    from drivetrain.solvers.explicit import Euler, RungeKutta4, SemiImplicitEuler
+    from drivetrain.solvers.solver import DormandPrince853, Euler, RungeKutta4, SemiImplicitEuler
 
     known: dict[Method, Callable[[float], Solver]] = {
         Method.ADAPTIVE: lambda step: DormandPrince853(),

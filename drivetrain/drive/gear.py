@@ -15,6 +15,9 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import law
 from drivetrain.records import as_record, known_or
 
+HOLDING = {"least": -1.0, "lossless": 0.0, "most": 1.0}
+"""What motor torque counts while a mesh rests under load, by its name in a study: see ``Gear.holding``."""
+
 GEAR_KINDS = ("planetary", "strain_wave", "rv", "koaxdrive", "spur", "ideal")
 
 _OPTIONAL_POSITIVE = (
@@ -27,6 +30,7 @@ _RANGES = {
     "ratio": FINITE,
     "efficiency": EFFICIENCY,
     "backdriving_efficiency": Range("must be at most 1 (0 or less: self-locking)", -math.inf, 1.0),
+    "holding": Range("must be from -1 (least) to 1 (most)", -1.0, 1.0, low_included=True),
     **dict.fromkeys(("no_load_torque", "inertia", "mass", "backlash", "price"), NOT_NEGATIVE),
     **dict.fromkeys(_OPTIONAL_POSITIVE, POSITIVE),
 }
@@ -68,6 +72,8 @@ class Gear:
         diameter, length: [m].
         max_motor_shaft: Largest motor shaft diameter that fits [m].
         price: In the user's currency; empty in the shipped catalogue.
+        holding: Which of the motor torques that hold a load at rest counts: -1 the least, 0 that of a lossless mesh, 1
+            the most. Friction leaves all of them possible; which one it is depends on how the joint came to rest.
         source: File and row, sheet, edition: what a report prints.
     """
 
@@ -107,6 +113,7 @@ class Gear:
     length: float | None = None
     max_motor_shaft: float | None = None
     price: float | None = None
+    holding: float = 0.0
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -138,7 +145,7 @@ class Mesh(NamedTuple):
     Attributes:
         ratio: Motor speed over output speed.
         driving, driven: As in ``MeshFactors``.
-        holding: The same at rest: of the smaller torque that still holds.
+        holding: The same at rest, see ``Gear.holding``.
         running_torque: Without load, at the input [N m].
     """
 
@@ -176,13 +183,14 @@ def mesh_of(gear: Any) -> Any:
     running = known_or(gear.no_load_torque, 0.0)
     share = known_or(running * abs(gear.ratio) / gear.continuous_torque, 0.0)
     back = known_or(gear.backdriving_efficiency, 1.0 - loss) if gear.efficiency > 0.0 else 1.0
-    driven = min(back + share, 1.0)
-    return Mesh(gear.ratio, max(1.0 + loss - share, 1.0), driven, max(driven, 0.0), running)
+    driving, driven = max(1.0 + loss - share, 1.0), min(back + share, 1.0)
+    room = driving - 1.0 if gear.holding > 0.0 else 1.0 - max(driven, 0.0)
+    return Mesh(gear.ratio, driving, driven, 1.0 + gear.holding * room, running)
 
 
 @law
 def mesh_torque(mesh: Any, load: Any, speed: Any) -> Any:
-    """Motor-side torque through the mesh [N m]: T/(eta G) driving, eta_back T/G driven, at rest what still holds."""
+    """Motor-side torque through the mesh [N m]: T/(eta G) driving, eta_back T/G driven, at rest by ``holding``."""
     power = load * speed
     factor = mesh.driving * (power > 0.0) + mesh.driven * (power < 0.0) + mesh.holding * (power == 0.0)
     return factor * load / mesh.ratio
@@ -272,8 +280,8 @@ def mesh_input_torque(
     """Motor-side torque that the mesh asks for; rotor and no-load running torque are not in it.
 
     Driving (torque times speed positive): T / (eta ratio). Driven: eta_back T / ratio, which turns its sign when the
-    mesh locks itself: the motor must then help the load down. At rest: the smaller torque that still holds (see
-    ``standstill_interval`` for what it takes to start).
+    mesh locks itself: the motor must then help the load down. At rest: T / ratio, or what ``gear.holding`` says (see
+    ``standstill_interval`` for all that holds, and for what it takes to start).
 
     Args:
         gear: The sheet.
@@ -306,7 +314,7 @@ def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
         InputError: The efficiency is unknown and the gear is not ``ideal``.
     """
     found, torque = mesh(gear), np.asarray(output_torque, dtype=np.float64)
-    return StandstillInterval(np.asarray(mesh_torque(found, torque, 0.0)), found.driving * torque / gear.ratio)
+    return StandstillInterval(max(found.driven, 0.0) * torque / gear.ratio, found.driving * torque / gear.ratio)
 
 
 def torque_exponent(gear: Gear) -> float:

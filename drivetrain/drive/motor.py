@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, TEMPERATURE, Range, range_faults
+from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, TEMPERATURE, Range, range_faults
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import law
 from drivetrain.records import known_or
@@ -34,6 +34,7 @@ _RANGES = {
     "torque_constant": POSITIVE,
     **dict.fromkeys(_OPTIONAL_POSITIVE, POSITIVE),
     **dict.fromkeys(("no_load_current", "coulomb_friction", "viscous_friction", "price"), NOT_NEGATIVE),
+    "winding_share": EFFICIENCY,
     "max_winding_temperature": TEMPERATURE,
     "reference_temperature": TEMPERATURE,
     "magnet_coefficient": Range("must lie between -0.02 and 0.02 1/K", -0.02, 0.02, low_included=True),
@@ -68,6 +69,7 @@ class Motor:
         max_speed: Mechanical limit [rad/s].
         resistance_winding_housing, resistance_housing_ambient: Thermal resistances [K/W].
         resistance_winding_ambient: Where a sheet prints one number for both [K/W].
+        winding_share: Of that one number, what lies between winding and housing; no sheet says, a study may assume it.
         winding_time_constant, housing_time_constant: Thermal [s].
         max_winding_temperature: [C].
         reference_temperature: Of resistance and torque constant [C].
@@ -104,6 +106,7 @@ class Motor:
     resistance_winding_housing: float | None = None
     resistance_housing_ambient: float | None = None
     resistance_winding_ambient: float | None = None
+    winding_share: float | None = None
     winding_time_constant: float | None = None
     housing_time_constant: float | None = None
     max_winding_temperature: float | None = None

@@ -44,8 +44,9 @@ def thermal_path(motor: Any, mounting: Any) -> Any:
     """Thermal resistances from winding to housing and from there to ambient [K/W]; NaN where the sheet is silent.
 
     One number from winding to ambient makes winding and housing one (0, that number), or tells a missing part as a
-    difference. ``mounting`` is the real one's from housing to ambient [K/W]; NaN: that of the sheet, for which alone
-    the one number holds.
+    difference. ``mounting`` is the real one's from housing to ambient [K/W]; NaN: that of the sheet. Where the sheet
+    has nothing but the one number, the winding's assumed share of it lies before a stated mounting; without an
+    assumption the larger of both is all that is sure of the whole.
     """
     inner, outer = motor.resistance_winding_housing, motor.resistance_housing_ambient
     whole = motor.resistance_winding_ambient
@@ -54,7 +55,9 @@ def thermal_path(motor: Any, mounting: Any) -> Any:
     elif math.isnan(outer) and whole > inner:
         outer = whole - inner
     if not math.isnan(mounting):
-        return inner, mounting
+        if math.isnan(inner) and math.isnan(motor.winding_share):
+            return 0.0, max(mounting, whole) if known(whole) else whole
+        return known_or(inner, motor.winding_share * whole), mounting
     return (0.0, whole) if math.isnan(inner + outer) else (inner, outer)
 
 

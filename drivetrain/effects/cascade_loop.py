@@ -9,7 +9,7 @@ from typing import Any
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
-from drivetrain.effects.loop_gains import Gains, cascade, gain_faults, gains_of
+from drivetrain.effects.loop_gains import Gains, asked_current, gain_faults, gains_of, speed_error
 from drivetrain.errors import InputError
 
 
@@ -26,7 +26,8 @@ class Own:
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, gains, motor = joint.pin, own.gains, joint.motor
     wanted = command_of(joint, gains.coupled)
-    asked, grown, free = cascade(gains, wanted, motor.position, motor.speed, own.integrated_current, 0.5 * h)
+    error = speed_error(gains, wanted, motor.position, motor.speed)
+    asked, grown, free = asked_current(gains, error, own.integrated_current, 0.5 * h)
     if free:
         pin.damping += gains.speed
         pin.stiffness += gains.speed * gains.position

@@ -30,18 +30,23 @@ def gains_of(loop: Any, place: Place) -> Gains:
 
 
 @law
-def cascade(gains: Any, wanted: Any, place: float, speed: float, gathered: float, span: float) -> Any:
+def speed_error(gains: Any, wanted: Any, place: float, speed: float) -> float:
+    """Wanted less true speed of a motor that the loop knows at a place [rad] and a speed [rad/s]."""
+    return gains.ratio * wanted.speed + gains.position * (gains.ratio * wanted.position - place) - speed
+
+
+@law
+def asked_current(gains: Any, error: float, gathered: float, span: float) -> Any:
     """What a cascade asks for, and how its integrator grows.
 
     Args:
-        place, speed: Of the motor, as the loop knows them [rad], [rad/s].
+        error: Of the speed [rad/s].
         gathered: By the integrator [A].
         span: For which it goes on until the current is asked for [s].
 
     Returns:
         Current [A]; growth of the integrator [A/s]; whether the current is between its limits.
     """
-    error = gains.ratio * wanted.speed + gains.position * (gains.ratio * wanted.position - place) - speed
     grown = gains.speed * gains.rate * error
     asked = gains.speed * error + gathered + span * grown
     if not abs(asked) > gains.peak:

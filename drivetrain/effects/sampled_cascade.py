@@ -10,11 +10,12 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.servo_axis import Notch, notch_filter
 from drivetrain.effects import signals as s
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
-from drivetrain.effects.loop_gains import Gains, cascade, gain_faults, gains_of
+from drivetrain.effects.loop_gains import Gains, asked_current, gain_faults, gains_of, speed_error
 from drivetrain.errors import Fault, InputError
 
 MOST_DELAY = 3  # samples
@@ -22,15 +23,22 @@ MOST_DELAY = 3  # samples
 
 @dataclass
 class Own:
-    """What it keeps: as ``CascadeLoop``, period [s] and delay; currents [A] given out, integrated, and waiting."""
+    """What it keeps: as ``CascadeLoop``, period [s] and delay; currents [A] given out, integrated, and waiting.
+
+    And the notch, zeros over poles: its coefficients, and what it carries from sample to sample [rad/s].
+    """
 
     gains: Gains
     period: float
     delay: int
+    zeros: Annotated[Array, 3]
+    poles: Annotated[Array, 3]
     sampled_current: float = 0.0
     last_measured_position: float = 0.0
     integrated_current: float = 0.0
     waiting_current: Annotated[Array, MOST_DELAY] = field(default_factory=lambda: np.zeros(MOST_DELAY))
+    notched_once: float = 0.0
+    notched_twice: float = 0.0
 
 
 @joint_law(Own)
@@ -43,7 +51,12 @@ def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
     wanted, measured = command_of(joint, own.gains.coupled), joint.measured_position
     speed = (measured - own.last_measured_position) / own.period
     own.last_measured_position = measured
-    asked, grown, _ = cascade(own.gains, wanted, measured, speed, own.integrated_current, own.period)
+    whole = speed_error(own.gains, wanted, measured, speed)
+    zeros, poles = own.zeros, own.poles
+    error = zeros[0] * whole + own.notched_once
+    own.notched_once = zeros[1] * whole - poles[1] * error + own.notched_twice
+    own.notched_twice = zeros[2] * whole - poles[2] * error
+    asked, grown, _ = asked_current(own.gains, error, own.integrated_current, own.period)
     own.integrated_current += own.period * grown
     # What is computed now is given out some samples later.
     waiting = own.waiting_current
@@ -64,6 +77,8 @@ class SampledCascade(Effect):
         peak_current: At which command and integrator stop [A].
         every: Period [s].
         delay: Samples from measuring to giving out, 0 to 2.
+        notch: Middle of a notch filter in the speed's error [rad/s]; 0: none.
+        notch_zeros, notch_poles: Its damping ratios [-]: how deep it is, and how wide.
     """
 
     position_gain: float
@@ -72,6 +87,9 @@ class SampledCascade(Effect):
     peak_current: float = math.inf
     every: float = 1e-3
     delay: int = 1
+    notch: float = 0.0
+    notch_zeros: float = 0.1
+    notch_poles: float = 0.7
 
     compute = _compute
     sample = _sample
@@ -82,6 +100,14 @@ class SampledCascade(Effect):
             faults.append(Fault("SampledCascade.every", "must be positive [s]", self.every))
         if self.delay not in range(MOST_DELAY):
             faults.append(Fault("SampledCascade.delay", "must be 0, 1 or 2 samples", self.delay))
+        if not 0.0 <= self.notch < math.inf or (self.every > 0.0 and self.notch * self.every >= math.pi):
+            hint = "a sampled filter reaches half of the sampling rate"
+            faults.append(Fault("SampledCascade.notch", "must be from 0 to below pi / every [rad/s]", self.notch, hint))
+        faults += [
+            Fault(f"SampledCascade.{name}", "must be above 0 and at most 10 [-]", getattr(self, name))
+            for name in ("notch_zeros", "notch_poles")
+            if not 0.0 < getattr(self, name) <= 10.0
+        ]
         if faults:
             raise InputError(faults)
 
@@ -99,18 +125,23 @@ class SampledCascade(Effect):
                 State("last_measured_position", "rad", memory=True),
                 State("integrated_current", "A", memory=True),
                 *waiting,
+                State("notched_once", "rad/s", memory=True),
+                State("notched_twice", "rad/s", memory=True),
             ),
             needs=(*s.commanded(place)[:2], s.MEASURED_POSITION),
             contributes=(s.CURRENT_COMMAND,),
         )
 
     def own(self, place: Place) -> Own:
-        return Own(gains_of(self, place), self.every, self.delay)
+        zeros = poles = np.array([1.0, 0.0, 0.0])
+        if self.notch > 0.0:
+            zeros, poles = notch_filter(Notch(self.notch, self.notch_zeros, self.notch_poles), self.every)
+        return Own(gains_of(self, place), self.every, self.delay, zeros, poles)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
-        return 0.0, measured - self.every * speed, 0.0, *(0.0,) * MOST_DELAY
+        return 0.0, measured - self.every * speed, 0.0, *(0.0,) * (MOST_DELAY + 2)
 
     def quasi_static(self) -> Effect:
         return CascadeLoop(self.position_gain, self.speed_gain, self.integral_time, self.peak_current)

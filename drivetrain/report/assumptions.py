@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from drivetrain.drive.friction import Friction
 from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.words import DRIVE_MASS, safety_lines
+from drivetrain.sizing.judge.evaluate import holding_figures
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, Study
 
@@ -190,7 +192,21 @@ def _standstill(evaluation: Evaluation) -> Group:
     notes = [
         remark if len(names) == count else f"{', '.join(names)}: {remark}" for remark, names in said.items()
     ]  # fmt: skip
+    notes += [_held(name, figures) for name, figures in holding_figures(evaluation).items()]
     return Group("How losses and standstill are counted", (), tuple(notes))
+
+
+def _held(joint: str, figures: Mapping[str, tuple[float | None, float | None]]) -> str:
+    """What holding asks at one joint, by what counts of its mesh's friction."""
+    told = [
+        f"{choice} {_or_unknown(current, 'A')} and {_or_unknown(winding, '°C')}"
+        for choice, (current, winding) in figures.items()
+    ]
+    return f"{joint} holds a load at rest; RMS current and hottest winding by `holding:` {', '.join(told)}"
+
+
+def _or_unknown(value: float | None, unit: str) -> str:
+    return f"unknown {unit}" if value is None else f"{value:.3g} {unit}"
 
 
 def _friction(study: Study) -> Group:

@@ -48,8 +48,7 @@ from drivetrain.simulation.records import (
 from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
-from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import Rodas4, Rodas5P, Solver
 
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
 PUSH = 1e-300  # [rad/s]: the speed that tells in which direction a coordinate was pushed off
@@ -203,9 +202,9 @@ class AdaptiveStep(Engine):
             numbers, first, kept = started(plan), 0.0, None
         else:
             kept, size = wish.resume, plan.memory.moving
-            sizes = {"states": size * at.STATE.itemsize // 8, "jacobian": size**2}
-            numbers = resumed(kept, plan, {**sizes, "clock": at.CLOCK.itemsize // 8, "count": at.COUNT.itemsize // 8})
-            first = float(kept["clock"].view(at.CLOCK)["time"][0])
+            sizes = {"run": at.RUN.itemsize // 8, "states": size * (at.STATE.itemsize // 8)}
+            numbers = resumed(kept, plan, {**sizes, "jacobian": size * (size + 1)})
+            first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
         numbers = _extended(plan, numbers, hangs)
@@ -271,7 +270,7 @@ def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
     if plan.body.arm is not None:
         felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
     dry = Events(values(), (at.GUARD,) * c, handler=handler(), names=tuple(plan.coordinates))
-    hooks = Hooks(account(), (), tell(), 1 + len(plan.layout.columns), opens())
+    hooks = Hooks(account(), tell(), 1 + len(plan.layout.columns), opens())
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
     return CompiledProblem(
@@ -338,18 +337,18 @@ def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event 
     events = tuple(mode_event(plan, *one) for one in log.tolist())
     left = {
         "numbers": numbers[: len(plan.memory.numbers)][plan.memory.changing],
-        "states": kept.states.view(np.float64), "values": kept.values, "jacobian": kept.jacobian.ravel(),
-        "clock": kept.clock.view(np.float64), "count": kept.count.view(np.int64),
+        "run": kept.run.view(np.int64), "states": kept.states.view(np.int64), "events": kept.events.view(np.int64),
+        "jacobian": kept.jacobian.ravel(),
     }  # fmt: skip
     return Outcome(done.states[skipped:], counters, events, stopped, left)
 
 
 def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
     """Where an earlier run was, in terms of this one."""
-    size, clock, count = plan.memory.moving, kept["clock"].view(at.CLOCK), kept["count"].astype(np.int64)
+    size, own = plan.memory.moving, kept["run"].copy().view(at.RUN)
     # Segments and rows count from here; the first row is where the earlier run ended, and is not told again.
-    count.view(at.COUNT)["segment"], count.view(at.COUNT)["rows"] = 0, 1
+    own["count"]["segment"], own["count"]["rows"] = 0, 1
     rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
-    states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size, size)
+    states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size + 1, size)
     numbers, words = run.problem.numbers.copy(), run.problem.words.copy()
-    return Checkpoint(states, jacobian, kept["values"], clock, count.view(at.COUNT), numbers, words, rows)
+    return Checkpoint(own, states, kept["events"].view(at.EVENT), jacobian, numbers, words, rows)

@@ -32,9 +32,8 @@ from drivetrain.simulation.passive import (
     up_to_divergence,
 )
 from drivetrain.simulation.recording import Event, Recording, Series
-from drivetrain.solvers.explicit import RungeKutta4
-from drivetrain.solvers.integrate import Correct, integrate
-from drivetrain.solvers.solver import Rates, Solver, check_positive
+from drivetrain.solvers.integrate import Correct, Rates, integrate
+from drivetrain.solvers.solver import RungeKutta4, Solver, check_positive
 
 
 class Stabilisation:

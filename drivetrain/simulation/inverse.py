@@ -14,6 +14,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import loss_speed, resting
+from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, terminal_voltage, torque_constant
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect
@@ -122,7 +123,9 @@ def demanded(plan: Plan, times: Array) -> Demand:
     way = slides * np.sign(body.ratios)
     shaft = np.where(way > 0.0, told["motor_slide_forward"], -told["motor_slide_backward"]) * np.abs(way)
     factor = np.where(mesh * slides > 0.0, 1.0 + told["mesh_driving"], 1.0 - told["mesh_driven"])
-    factor = np.where(slides == 0.0, np.maximum(1.0 - told["mesh_driven"], 0.0), factor)
+    holds = np.array([_holding_of(plan.scene.effects.get(name, ())) for name in names])
+    room = np.where(holds > 0.0, told["mesh_driving"], np.minimum(told["mesh_driven"], 1.0))
+    factor = np.where(slides == 0.0, 1.0 + holds * room, factor)
     motor = (factor * mesh + turned) / body.ratios + shaft - told["motor_torque"]
     current, voltage = np.full_like(motor, np.nan), np.full_like(motor, np.nan)
     for i in range(n):
@@ -222,6 +225,12 @@ def _motor_of(effects: tuple[Effect, ...]) -> Motor | None:
     """The sheet of a joint's motor."""
     sheets = [getattr(effect, "motor", None) for effect in effects]
     return next((sheet for sheet in sheets if isinstance(sheet, Motor)), None)
+
+
+def _holding_of(effects: tuple[Effect, ...]) -> float:
+    """Which of the torques that hold a load at rest counts, see ``Gear.holding``."""
+    sheets = [getattr(effect, "gear", None) for effect in effects]
+    return next((sheet.holding for sheet in sheets if isinstance(sheet, Gear)), 0.0)
 
 
 def _series(plan: Plan, demand: Demand) -> dict[str, Series]:

@@ -40,7 +40,7 @@ from drivetrain.simulation.records import (
     words_of,
     world_of,
 )
-from drivetrain.solvers.compiled_problem import column_groups
+from drivetrain.solvers.linear import column_groups
 
 TIP = tuple(signal.name for signal in named.TIP_TAKEN)
 PROBES = 2  # postures

@@ -14,9 +14,8 @@ from drivetrain.dynamics.energy import kinetic_energy, potential_energy
 from drivetrain.dynamics.forward import articulated_body, unchecked_accelerations
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.recording import Event, Recording, Series
-from drivetrain.solvers.adaptive import DormandPrince853
-from drivetrain.solvers.integrate import Solution, integrate
-from drivetrain.solvers.solver import Rates, Solver, check_positive
+from drivetrain.solvers.integrate import Rates, Solution, integrate
+from drivetrain.solvers.solver import DormandPrince853, Solver, check_positive
 
 TorqueLaw = Callable[[float, Array, Array], Any]
 DEFAULT_SOLVER = DormandPrince853()

@@ -50,16 +50,39 @@ def address_of(function: Any, place: str, *, needed: bool = False) -> int:
     return int(address)
 
 
-@law
-def call(address: int, t: float, x: Array, result: Array, numbers: Array, words: Any) -> None:
-    """Inside compiled code: call the function at an address with contiguous arrays."""
-    call_address(address, (t, x.ctypes.data, result.ctypes.data, numbers.ctypes.data, words.ctypes.data))
-
-
 @kernel
 def evaluate(address: int, t: float, x: Array, result: Array, numbers: Array, words: Any) -> None:
     """From Python: call the function at an address."""
-    call(address, t, x, result, numbers, words)
+    call_address(address, (t, x.ctypes.data, result.ctypes.data, numbers.ctypes.data, words.ctypes.data))
+
+
+@law
+def ask(run: Any, function: int, t: float, asked: Array, result: Array) -> None:
+    """Call a function of the problem at an instant and a state."""
+    call_address(function, (t, asked.ctypes.data, result.ctypes.data, run.calls.numbers, run.calls.words))
+
+
+@law
+def ask_rates(run: Any, t: float, asked: Array, answer: Array) -> None:
+    """The right-hand side at a state, counted; never beyond what the segment may see."""
+    ask(run, run.calls.rates, min(t, run.clock.limit), asked, answer)
+    run.count.rates += 1
+
+
+@law
+def ask_here(run: Any, function: int, states: Any, asked: Array, result: Array) -> None:
+    """Call a function of the problem here and now; it may change the state."""
+    load(states, asked)
+    ask(run, function, run.clock.time, asked, result)
+    for i in range(len(states)):
+        states[i].x = asked[i]
+
+
+@law
+def load(states: Any, asked: Array) -> None:
+    """What is asked for is the state now."""
+    for i in range(len(states)):
+        asked[i] = states[i].x
 
 
 def in_c(function: Callable[[float, Array], Array], size: int) -> tuple[Any, list[BaseException]]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError
-from drivetrain.solvers.compiled_function import address_of, evaluate
+from drivetrain.solvers.compiled_function import address_of
+from drivetrain.solvers.linear import column_groups
 from drivetrain.solvers.records import EITHER, FALLING, GUARD, RISING
-from drivetrain.solvers.solver import Rates
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class Events:
     Attributes:
         values: Compiled function that fills the values of all events; each happens where its value crosses zero.
         kinds: FALLING, EITHER, RISING: which way it must cross; GUARD: it must not be negative, and one that is
-            negative at once, after a jump or a change of mode, happens at once. (m,), see ``layout``.
+            negative at once, after a jump or a change of mode, happens at once. (m,), see ``records``.
         terminal: Whether the integration ends there, (m,); None: none does.
         handler: Compiled function called at an event, to change state, numbers and words: its ``result`` tells by +1
             (rising) and -1 (falling) which values have crossed. It must force the change that belongs to the event:
@@ -56,15 +56,13 @@ class Hooks:
 
     Attributes:
         account: Called at two Gauss points of each kept step, in the order of time; ``result[0]`` is the time each
-            stands for [s]. It may add up in numbers, and change those entries of x that are ``carried``.
-        carried: Indices of states that have no rate of their own.
+            stands for [s]. It may add up in numbers.
         tell: Fills a row at a wanted instant in place of the state.
         width: Of that row.
         opens: Called where a segment begins, before its rates are asked for; it may change x.
     """
 
     account: Any = None
-    carried: tuple[int, ...] = ()
     tell: Any = None
     width: int = 0
     opens: Any = None
@@ -83,9 +81,8 @@ class CompiledProblem:
             None: differences.
         differences: How many right-hand sides ``jacobian`` asks for itself, and the solver for the derivatives by time
             which it then leaves to it; 0: it asks for none.
-        sparsity: Where the Jacobian can differ from zero, (n, n) of bool, for differences in few groups, and for the
-            order in which states are eliminated; None: anywhere. Where there is no ``jacobian``, one that leaves out an
-            entry costs accuracy that no tolerance sees.
+        sparsity: Where the Jacobian can differ from zero, (n, n) of bool, for differences in few groups; None:
+            anywhere. One that leaves out an entry costs accuracy that no tolerance sees.
         events: Or None.
         hooks: Or None.
         names: What to call the states in messages, (n,).
@@ -137,10 +134,11 @@ class CompiledProblem:
         """What to call a state."""
         return f"state {self.names[index]!r}" if self.names else f"state {index}"
 
-    def pattern(self) -> tuple[Any, ...]:
-        """States in the order of elimination, the place of each there, and ``column_groups`` for differences."""
-        sparse = None if self.sparsity is None else np.asarray(self.sparsity, dtype=bool).tobytes()
-        return _pattern(sparse, self.size, self.jacobian is not None)
+    @cached_property
+    def groups(self) -> tuple[Any, ...]:
+        """``column_groups`` for differences; nothing where there is a Jacobian."""
+        none: Any = np.zeros(0, dtype=np.int64)
+        return (none,) * 4 if self.jacobian else column_groups(self.sparsity, self.size)
 
     def addresses(self) -> dict[str, int]:
         """Where its functions lie, by their names in ``records.CALLS``; 0 for none."""
@@ -157,108 +155,3 @@ def _own_numbers(given: Any) -> Array:
     frozen_array(np.where(np.isinf(numbers), 0.0, numbers), (None,), "problem.numbers")
     numbers.setflags(write=False)
     return numbers
-
-
-def python_rates(problem: CompiledProblem) -> Rates:
-    """A compiled right-hand side as one for solvers in Python, such as scipy's.
-
-    Returns:
-        f(t, y) [per s]; numbers and words are a copy of the problem's.
-    """
-    address, numbers, words = address_of(problem.rates, "rates"), problem.numbers.copy(), problem.words.copy()
-
-    def rates(t: float, y: Array) -> Array:
-        result = np.empty(problem.size)
-        evaluate(address, t, np.ascontiguousarray(y), result, numbers, words)
-        return result
-
-    return rates
-
-
-def detect_sparsity(problem: CompiledProblem, t: float, states: Array) -> Any:
-    """Where the Jacobian differs from zero at some states: a state that is no number makes rates that are none.
-
-    A dependence that only another branch has is not seen: give states of every mode. What stands in a comparison alone
-    is not seen either, nor has it a derivative.
-
-    Args:
-        t: Instant [s].
-        states: Some states [their own units], (k, n).
-
-    Returns:
-        (n, n) of bool, rows are rates; the diagonal is always in it.
-    """
-    found, rates = np.eye(problem.size, dtype=bool), python_rates(problem)
-    for state in checked_array(states, (None, problem.size), "states"):
-        usual = np.isnan(rates(t, state))
-        for j in range(problem.size):
-            moved = state.copy()
-            moved[j] = np.nan
-            found[:, j] |= np.isnan(rates(t, moved)) & ~usual
-    return found
-
-
-@lru_cache(maxsize=64)
-def _pattern(sparsity: bytes | None, size: int, known: bool) -> tuple[Any, ...]:
-    """The pattern of a problem; of many alike it is found once."""
-    full = None if sparsity is None else np.frombuffer(sparsity, dtype=bool).reshape(size, size)
-    none = np.zeros(1, dtype=np.int64), *(np.zeros(0, dtype=np.int64),) * 3
-    states = elimination_order(full, size)
-    return (
-        states.astype(np.uint64),
-        np.argsort(states).astype(np.uint64),
-        *(none if known else column_groups(full, size)),
-    )
-
-
-def elimination_order(sparsity: Any, size: int) -> Any:
-    """An order of elimination in which few entries come up that were zero: next the state that couples fewest others.
-
-    Args:
-        sparsity: (n, n) of bool, or None for a full Jacobian.
-
-    Returns:
-        The states in order, (n,) of int64.
-    Reference: Markowitz, Management Science 3 (1957) 255.
-    """
-    if sparsity is None:
-        return np.arange(size, dtype=np.int64)
-    left, found = np.asarray(sparsity, dtype=bool) | np.eye(size, dtype=bool), []
-    waiting = list(range(size))
-    while waiting:
-        rows, columns = left[:, waiting][waiting].sum(axis=0) - 1, left[waiting][:, waiting].sum(axis=1) - 1
-        chosen = waiting.pop(int(np.argmin(rows * columns)))
-        found.append(chosen)
-        left |= np.outer(left[:, chosen], left[chosen])
-    return np.array(found, dtype=np.int64)
-
-
-def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
-    """Groups of columns that share no row, so that one difference serves them all.
-
-    Args:
-        sparsity: (n, n) of bool, or None for a full Jacobian.
-    """
-    if sparsity is None:
-        one = np.arange(size + 1, dtype=np.int64)
-        return one, one[:-1], size * one, np.tile(one[:-1], size)
-    full = np.asarray(sparsity, dtype=bool)
-    groups: list[list[int]] = []
-    taken: list[Any] = []
-    for j in sorted(range(size), key=lambda j: -int(full[:, j].sum())):
-        fits = [k for k, rows in enumerate(taken) if not (rows & full[:, j]).any()]
-        if not full[:, j].any():
-            continue
-        if fits:
-            groups[fits[0]].append(j)
-            taken[fits[0]] = taken[fits[0]] | full[:, j]
-        else:
-            groups.append([j])
-            taken.append(full[:, j].copy())
-    rows = [np.flatnonzero(full[:, j]) for j in range(size)]
-    return (
-        np.cumsum([0, *(len(group) for group in groups)], dtype=np.int64),
-        np.array([j for group in groups for j in group], dtype=np.int64),
-        np.cumsum([0, *(len(r) for r in rows)], dtype=np.int64),
-        np.concatenate(rows).astype(np.int64),
-    )

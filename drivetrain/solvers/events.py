@@ -1,16 +1,20 @@
-"""Events within a step: where a value crosses zero, what its handler changes, and a step taken again to end there."""
+"""Events within a step: where a value crosses zero, what its handler changes, and a step taken again to end there.
+
+``values`` is what the functions of a problem fill, (m,).
+"""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.jit import law
-from drivetrain.solvers.records import DONE, FALLING, GUARD, RISING, TERMINAL, ZENO, EventRoom, Linear, Run
-from drivetrain.solvers.step import ask, ask_here, load, take_step, within
-from drivetrain.solvers.tableaux import Tableau
+from drivetrain.solvers.compiled_function import ask, ask_here, load
+from drivetrain.solvers.records import DONE, FALLING, GUARD, RISING, TERMINAL, ZENO
+from drivetrain.solvers.step import take_step, within
 
 _EPSILON = float(np.finfo(np.float64).eps)
 _BUSY, _SAME, _NEAR = 50, 5, 1e-9  # events without progress of time; the weight of a repeated one; [s]
@@ -20,35 +24,35 @@ _MOST = 160
 
 
 @law
-def ask_events(run: Run, t: float, result: Array) -> None:
-    """The values of all events at the state ``asked``, counted; never beyond what the segment may see."""
-    ask(run, run.calls.values, min(t, run.clock.limit), result)
+def _ask_events(run: Any, t: float, asked: Array, values: Array) -> None:
+    """The values of all events at a state, counted; never beyond what the segment may see."""
+    ask(run, run.calls.values, min(t, run.clock.limit), asked, values)
     run.count.event_values += 1
 
 
 @law
-def events_here(run: Run, result: Array) -> None:
+def _events_here(run: Any, states: Any, asked: Array, values: Array) -> None:
     """The values of all events here and now."""
-    load(run)
-    ask_events(run, run.clock.time, result)
+    load(states, asked)
+    _ask_events(run, run.clock.time, asked, values)
 
 
 @law
-def _events_within(run: Run, share: float, h: float, result: Array) -> None:
+def _events_within(run: Any, states: Any, share: float, h: float, asked: Array, values: Array) -> None:
     """The values of all events at a share of the step."""
-    within(run, share)
-    ask_events(run, run.clock.time + share * h, result)
+    within(states, share, asked)
+    _ask_events(run, run.clock.time + share * h, asked, values)
 
 
 @law
-def copy(goal: Array, source: Array) -> None:
-    """Event values become others."""
-    for k in range(len(goal)):
-        goal[k] = source[k]
+def pass_events(events: Any) -> None:
+    """A step is kept: where values were asked for last is where the next one begins."""
+    for k in range(len(events)):
+        events[k].old = events[k].new
 
 
 @law
-def fires(kind: int, before: float, after: float) -> bool:
+def _fires(kind: int, before: float, after: float) -> bool:
     """Whether a change of value is the event."""
     if kind == GUARD:
         return after < 0.0 and (before > 0.0 or after < before)
@@ -57,54 +61,59 @@ def fires(kind: int, before: float, after: float) -> bool:
 
 
 @law
-def first_event(run: Run, events: EventRoom, h: float) -> float:
+def first_event(run: Any, states: Any, asked: Array, events: Any, values: Array, h: float) -> float:
     """The share of the step at which the first event happens, 2 when none does; ``count.fired`` says which."""
-    kinds, later, new = events.kinds, events.later, events.new
     run.count.fired = -1
-    copy(later, events.old)
+    for k in range(len(events)):
+        events[k].later = events[k].old
     for part in range(_LOOKS):
         high = (part + 1) / _LOOKS
-        _events_within(run, high, h, new)
+        _events_within(run, states, high, h, asked, values)
+        for k in range(len(events)):
+            events[k].new = values[k]
         first = 2.0
-        for k in range(len(kinds)):
-            low = part / _LOOKS
-            if part == 0 and events.old[k] == 0.0 and new[k] != 0.0 and kinds[k] != GUARD:
-                low = _leaves(run, events, k, h)
-            if not fires(kinds[k], later[k], new[k]):
+        for k in range(len(events)):
+            event, low = events[k], part / _LOOKS
+            if part == 0 and event.old == 0.0 and event.new != 0.0 and event.kind != GUARD:
+                low = _leaves(run, states, asked, event, k, values, h)
+            if not _fires(event.kind, event.later, event.new):
                 continue
-            held = kinds[k] == GUARD and later[k] <= 0.0  # it was about to be broken when the step began
+            held = event.kind == GUARD and event.later <= 0.0  # it was about to be broken when the step began
             if held and part == 0:  # unless it rises first, to be broken later
-                low = _leaves(run, events, k, h)
+                low = _leaves(run, states, asked, event, k, values, h)
                 held = low == 0.0
-            share = low if held else _root(run, events, k, low, high, h)
+            share = low if held else _root(run, states, asked, event, k, values, low, high, h)
             if share < first:
                 first, run.count.fired = share, k
         if first <= 1.0:
             return first
-        copy(later, new)
+        for k in range(len(events)):
+            events[k].later = events[k].new
     return 2.0
 
 
 @law
-def _leaves(run: Run, events: EventRoom, k: int, h: float) -> float:
+def _leaves(run: Any, states: Any, asked: Array, event: Any, k: int, values: Array, h: float) -> float:
     """A share soon after which value k, zero at the beginning, has the other sign than in ``new``; 0: there is none.
 
     So a ball that has just bounced is seen to fall again within the same step.
     """
-    _events_within(run, 0.0, h, events.trial)
-    residual = 4.0 * abs(events.trial[k])  # what rounding has left of the event before
+    _events_within(run, states, 0.0, h, asked, values)
+    residual = 4.0 * abs(values[k])  # what rounding has left of the event before
     for share in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14):
-        _events_within(run, share, h, events.trial)
-        if events.trial[k] * events.new[k] < 0.0 and abs(events.trial[k]) > residual:
-            events.later[k] = events.trial[k]
+        _events_within(run, states, share, h, asked, values)
+        if values[k] * event.new < 0.0 and abs(values[k]) > residual:
+            event.later = values[k]
             return share
     return 0.0
 
 
 @law
-def _root(run: Run, events: EventRoom, k: int, low: float, high: float, h: float) -> float:
+def _root(
+    run: Any, states: Any, asked: Array, event: Any, k: int, values: Array, low: float, high: float, h: float
+) -> float:
     """The share of the step at which value k crosses, from ``later`` at low to ``new`` at high: regula falsi."""
-    t, before, after, side = run.clock.time, events.later[k], events.new[k], 0
+    t, before, after, side = run.clock.time, event.later, event.new, 0
     if before == 0.0:
         return low
     for turn in range(_MOST):
@@ -113,8 +122,8 @@ def _root(run: Run, events: EventRoom, k: int, low: float, high: float, h: float
         share = low + (high - low) * before / (before - after)
         if turn % 3 == 2 or not low < share < high:
             share = math.sqrt(low * high) if high > 4.0 * low > 0.0 else 0.5 * (low + high)
-        _events_within(run, share, h, events.trial)
-        value = events.trial[k]
+        _events_within(run, states, share, h, asked, values)
+        value = values[k]
         if value == 0.0:
             return share
         if (value > 0.0) == (before > 0.0):
@@ -131,21 +140,25 @@ def _root(run: Run, events: EventRoom, k: int, low: float, high: float, h: float
 
 
 @law
-def end_at_event(tableau: Tableau, run: Run, linear: Linear, events: EventRoom, share: float, whole: float) -> float:
+def end_at_event(
+    method: Any, run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, factors: Array, pivots: Any,
+    values: Array, share: float, whole: float,
+) -> float:  # fmt: skip
     """Take the step again so that it ends at the event: found on the polynomial, corrected on the method itself [s]."""
-    k, t, new, h = run.count.fired, run.clock.time, events.new, share * whole
+    k, t, h = run.count.fired, run.clock.time, share * whole
     near = min(_CLOSE, 0.1 * math.sqrt(run.settings.rtol))
     last = False
     for turn in range(4):
-        take_step(tableau, run, linear, h)
+        take_step(method, run, states, asked, answer, jacobian, factors, pivots, h)
         if last or turn == 3:
             break
-        for i in range(len(run.asked)):
-            run.asked[i] = run.states[i].next
-        ask_events(run, t + h, new)
-        _events_within(run, 1.0 - 1e-4, h, events.trial)
-        slope = (new[k] - events.trial[k]) / (1e-4 * h)
-        shift = -new[k] / slope if slope != 0.0 else 0.0
+        for i in range(len(states)):
+            asked[i] = states[i].next
+        _ask_events(run, t + h, asked, values)
+        reached = values[k]
+        _events_within(run, states, 1.0 - 1e-4, h, asked, values)
+        slope = (reached - values[k]) / (1e-4 * h)
+        shift = -reached / slope if slope != 0.0 else 0.0
         moved = min(h + shift, whole)
         if not abs(shift) < 0.1 * h or abs(shift) <= _EPSILON * max(abs(t), h) or moved == h:
             break
@@ -155,7 +168,7 @@ def end_at_event(tableau: Tableau, run: Run, linear: Linear, events: EventRoom, 
 
 
 @law
-def repeats(run: Run, h: float) -> bool:
+def repeats(run: Any, h: float) -> bool:
     """Whether an event just handled happens at once again; a shorter step, that sees what it set off, is proposed."""
     clock, count = run.clock, run.count
     if clock.time != clock.last_event or count.fired != count.last_fired or h < _NEAR:
@@ -167,58 +180,65 @@ def repeats(run: Run, h: float) -> bool:
 
 
 @law
-def jump_fires(run: Run, events: EventRoom) -> bool:
+def jump_fires(run: Any, states: Any, asked: Array, events: Any, values: Array) -> bool:
     """Whether what has changed where a segment begins sets off an event."""
-    old, new, fired = events.old, events.new, False
-    events_here(run, new)
-    if not run.count.started:
-        copy(old, new)
-    for k in range(len(old)):
-        overdone = events.kinds[k] == GUARD and new[k] < 0.0
-        fired = fired or overdone or fires(events.kinds[k], old[k], new[k])
-    copy(events.later, old)
+    fired = False
+    _events_here(run, states, asked, values)
+    for k in range(len(events)):
+        event = events[k]
+        event.new = values[k]
+        if not run.count.started:
+            event.old = event.new
+        overdone = event.kind == GUARD and event.new < 0.0
+        fired = fired or overdone or _fires(event.kind, event.old, event.new)
+        event.later = event.old
     run.count.fired = -1
     if not fired:
-        copy(old, new)
+        pass_events(events)
     return fired
 
 
 @law
-def handle(run: Run, events: EventRoom) -> int:
+def handle(run: Any, states: Any, asked: Array, events: Any, values: Array, log: Any) -> int:
     """Events fire at the present state: log them, let the handler change it, look again. DONE: go on."""
-    clock, count, kinds, old, new = run.clock, run.count, events.kinds, events.old, events.new
-    crossed, ends = events.later, False  # in ``later`` still stands where the search for the event began
-    events_here(run, new)
-    for k in range(len(kinds)):
-        before, overdone = crossed[k], kinds[k] == GUARD and new[k] < 0.0
-        fired = k == count.fired or overdone or fires(kinds[k], before, new[k])
-        crossed[k] = 0.0
-        if fired:
-            crossed[k] = 1.0 if before < 0.0 and kinds[k] != GUARD else -1.0
-            ends = ends or events.terminal[k] != 0
-            if count.logged < len(events.log_times):
-                events.log_times[count.logged], events.log_indices[count.logged] = clock.time, k
+    clock, count, ends = run.clock, run.count, False
+    _events_here(run, states, asked, values)
+    for k in range(len(events)):
+        event = events[k]
+        before, event.new = event.later, values[k]  # ``later`` is from where the search for the event began
+        overdone = event.kind == GUARD and event.new < 0.0
+        values[k] = 0.0
+        if k == count.fired or overdone or _fires(event.kind, before, event.new):
+            values[k] = 1.0 if before < 0.0 and event.kind != GUARD else -1.0
+            ends = ends or event.terminal != 0
+            if count.logged < len(log):
+                log[count.logged].time, log[count.logged].event = clock.time, k
                 count.logged += 1
+        event.later = values[k]
     near = abs(clock.time - clock.last_event) <= _NEAR * max(1.0, abs(clock.time))
     weight = _SAME if count.fired == count.last_fired else 1  # many events may fall together, one may not repeat
     count.busy = count.busy + weight if near else 0
     count.last_fired = count.fired
     clock.last_event = clock.time
     if run.calls.handler:
-        ask_here(run, run.calls.handler, crossed)
+        ask_here(run, run.calls.handler, states, asked, values)
         count.fresh = 0
         count.fresh_jacobian = 0
         count.restarts += 1
         clock.origin = clock.time
         count.strides = 0
-        events_here(run, old)
+        _events_here(run, states, asked, values)
+        for k in range(len(events)):
+            events[k].old = values[k]
     else:
-        copy(old, new)
-    for k in range(len(kinds)):
+        pass_events(events)
+    for k in range(len(events)):
+        event = events[k]
+        crossed = event.later
         # What has just crossed is a rounding short of zero or beyond; at zero it is armed again when it has moved.
-        unmoved = old[k] == new[k] or crossed[k] * old[k] < 0.0
-        if crossed[k] != 0.0 and unmoved and kinds[k] != GUARD:
-            old[k] = 0.0
+        unmoved = event.old == event.new or crossed * event.old < 0.0
+        if crossed != 0.0 and unmoved and event.kind != GUARD:
+            event.old = 0.0
     count.culprit = count.fired
     if ends:
         return TERMINAL

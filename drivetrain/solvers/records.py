@@ -1,153 +1,77 @@
-"""What the compiled loop works on: arrays with names, and records of the clock, the counters and the settings."""
+"""What the compiled loop works on: records with names, and the arrays of them."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
-
-from drivetrain.arrays import Array
 
 # Kinds of events: which way the value must cross zero, or that it must never be negative.
 FALLING, EITHER, RISING, GUARD = -1, 0, 1, 2
 
 # Why the loop came back.
-DONE, PAUSED, SUSPECT, TERMINAL, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO = range(10)
+DONE, PAUSED, TOO_MANY, NO_NUMBER, RUNS_AWAY, TOO_SHORT, JUMP, ZENO, TERMINAL = range(9)
 
-SIZES = np.dtype([(name, np.int64) for name in (
-    "states", "stages", "groups", "grouped", "entries", "events", "log", "wanted", "width", "carried", "segments",
-    "words",
-)])  # fmt: skip
-"""Lengths of the arrays below."""
+MOST_STAGES = 8
 
-STATE = np.dtype([(name, np.float64) for name in (
-    "x", "rates", "drift",  # now, its rate, that rate's derivative by time; all else is found anew in each step
-    "atol", "tolerance",  # error allowed in a step near zero, and here
-    "next", "next_rates", "error",  # at the end of the step tried
-    "move",  # by which differences are taken
-)])  # fmt: skip
-"""One record a state."""
 
-CALLS = np.dtype([(name, np.int64) for name in (
-    "rates", "jacobian", "values", "handler", "account", "tell", "opens",  # functions, 0 for none
-    "numbers", "words",  # their data
-)])  # fmt: skip
-"""Addresses."""
+def _record(kind: type, names: str) -> list[tuple[str, type]]:
+    return [(name, kind) for name in names.split()]
 
-SETTINGS = np.dtype([
-    ("rtol", np.float64), ("largest_step", np.float64), ("smallest_step", np.float64),
-    ("first_step", np.float64),  # 0: chosen from the rates
-    ("fixed_step", np.float64),
-    ("may_jump", np.int64), ("segment_word", np.int64), ("differences", np.int64), ("most_steps", np.int64),
+
+METHOD = np.dtype([
+    ("adaptive", np.int64), ("order", np.float64), ("reuses", np.int64), ("gamma", np.float64), ("stages", np.uint64),
+    ("times", np.float64, MOST_STAGES), ("gammas", np.float64, MOST_STAGES), ("error", np.float64, (1, MOST_STAGES)),
+    ("a", np.float64, (MOST_STAGES + 1, MOST_STAGES)), ("c", np.float64, (MOST_STAGES, MOST_STAGES)),
+    ("curve", np.float64, (4, MOST_STAGES)),
 ])  # fmt: skip
-"""Of the solver, times in s, and of the problem, see ``CompiledProblem``."""
+"""A ``Tableau``, zeros behind its own stages."""
 
-CLOCK = np.dtype([(name, np.float64) for name in (
-    "time", "limit",  # now, and the last instant that the present segment may see
-    "step", "refused", "last_step", "last_error",  # proposed, the last one refused, the last one kept and its error
-    "origin",  # from which steps of fixed length are counted
-    "last_event", "last_jump",
-    "jump_at", "before", "after",  # where a rate jumps, from what to what
-)])  # fmt: skip
-"""All in s but the last two."""
+STATE = np.dtype([
+    *_record(np.float64, "x rates drift"),  # now, its rate, that rate's derivative by time; all else is found anew
+    *_record(np.float64, "atol tolerance"),  # error allowed in a step near zero, and here
+    *_record(np.float64, "next next_rates error"),  # at the end of the step tried
+    ("move", np.float64),  # by which differences are taken
+    ("stages", np.float64, MOST_STAGES),
+    ("curve", np.float64, 4),  # within the step: x(s) = x + s (c0 + s (c1 + s (c2 + s c3))), s from 0 to 1
+])  # fmt: skip
+"""One a state."""
 
-COUNT = np.dtype([(name, np.int64) for name in (
-    "rates", "jacobians", "factorisations", "steps", "rejected", "restarts", "event_values",  # what it cost
-    "budget",  # steps that may still be tried before the loop comes back
-    "segment", "rows", "logged", "strides",  # segments and rows done; events in the log; steps since the origin
-    "opened", "started", "fresh", "fresh_jacobian", "was_rejected",  # flags
-    "ends",  # flag: no shorter step is left after the one refused
-    "failures", "jumps", "busy",  # refusals in a row, jumps in a row, events without progress of time
-    "fired", "last_fired",  # the event just found, and the one before
-    "culprit", "argument",  # the state, or event, to be named; the state whose move makes its rate jump
-)])  # fmt: skip
+EVENT = np.dtype([
+    *_record(np.int64, "kind terminal"),  # see ``Events``
+    *_record(np.float64, "old later new"),  # at the beginning of the step, of the search in it, and where asked last
+])  # fmt: skip
+"""One an event: what it is, and its values."""
 
+LOGGED = np.dtype([("time", np.float64), ("event", np.int64)])
+"""One an event that has happened."""
 
-class Run(NamedTuple):
-    """The states, the step tried last, and the records of the run.
+SEGMENT = np.dtype(_record(np.float64, "end limit"))
+"""One from breakpoint to breakpoint: its end, and the last instant that it may see [s]."""
 
-    Attributes:
-        states: Records, (n,).
-        stages: Of the step, weighted by the tableau, (n, stages).
-        curve: Polynomial of the step: x(s) = x + s (c0 + s (c1 + s (c2 + s c3))), s from 0 to 1, (n, 4).
-        asked, answer: What functions at an address are given and fill, (n,).
-        calls, settings, clock, count: Records, see above.
-    """
-
-    states: Any
-    stages: Array
-    curve: Array
-    asked: Array
-    answer: Array
-    calls: Any
-    settings: Any
-    clock: Any
-    count: Any
-
-
-class Linear(NamedTuple):
-    """The Jacobian and what it takes to find and to factor it.
-
-    Attributes:
-        jacobian: Rows and columns in the order of elimination, (n, n).
-        exact: Room for the one that a problem gives, (n + 1, n).
-        factors: Of the stages' matrix, inverse pivots on the diagonal, (n, n).
-        rows: States in the order in which pivots were chosen, (n,).
-        places, lower, filled: Columns of each row of the factors that are not zero, but for the diagonal, (n, n); how
-            many of them are below it, and how many at all, (n,).
-        solved: Room for a solution in the order of elimination, (n,).
-        order, ranks: States in the order of elimination, and the place of each there, (n,).
-        starts, columns: Groups of columns that are differenced together, (groups + 1,) and (n,).
-        row_starts, row_indices: Rows in which each column differs from zero, (n + 1,) and (entries,).
-    """
-
-    jacobian: Array
-    exact: Array
-    factors: Array
-    rows: Any
-    places: Any
-    lower: Any
-    filled: Any
-    solved: Array
-    order: Any
-    ranks: Any
-    starts: Any
-    columns: Any
-    row_starts: Any
-    row_indices: Any
-
-
-class EventRoom(NamedTuple):
-    """The events of a problem, m of them.
-
-    Attributes:
-        kinds, terminal: See ``Events``, (m,).
-        old, new, later, trial: Values at the beginning of the step, where they were last asked for, where the search
-            for the event began, and on trial; (m,).
-        log_times, log_indices: Instants [s] and events, as many as ``count.logged``.
-    """
-
-    kinds: Any
-    terminal: Any
-    old: Array
-    new: Array
-    later: Array
-    trial: Array
-    log_times: Array
-    log_indices: Any
-
-
-class Output(NamedTuple):
-    """Wanted instants [s], (N,), the rows told there, (N, ...), and the states that the account carries."""
-
-    wanted: Array
-    rows: Array
-    carried: Any
-
-
-class Segments(NamedTuple):
-    """Ends of the segments between breakpoints, the last instant that each may see [s], and the problem's words."""
-
-    ends: Array
-    limits: Array
-    words: Any
+RUN = np.dtype([
+    # addresses of functions, 0 for none, and of their data
+    ("calls", _record(np.int64, "rates jacobian values handler account tell opens numbers words")),
+    # of the solver, times in s, and of the problem, see ``CompiledProblem``
+    ("settings", [
+        *_record(np.float64, "rtol largest_step smallest_step fixed_step"),
+        ("first_step", np.float64),  # 0: chosen from the rates
+        *_record(np.int64, "may_jump segment_word differences most_steps"),
+    ]),
+    ("clock", [
+        *_record(np.float64, "time limit"),  # now, and the last instant that the present segment may see [s]
+        *_record(np.float64, "step refused last_step"),  # proposed, the last one refused, the last one kept [s]
+        ("last_error", np.float64),  # of the last step kept
+        ("origin", np.float64),  # from which steps of fixed length are counted [s]
+        *_record(np.float64, "last_event last_jump"),  # [s]
+        *_record(np.float64, "jump_at before after"),  # where a rate jumps [s], from what to what
+    ]),
+    ("count", [
+        *_record(np.int64, "rates jacobians factorisations steps rejected restarts event_values"),  # what it cost
+        ("budget", np.int64),  # steps that may still be tried before the loop comes back
+        *_record(np.int64, "segment rows logged strides"),  # segments, rows, events done; steps since the origin
+        *_record(np.int64, "opened started fresh fresh_jacobian was_rejected"),  # flags
+        *_record(np.int64, "failures jumps busy"),  # refusals in a row, jumps, events without progress of time
+        *_record(np.int64, "fired last_fired"),  # the event just found, and the one before
+        *_record(np.int64, "culprit argument"),  # the state, or event, to name; the state whose move makes a jump
+    ]),
+])  # fmt: skip
+"""A run: all that it knows but its states."""

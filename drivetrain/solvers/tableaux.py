@@ -12,15 +12,19 @@ conditions of order.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.integrate import RK45
 
 from drivetrain.arrays import Array
+from drivetrain.solvers.records import METHOD
 
 
-class Tableau(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Tableau:
     """A method with S stages.
 
     Attributes:
@@ -45,6 +49,19 @@ class Tableau(NamedTuple):
     a: Array
     c: Array
     curve: Array
+
+    @cached_property
+    def record(self) -> Any:
+        """The same for compiled code, (1,) of ``records.METHOD``."""
+        made = np.zeros(1, dtype=METHOD)
+        made["stages"] = len(self.times)
+        for name, value in vars(self).items():
+            room = made[name][0]
+            if isinstance(value, np.ndarray):
+                room[tuple(slice(n) for n in value.shape)] = value
+            else:
+                made[name] = value
+        return made
 
 
 Rows = tuple[tuple[float, ...], ...]

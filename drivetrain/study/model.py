@@ -186,12 +186,15 @@ class MotorAssumption:
     Attributes:
         max_winding_temperature: [C].
         winding_time_constant, housing_time_constant: Thermal [s].
+        winding_share: Of a thermal resistance printed from winding to ambient alone, what lies between winding and
+            housing: before a mounting that the study states.
         source: Where the assumption is from.
     """
 
     max_winding_temperature: Temperature | None = None
     winding_time_constant: Duration | None = None
     housing_time_constant: Duration | None = None
+    winding_share: Efficiency | None = None
     source: Name = ""
 
 
@@ -211,6 +214,7 @@ class Study:
         supply: Behind all amplifiers.
         ambient: Temperature around the drives [C].
         safety: Factors and reserves.
+        holding: Motor torque that counts for heat while a mesh holds a load: ``least``, ``lossless``, ``most``.
         gear_assumptions: By gear kind.
         motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
         catalog: The rows that may be used.
@@ -240,6 +244,7 @@ class Study:
     tolerances: Tolerances = EXACT
     simulation: Simulation = field(default_factory=Simulation)
     trade_offs: TradeOffs = field(default_factory=TradeOffs)
+    holding: str = "lossless"
     notes: tuple[str, ...] = ()
 
     @property

@@ -77,6 +77,7 @@ def study_from(document: Document) -> Study:
         supply=supply,
         ambient=form.ambient,
         safety=made(form.safety),
+        holding=form.holding,
         gear_assumptions=gear_assumptions,
         motor_assumptions=motor_assumptions,
         catalog=catalog,

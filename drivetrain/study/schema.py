@@ -314,6 +314,9 @@ class StudyForm(Form):
     amplifier: AmplifierForm = AmplifierForm()
     ambient: f.Temperature = 25.0
     safety: Entry[Safety] = Safety()
+    holding: Literal["least", "lossless", "most"] = Field(
+        default="lossless", description="motor torque that counts for heat while a gear's mesh holds a load at rest"
+    )
     objective: Objective = "mass"
     selection: SelectionForm = SelectionForm()
     catalogs: f.Names = ("shipped",)

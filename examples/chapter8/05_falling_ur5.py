@@ -11,8 +11,7 @@ import drivetrain as dt
 from drivetrain.report.figures_recording import figure_step_study
 from drivetrain.report.svg import house_style, png_bytes
 from drivetrain.simulation.passive import step_study
-from drivetrain.solvers.adaptive import DormandPrince853
-from drivetrain.solvers.explicit import Euler, RungeKutta4, SemiImplicitEuler
+from drivetrain.solvers.solver import DormandPrince853, Euler, RungeKutta4, SemiImplicitEuler
 
 DURATION = 3.0  # s
 STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4)  # s; 100 Hz is what the exercise asks for

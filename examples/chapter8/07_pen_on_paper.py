@@ -15,7 +15,7 @@ from drivetrain.dynamics.task_space import TipVelocity
 from drivetrain.report.figures_constrained import figure_held_arm
 from drivetrain.report.svg import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
-from drivetrain.solvers.explicit import RungeKutta4
+from drivetrain.solvers.solver import RungeKutta4
 from drivetrain.spatial.rotations import log_rotation
 
 RADIUS, DURATION, PRESS = 0.12, 2.0, 3.0  # m, s, N

@@ -12,9 +12,8 @@ from drivetrain.dynamics.constrained import closed_position, constrained_forward
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure
 from drivetrain.report.figures_constrained import figure_drift
 from drivetrain.report.svg import house_style, png_bytes
-from drivetrain.simulation.constrained import simulate_constrained
-from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection
-from drivetrain.solvers.explicit import RungeKutta4, SemiImplicitEuler
+from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection, simulate_constrained
+from drivetrain.solvers.solver import RungeKutta4, SemiImplicitEuler
 from drivetrain.spatial.poses import pose
 
 LENGTHS, MASSES = np.array([0.4, 1.0, 0.8]), np.array([1.0, 2.0, 1.5])  # crank, coupler, rocker [m], [kg]

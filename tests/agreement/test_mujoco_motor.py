@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 SCENES = Path(__file__).resolve().parents[2] / "benchmarks" / "mujoco_scenes.py"
 

@@ -70,10 +70,9 @@ def test_own_friction_replaces_the_sheet() -> None:
     assert drive_inertia(FULL) == pytest.approx(3.4e-5)
 
 
-def test_at_rest_hold_with_the_smaller_and_size_for_starting() -> None:
+def test_at_rest_hold_as_without_loss_and_size_for_starting() -> None:
     asked = _asked(FULL, 20.0, 0.0)
-    driven = 2.0 - 1.0 / 0.7 + 0.004 * 100.0 / 40.0
-    assert asked.total[0] == pytest.approx(driven * 20.0 / 100.0)
+    assert asked.total[0] == pytest.approx(20.0 / 100.0)
     assert asked.friction[0] == 0.0
     driving = 1.0 / 0.7 - 0.004 * 100.0 / 40.0
     assert asked.starting[0] == pytest.approx(driving * 20.7 / 100.0 + 0.025 + 0.004)
@@ -188,7 +187,7 @@ def test_mesh_loss_counted_at_the_teeth() -> None:
     np.testing.assert_allclose(balance.mesh, asked.mesh * 100.0 * speed - torque * speed, rtol=1e-10, atol=1e-12)
 
 
-def test_setting_off_asks_the_torque_of_the_motion_not_the_smaller_hold() -> None:
+def test_setting_off_asks_the_torque_of_the_motion_not_that_of_holding() -> None:
     """At the first instant of a motion the speed is zero, but the mesh already drives; in a dwell it holds."""
     motor = Motor("m", resistance=1.0, torque_constant=0.05, rotor_inertia=1e-5)
     lossy = Drive(motor, Gear("g", ratio=50.0, kind="planetary", efficiency=0.8, inertia=1e-6))
@@ -196,6 +195,6 @@ def test_setting_off_asks_the_torque_of_the_motion_not_the_smaller_hold() -> Non
     speed = np.array([0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0])
     acceleration = np.array([0.0, 0.0, 5.0, 0.0, -5.0, 0.0, 0.0])
     mesh = motor_torque(lossy, load, speed, acceleration, np.zeros(7)).mesh
-    drives, holds = 20.0 / (0.8 * 50.0), (2.0 - 1.0 / 0.8) * 20.0 / 50.0
-    # lifts off and stops while lifting: driven by the motor at both ends; the rest of the time held by the smaller
+    drives, holds = 20.0 / (0.8 * 50.0), 20.0 / 50.0
+    # lifts off and stops while lifting: driven by the motor at both ends; the rest of the time held as without loss
     np.testing.assert_allclose(mesh, [holds, holds, drives, drives, drives, holds, holds], rtol=1e-12)

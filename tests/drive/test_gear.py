@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivetrain.drive.gear import (
+    HOLDING,
     Gear,
     average_torque,
     gear_life,
@@ -78,11 +79,17 @@ def test_standstill_is_an_interval() -> None:
     np.testing.assert_allclose(hold, [0.5 * (2.0 - 1.0 / 0.7), -0.5 * (2.0 - 1.0 / 0.7), 0.0])
     np.testing.assert_allclose(start, [0.5 / 0.7, -0.5 / 0.7, 0.0])
     np.testing.assert_array_equal(standstill_interval(WORM, np.array([20.0])).hold, [0.0])
-    np.testing.assert_array_equal(mesh_input_torque(WORM, np.array([20.0]), np.array([0.0])), [0.0])
-    # the motion holds with the smaller end, also where the caller says that a tiny speed is rest
-    np.testing.assert_allclose(mesh_input_torque(LOSSY, np.array([50.0]), np.array([0.0])), hold[:1])
-    at_rest = mesh_input_torque(LOSSY, np.array([50.0]), np.array([1e-15]), standstill=np.array([True]))
-    np.testing.assert_allclose(at_rest, hold[:1])
+    # at rest any torque between them holds: by default that of a mesh without friction counts, else what is chosen,
+    # also where the caller says that a tiny speed is rest
+    load, rest = np.array([50.0]), np.array([0.0])
+    np.testing.assert_allclose(mesh_input_torque(LOSSY, load, rest), [0.5])
+    np.testing.assert_allclose(mesh_input_torque(LOSSY, load, np.array([1e-15]), standstill=np.array([True])), [0.5])
+    for name, end in (("least", hold[0]), ("lossless", 0.5), ("most", start[0])):
+        chosen = dataclasses.replace(LOSSY, holding=HOLDING[name])
+        np.testing.assert_allclose(mesh_input_torque(chosen, load, rest), [end])
+        np.testing.assert_allclose(standstill_interval(chosen, load), [hold[:1], start[:1]])
+    locked = dataclasses.replace(WORM, holding=HOLDING["least"])
+    np.testing.assert_array_equal(mesh_input_torque(locked, np.array([20.0]), rest), [0.0])
 
 
 def test_running_torque_is_not_counted_twice() -> None:

@@ -42,7 +42,7 @@ from drivetrain.motion.motion import Motion
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
 GEAR = Gear("g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=2e4, backlash=1e-3)
@@ -66,7 +66,8 @@ JOINT: tuple[tuple[Spec, ...], ...] = (
      (PositionLoop, {"stiffness": 100.0, "damping": 10.0, "torque_constant": 0.03}),
      (WindingHeat, {"network": NETWORK, "winding": 40.0, "housing": 30.0, "every": 0.01})),
     ((SampledCascade, {"position_gain": 20.0, "speed_gain": 0.05, "integral_time": 0.1, "peak_current": 20.0,
-                       "every": 1e-3, "delay": 1}), (Encoder, {"counts": 4096}), *TAIL,
+                       "every": 1e-3, "delay": 1, "notch": 700.0, "notch_zeros": 0.1, "notch_poles": 0.7}),
+     (Encoder, {"counts": 4096}), *TAIL,
      (HoldingBrake, {"holding": 1.0, "sliding": 0.5, "engages": (0.01,), "releases": (0.03,), "closing": 1e-3,
                      "opening": 1e-3, "engaged": False})),
     ((CascadeLoop, {"position_gain": 20.0, "speed_gain": 0.05, "integral_time": 0.1, "peak_current": 20.0}), *TAIL,

@@ -40,8 +40,7 @@ from drivetrain.simulation.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 from drivetrain.simulation.study_scene import command_times, with_feed_forward
-from drivetrain.solvers.rosenbrock import Rodas4
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import Rodas4, Solver
 
 MOTOR = Motor("typical", 0.299, 0.0302, inductance=82e-6)
 GEAR = Gear("g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4)

@@ -24,7 +24,7 @@ from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import Baumgarte, Drifting, simulate_constrained
-from drivetrain.solvers.explicit import RungeKutta4, SemiImplicitEuler
+from drivetrain.solvers.solver import RungeKutta4, SemiImplicitEuler
 
 
 def exact(matrix: np.ndarray, force: np.ndarray, rows: np.ndarray, drift: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 from drivetrain.solvers.compiled_problem import CompiledProblem
 from drivetrain.solvers.integrate_compiled import integrate_compiled
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 
 def oscillator(effect: Effect) -> Scene:

@@ -20,7 +20,7 @@ from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 STICKY = Friction(coulomb=1.0, static=1.5)
 HOUR = 3600.0

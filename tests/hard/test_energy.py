@@ -8,8 +8,7 @@ from hard_case import Figure, hard_case
 from drivetrain.arm.arm import Arm
 from drivetrain.simulation.passive import simulate_passive
 from drivetrain.simulation.recording import Recording
-from drivetrain.solvers.adaptive import DormandPrince853
-from drivetrain.solvers.explicit import Euler, RungeKutta4
+from drivetrain.solvers.solver import DormandPrince853, Euler, RungeKutta4
 
 
 def double_pendulum() -> Arm:

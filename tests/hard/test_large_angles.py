@@ -13,8 +13,8 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.spring import spring_torque, wind_up
 from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.inverse import inverse_dynamics
-from drivetrain.solvers.explicit import RungeKutta4
 from drivetrain.solvers.integrate import integrate
+from drivetrain.solvers.solver import RungeKutta4
 
 RATIO, STIFFNESS, ROTOR, LINK, PUSH = 100.0, 1e6, 2.0, 1.0, 300.0
 SPRING = Gear("stiff", RATIO, stiffness_1=STIFFNESS)

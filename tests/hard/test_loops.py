@@ -30,8 +30,7 @@ from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene
-from drivetrain.solvers.rosenbrock import Rodas4
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import Rodas4, Solver
 
 MOTOR = Motor(key="typical", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
 ROTOR, PERIOD = 3.3e-5, 1e-3  # kg m^2, s

@@ -13,7 +13,7 @@ from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import joint_scene
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 METHODS = ("RK45", "DOP853", "LSODA", "BDF", "Radau")
 

@@ -18,8 +18,7 @@ from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
-from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import Rodas4, Rodas5P, Solver
 
 ROTOR, LOAD, RATIO, PLAY, DAMPING = 0.33, 0.5, 10.0, 2e-3, 50.0  # kg m^2, kg m^2, -, rad, N m s/rad
 

@@ -29,8 +29,7 @@ from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
-from drivetrain.solvers.rosenbrock import Rodas4
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import Rodas4, Solver
 
 LINK, SHAFT, RATIO = 1.0, 0.002, 100.0  # kg m^2, kg m^2 at the joint, -
 

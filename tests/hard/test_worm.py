@@ -15,7 +15,7 @@ from drivetrain.errors import InputError
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 WEIGHT, LOAD, RATIO = 10.0, 1.0, 50.0
 

@@ -34,8 +34,8 @@ def test_no_leftovers() -> None:
 
 def test_top_level_holds_what_the_readme_explains() -> None:
     allowed = {
-        "pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE", "Makefile", "drivetrain", "catalogs", "reports",
-        "tests", "examples", "benchmarks", ".ci", ".gitignore",
+        "pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE", "Makefile", "drivetrain", "catalogs", "docs",
+        "reports", "tests", "examples", "benchmarks", ".ci", ".gitignore",
     }  # fmt: skip
     found = {path.relative_to(ROOT).parts[0] for path in tracked()}
     assert found <= allowed

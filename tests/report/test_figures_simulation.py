@@ -18,7 +18,7 @@ from drivetrain.report.svg import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.simulation.passive import simulate_passive, step_study
 from drivetrain.simulation.recording import Event, Recording, Series
-from drivetrain.solvers.explicit import Euler, RungeKutta4
+from drivetrain.solvers.solver import Euler, RungeKutta4
 
 
 @pytest.fixture(scope="module")

@@ -40,8 +40,7 @@ from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
-from drivetrain.solvers.adaptive import Lsoda
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import DormandPrince853, Rodas4
 
 MOTOR = Motor(key="m", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
 STICKY = Friction(coulomb=1.0, static=1.5)
@@ -300,7 +299,7 @@ def test_divergence_is_told_with_signal_and_instant() -> None:
 
 def test_solvers_that_do_not_run_compiled_are_refused() -> None:
     with pytest.raises(InputError, match="runs compiled"):
-        simulate(lossy(), solver=AdaptiveStep(Lsoda()))
+        simulate(lossy(), solver=AdaptiveStep(DormandPrince853()))
 
 
 def test_progress_can_stop_it() -> None:

@@ -17,9 +17,7 @@ from drivetrain.dynamics.constraints import Attachment, ClosingJoint, KnifeEdge,
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.errors import InputError
 from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection, Stabilisation, simulate_constrained
-from drivetrain.solvers.adaptive import DormandPrince853
-from drivetrain.solvers.explicit import RungeKutta4, SemiImplicitEuler
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import DormandPrince853, RungeKutta4, SemiImplicitEuler, Solver
 
 
 def four_bar() -> tuple[Arm, LoopClosure, np.ndarray]:

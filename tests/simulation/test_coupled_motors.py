@@ -47,7 +47,7 @@ from drivetrain.simulation.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import scene_of, with_feed_forward
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import Rodas4
 
 RATIOS = np.array([80.0, 100.0, 60.0, 50.0, -50.0, 70.0])
 COUPLED = (3, 4)  # a differential; and belts over the second and third joint

@@ -52,8 +52,8 @@ from drivetrain.simulation.records import parts_of
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.solvers.compiled_function import evaluate
-from drivetrain.solvers.compiled_problem import column_groups
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.linear import column_groups
+from drivetrain.solvers.solver import Rodas4
 
 MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
 GEAR = Gear(

@@ -12,7 +12,7 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.evaluate import evaluate, evaluated
+from drivetrain.sizing.judge.evaluate import evaluate, evaluated, holding_figures
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import GearAssumption, MotorAssumption, Safety
 from drivetrain.study.verdicts import Check, Verdict
@@ -250,11 +250,18 @@ def test_start_from_rest_counts_for_peaks_and_holding_for_heat(make):
     study = make.study(hold, joints=(make.task(motor_friction=Friction()),))
     joint = evaluate(study).joints["j1"]
     eta, ratio = make.gear.efficiency, make.gear.ratio
-    assert joint.series.motor_torque[0] == pytest.approx(10.0 * (2 - 1 / eta) / ratio)
+    assert joint.series.motor_torque[0] == pytest.approx(10.0 / ratio)
     assert check_of(joint, "motor peak torque").required >= 10.0 / eta / ratio * (1 - 1e-12)
+    for choice, factor in (("least", 2 - 1 / eta), ("lossless", 1.0), ("most", 1 / eta)):
+        chosen = evaluate(replace(study, holding=choice)).joints["j1"]
+        assert chosen.series.motor_torque[0] == pytest.approx(10.0 * factor / ratio)
+        assert check_of(chosen, "motor peak torque").required == check_of(joint, "motor peak torque").required
+        assert holding_figures(evaluate(study))["j1"][choice] == (
+            check_of(chosen, "motor RMS current").required, check_of(chosen, "winding temperature").required
+        )  # fmt: skip
     still = make.study(make.table_cycle(time, np.full(101, 10.0), 0 * time, 0 * time), joints=study.joints)
     joint = evaluate(still).joints["j1"]
-    assert check_of(joint, "motor peak torque").required == pytest.approx(10.0 * (2 - 1 / eta) / ratio)
+    assert check_of(joint, "motor peak torque").required == pytest.approx(10.0 / ratio)
 
 
 def test_breaking_loose_counts_for_the_gear_only_if_the_joint_moves(make):

@@ -4,8 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from drivetrain.solvers.compiled_function import compiled
+from drivetrain.solvers.compiled_function import address_of, compiled, evaluate
 from drivetrain.solvers.compiled_problem import CompiledProblem
+
+
+def python_rates(problem: CompiledProblem):
+    """A compiled right-hand side for solvers in Python; numbers and words are a copy of the problem's."""
+    address, numbers, words = address_of(problem.rates, "rates"), problem.numbers.copy(), problem.words.copy()
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        result = np.empty(problem.size)
+        evaluate(address, t, np.ascontiguousarray(y), result, numbers, words)
+        return result
+
+    return rates
+
+
+def sparsity(problem: CompiledProblem, states: np.ndarray) -> np.ndarray:
+    """Where the Jacobian differs from zero, with the diagonal: a state that is no number makes rates that are none."""
+    found, rates = np.eye(problem.size, dtype=bool), python_rates(problem)
+    for state in states:
+        for j in range(problem.size):
+            found[:, j] |= np.isnan(rates(0.0, np.where(np.arange(problem.size) == j, np.nan, state)))
+    return found
 
 
 @compiled

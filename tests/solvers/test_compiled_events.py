@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.solvers.adaptive import DormandPrince54
 from drivetrain.solvers.compiled_function import compiled
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events
-from drivetrain.solvers.explicit import RungeKutta4
 from drivetrain.solvers.integrate_compiled import integrate_compiled
 from drivetrain.solvers.records import EITHER, FALLING, GUARD, RISING
-from drivetrain.solvers.rosenbrock import Rodas4
+from drivetrain.solvers.solver import DormandPrince54, Rodas4, RungeKutta4
 
 SOLVERS = [Rodas4(1e-8, 1e-10), DormandPrince54(1e-8, 1e-10), RungeKutta4(0.01)]
 

@@ -8,17 +8,14 @@ import numpy as np
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.solvers.adaptive import DormandPrince54, DormandPrince853, Lsoda, RadauIIA
-from drivetrain.solvers.explicit import Euler, RungeKutta4, SemiImplicitEuler
 from drivetrain.solvers.integrate import integrate
-from drivetrain.solvers.solver import Solver
+from drivetrain.solvers.solver import DormandPrince54, DormandPrince853, Euler, RungeKutta4, SemiImplicitEuler, Solver
 
 FIXED = [(Euler, 1), (SemiImplicitEuler, 1), (RungeKutta4, 4)]
-ADAPTIVE = [DormandPrince54, DormandPrince853, Lsoda, RadauIIA]
+ADAPTIVE = [DormandPrince54, DormandPrince853]
 EVERY = [kind(1e-3) for kind, _ in FIXED] + [kind(1e-6, 1e-9) for kind in ADAPTIVE]
 
-# A multistep method that must start afresh after each step takes short ones.
-RESTARTED = [*EVERY[:2], RungeKutta4(0.05), DormandPrince54(1e-6), DormandPrince853(1e-6), Lsoda(1e-3), RadauIIA(1e-6)]
+RESTARTED = [*EVERY[:2], RungeKutta4(0.05), DormandPrince853(1e-6)]
 
 
 def swing(t: float, y: np.ndarray) -> np.ndarray:
@@ -76,8 +73,7 @@ def test_states_within_a_step(solver: Solver) -> None:
     times = np.linspace(0.0, 2.0, 333)
     found, wanted = integrate(solver, swing, START, times).states, exact(times)
     ends = integrate(solver, swing, START, [0.0, 2.0]).states[-1]
-    floor = 1e-5 if isinstance(solver, RadauIIA) else 2e-6  # of the tolerance's size
-    assert np.abs(found - wanted).max() < 10.0 * np.abs(ends - wanted[-1]).max() + floor
+    assert np.abs(found - wanted).max() < 10.0 * np.abs(ends - wanted[-1]).max() + 2e-6  # of the tolerance's size
     np.testing.assert_array_equal(found[0], START)
 
 
@@ -177,10 +173,11 @@ def test_solver_at_its_limit_is_told_with_a_mend() -> None:
     def towards_pole(t: float, y: np.ndarray) -> np.ndarray:
         return y**2  # 1 / (1 - t)
 
-    solution = integrate(DormandPrince54(), towards_pole, [1.0], [0.0, 0.9, 2.0])
-    assert "loosen rtol" in solution.stopped or "diverges" in solution.stopped
-    assert abs(solution.stopped_at - 1.0) < 1e-3
-    assert len(solution.states) == 2
+    for solver in (DormandPrince853(), DormandPrince54()):
+        solution = integrate(solver, towards_pole, [1.0], [0.0, 0.9, 2.0])
+        assert "loosen" in solution.stopped or "diverges" in solution.stopped
+        assert abs(solution.stopped_at - 1.0) < 1e-3
+        assert len(solution.states) == 2
 
 
 def test_most_steps() -> None:

@@ -1,4 +1,4 @@
-"""RODAS5P: its tables against the conditions of order, its order, stiff references, counts; orders of elimination."""
+"""RODAS5P: its tables against the conditions of order, its order, stiff references, counts."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from compiled_cases import STIFF, counted
+from compiled_cases import STIFF, counted, python_rates, sparsity
 
 from drivetrain.errors import InputError
-from drivetrain.solvers.adaptive import DormandPrince853
-from drivetrain.solvers.compiled_problem import CompiledProblem, detect_sparsity, elimination_order, python_rates
+from drivetrain.solvers.compiled_problem import CompiledProblem
 from drivetrain.solvers.integrate import integrate
 from drivetrain.solvers.integrate_compiled import integrate_compiled
-from drivetrain.solvers.rosenbrock import Rodas4, Rodas5P
+from drivetrain.solvers.solver import DormandPrince853, Rodas4, Rodas5P
 from drivetrain.solvers.tableaux import RODAS5P as METHOD
 
 START = [1.0, 0.2]
@@ -137,14 +136,9 @@ def test_settings_are_told_by_its_own_name() -> None:
         Rodas5P(rtol=-1.0)
 
 
-def test_elimination_leaves_few_entries_more() -> None:
-    """An arrow eliminated from its point would fill the whole matrix; from its other end it fills nothing."""
-    arrow = np.eye(9, dtype=bool)
-    arrow[0] = arrow[:, 0] = True
-    assert elimination_order(arrow, 9)[-2:].tolist().count(0) == 1
-    assert elimination_order(None, 3).tolist() == [0, 1, 2]
+def test_sparsity_changes_no_answer() -> None:
     problem, start, end, wanted = STIFF["HIRES"]
-    pattern = detect_sparsity(problem, 0.0, np.random.default_rng(3).random((4, 8)))
+    pattern = sparsity(problem, np.random.default_rng(3).random((4, 8)))
     for given in (pattern, np.ones((8, 8), dtype=bool), None):
         told = CompiledProblem(problem.rates, 8, sparsity=given)
         found = integrate_compiled(told, Rodas5P(1e-8, 1e-12), start, [0.0, end])

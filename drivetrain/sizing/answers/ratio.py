@@ -303,7 +303,7 @@ def _strain(points: Sequence[RatioPoint]) -> Callable[[RatioPoint], float]:
     changing = []
     for name in points[0].utilisations:
         used = np.array([point.utilisations[name] for point in points])
-        if not np.isnan(used).all() and float(np.nanmax(used) - np.nanmin(used)) > CHANGE * float(np.nanmax(used)):
+        if not np.isnan(used).all() and float(np.nanmin(used)) < (1.0 - CHANGE) * float(np.nanmax(used)):
             changing.append(name)
     if not changing:
         return lambda point: point.utilisation

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from drivetrain.drive.drive import Drive
-from drivetrain.drive.gear import mesh_of
+from drivetrain.drive.drive import Drive, resting
+from drivetrain.drive.gear import HOLDING, mesh_of
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.fill import Shelf
@@ -22,6 +23,11 @@ from drivetrain.study.verdicts import UNWEIGHED, Check, Verdict
 Pair = tuple[str, str]
 Given = tuple[str, str | None]
 GIVE = "give the joint in the study a `drive: {motor: KEY, gear: KEY}`, or let `select` choose one"
+HELD = {
+    "least": "the smallest motor torque that holds with the help of the mesh's friction",
+    "lossless": "the motor torque that holds without help of the mesh's friction",
+    "most": "the largest motor torque at which the mesh's friction still holds",
+}
 NO_GEAR = ("", "none", None)  # what may stand for the gear of a direct drive
 
 
@@ -79,6 +85,33 @@ def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
         for i, name in enumerate(names)
     }
     return evaluation_of(study, results, shared_checks(study, results))
+
+
+def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float | None, float | None]]]:
+    """What holding at rest asks of the motor, by what counts of the mesh's friction meanwhile.
+
+    Returns:
+        By the name of each joint that rests under load, then by ``least``, ``lossless``, ``most``: RMS current [A] and
+        hottest winding temperature [C] over the whole cycle; None where the sheets do not say enough.
+    """
+    found: dict[str, dict[str, tuple[float | None, float | None]]] = {}
+    held = [name for name, joint in evaluation.joints.items() if _holds(joint)]
+    for choice, number in HOLDING.items() if held else ():
+        drives = {
+            name: replace(one.drive, gear=replace(one.drive.gear, holding=number))
+            for name, one in evaluation.joints.items()
+        }
+        for name, joint in evaluate_drives(evaluation.study, drives).joints.items():
+            asked = {check.name: check.required for check in joint.checks}
+            if name in held:
+                found.setdefault(name, {})[choice] = (asked["motor RMS current"], asked["winding temperature"])
+    return found
+
+
+def _holds(joint: JointResult) -> bool:
+    """Whether a drive with a gear rests under a load that is more than rounding."""
+    torque, at_rest = np.abs(joint.series.gear_torque), resting(joint.series.speed)
+    return bool(joint.gear and np.max(torque[at_rest], initial=0.0) > 1e-6 * np.max(torque, initial=0.0))
 
 
 def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
@@ -144,11 +177,10 @@ def _remarks(op: Operation) -> list[str]:
     holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
     if holds and demand.moves:
         remarks.append(
-            "at rest the mesh carries part of the load: heat counts the smaller torque that still holds, "
-            "peaks the larger one that starts the motion"
+            f"at rest {HELD[op.study.holding]} counts for heat, the larger one that starts the motion for peaks"
         )
     elif holds:
-        remarks.append("the joint never moves: the smaller torque that still holds counts")
+        remarks.append(f"the joint never moves: {HELD[op.study.holding]} counts")
     if mesh_of(op.judgement.case.gear).driven <= 0.0:
         remarks.append("the gear locks itself: the load cannot drive the motor, which must help it down")
     if not op.figures.heat_converged:

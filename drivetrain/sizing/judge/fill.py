@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.gear import Gear
+from drivetrain.drive.gear import HOLDING, Gear
 from drivetrain.drive.motor import Motor, no_load_friction
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import JointTask, MotorAssumption, Study
 
 DIRECT = Gear("", 1.0, kind="ideal", efficiency=1.0)
 """What stands for the gear of a direct drive."""
@@ -38,6 +38,8 @@ class Shelf:
         if task.motor_friction is None and no_load_friction(row) is None:
             reason = "a frameless motor has no bearings; " if row.frameless else ""
             words.append(f"motor {motor}: {reason}no-load friction is not on the sheet and not counted")
+        if task.housing_to_ambient is not None and _lumped(row):
+            words.append(_mounted(row, task.housing_to_ambient, self.study))
         return Drive(row, wheel, task.friction, task.motor_friction, tuple(words))
 
     def motor(self, key: str) -> Motor:
@@ -57,10 +59,28 @@ class Shelf:
         return _filled_gear(gear, self.study)[0]
 
 
+def _lumped(motor: Motor) -> bool:
+    """Whether a sheet tells the way of the heat by one number from winding to ambient alone."""
+    parts = (motor.resistance_winding_housing, motor.resistance_housing_ambient)
+    return motor.resistance_winding_ambient is not None and parts == (None, None)
+
+
+def _mounted(motor: Motor, mounting: float, study: Study) -> str:
+    """What is taken for the way of the heat where a study states the mounting and a sheet only the whole."""
+    whole, assumption = motor.resistance_winding_ambient, _assumption(motor, study)
+    told = f"motor {motor.key}: the sheet prints {whole:g} K/W from winding to ambient alone"
+    if assumption is None or assumption.winding_share is None:
+        return f"{told}; the larger of that and the stated {mounting:g} K/W is taken for all of it"
+    return f"{told}; {100 * assumption.winding_share:g} % of it assumed between winding and housing"
+
+
+def _assumption(motor: Motor, study: Study) -> MotorAssumption | None:
+    return study.motor_assumptions.get("frameless" if motor.frameless else motor.kind)
+
+
 def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
     """The row, and what was assumed."""
-    kind = "frameless" if motor.frameless else motor.kind
-    assumption = study.motor_assumptions.get(kind)
+    assumption = _assumption(motor, study)
     if assumption is None:
         return motor, ()
     words: list[str] = []
@@ -75,13 +95,15 @@ def _filled_motor(motor: Motor, study: Study) -> tuple[Motor, tuple[str, ...]]:
         if value is not None and getattr(motor, field) is None:
             changes[field] = value
             words.append(_words(f"motor {motor.key}: {name} {value:g} {unit} assumed", assumption.source))
+    if assumption.winding_share is not None and _lumped(motor):
+        changes["winding_share"] = assumption.winding_share  # told where a mounting is stated
     return (replace(motor, **changes) if changes else motor), tuple(words)  # type: ignore[arg-type]
 
 
 def _filled_gear(gear: Gear, study: Study) -> tuple[Gear, tuple[str, ...]]:
     """The row, and what was assumed."""
     words: list[str] = []
-    changes: dict[str, float] = {}
+    changes: dict[str, float] = {"holding": HOLDING[study.holding]} if study.holding != "lossless" else {}
     assumption = study.gear_assumptions.get(gear.kind)
     if assumption is not None:
         for field, name in (("efficiency", "efficiency"), ("backdriving_efficiency", "back-driving efficiency")):

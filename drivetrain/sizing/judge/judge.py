@@ -225,7 +225,12 @@ def utilisation_of(case: Any, row: Any, check: Any) -> Any:
 
 @law(fastmath=FAST)
 def utilisation(required: Any, available: Any) -> Any:
-    """Required over available; infinite when something is asked of nothing, NaN where one of them is unknown."""
+    """Required over available, NaN where one of them is unknown.
+
+    Infinite when something is asked of nothing, and when what is asked has no end: that holds no limit, known or not.
+    """
+    if required == np.inf:
+        return np.inf
     if available > 0.0 or math.isnan(required) or math.isnan(available):
         return required / available
     return 0.0 if required <= 0.0 else np.inf

@@ -37,8 +37,9 @@ def told(op: Operation, row: Requirement) -> Check:
     words = row.words(op, row)
     required = _number(op.number(row.required) * op.number(row.factor) * row.scale)
     limit = None if words.silent else _number(op.number(row.limit) * row.scale)
-    used = None if required is None or limit is None else op.utilisation(row)
-    instant = None if required is None or math.isinf(required) else op.instant(row.instant)
+    endless = required is not None and math.isinf(required)
+    used = op.utilisation(row) if required is not None and (endless or limit is not None) else None
+    instant = None if required is None or endless else op.instant(row.instant)
     if used is None:
         remark = words.remark or "the sheet gives no limit"
         required = None if words.silent else required

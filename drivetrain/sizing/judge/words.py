@@ -145,13 +145,14 @@ def _hot_parts(op: Any, continuous: float) -> str:
 def winding(op: Any, row: Any) -> Words:
     """The winding's limit less the margin."""
     limit, margin, found = op.drive.motor.max_winding_temperature, op.safety.temperature_margin, op.number(row.required)
+    if math.isinf(found):
+        source = "" if limit is None else f"winding limit {limit:g} °C of {sheet_name(op.drive.motor)}"
+        return Words(source, "thermal runaway: the losses grow faster with temperature than the cooling")
     if limit is None:
         return Words("", "the sheet prints no winding limit", silent=True)
     if not known(found):
         return Words("", "the sheet has no thermal resistances for this mounting", silent=True)
     source = f"winding limit {limit:g} °C of {sheet_name(op.drive.motor)}" + (f" less {margin:g} K" if margin else "")
-    if math.isinf(found):
-        return Words(source, "no steady temperature: the losses grow faster with temperature than the cooling")
     ripple = op.network is not None and op.network.winding_capacity is not None
     return Words(source, "" if ripple else "mean over the cycle: the winding time constant is unknown")
 

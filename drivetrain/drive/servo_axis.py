@@ -1,0 +1,236 @@
+"""One joint as its servo sees it: inertias with a spring between, a current loop, samples and delay; a notch filter.
+
+Seen from the motor's shaft, a current I gives the torque kt I to the rotor J, which drives the load I_L / ratio^2
+through the spring K / ratio^2. The speed loop sees the rotor, so the load pulls it down at the anti-resonance
+sqrt(K / I_L), where the rotor stands and the load swings, and lifts it at the resonance, where both swing.
+
+Reference: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling with a hold).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from control import StateSpace, TransferFunction
+
+
+@dataclass(frozen=True)
+class ServoAxis:
+    """One joint as its servo sees it.
+
+    Attributes:
+        torque_constant: [N m/A].
+        ratio: Motor angle over joint angle [-].
+        rotor_inertia: Gear input included [kg m^2].
+        load_inertia: At the joint [kg m^2].
+        stiffness: Of the joint's spring [N m/rad]; None: rigid.
+        spring_damping: Along it [N m s/rad].
+        viscous: Friction at the motor's shaft [N m s/rad].
+    """
+
+    torque_constant: float
+    ratio: float
+    rotor_inertia: float
+    load_inertia: float
+    stiffness: float | None = None
+    spring_damping: float = 0.0
+    viscous: float = 0.0
+
+    def __post_init__(self) -> None:
+        positive = ("torque_constant", "rotor_inertia", "load_inertia")
+        faults = [
+            Fault(f"ServoAxis.{name}", "must be positive and finite", getattr(self, name))
+            for name in positive
+            if not 0.0 < getattr(self, name) < math.inf
+        ]
+        if not (math.isfinite(self.ratio) and self.ratio != 0.0):
+            faults.append(Fault("ServoAxis.ratio", "must be a number other than 0", self.ratio))
+        if self.stiffness is not None and not 0.0 < self.stiffness < math.inf:
+            faults.append(Fault("ServoAxis.stiffness", "must be positive [N m/rad], or None", self.stiffness))
+        faults += [
+            Fault(f"ServoAxis.{name}", "must not be negative [N m s/rad]", getattr(self, name))
+            for name in ("spring_damping", "viscous")
+            if not 0.0 <= getattr(self, name) < math.inf
+        ]
+        if faults:
+            raise InputError(faults)
+
+    @property
+    def whole_inertia(self) -> float:
+        """Of rotor and load together, at the motor's shaft [kg m^2]."""
+        return self.rotor_inertia + self.load_inertia / self.ratio**2
+
+
+@dataclass(frozen=True)
+class ServoTiming:
+    """What lies between the speed loop and the motor's torque.
+
+    Attributes:
+        current_bandwidth: Of the current loop [rad/s]; infinite: none.
+        period: Between two samples of the servo [s]; 0: it is continuous.
+        delay: Samples from measuring to giving out.
+    """
+
+    current_bandwidth: float = math.inf
+    period: float = 0.0
+    delay: int = 0
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not self.current_bandwidth > 0.0:
+            faults.append(Fault("ServoTiming.current_bandwidth", "must be positive [rad/s]", self.current_bandwidth))
+        if not 0.0 <= self.period < math.inf:
+            faults.append(Fault("ServoTiming.period", "must not be negative [s]", self.period))
+        if self.delay != int(self.delay) or self.delay < 0:
+            faults.append(Fault("ServoTiming.delay", "must be a whole number of samples from 0", self.delay))
+        if faults:
+            raise InputError(faults)
+
+    @property
+    def lag(self) -> float:
+        """Time from a speed to the torque that answers it [s]: holding and differencing cost half a period each."""
+        return self.period * (1.0 + self.delay)
+
+
+@dataclass(frozen=True)
+class Notch:
+    """A filter that takes out what a resonance would answer: (s^2 + 2 z w s + w^2) / (s^2 + 2 p w s + w^2).
+
+    Attributes:
+        frequency: Of its middle, w [rad/s].
+        zeros, poles: Their damping ratios z and p [-].
+    """
+
+    frequency: float
+    zeros: float = 0.1
+    poles: float = 0.7  # wide enough for a resonance that is 20 % off
+
+
+def resonances(axis: ServoAxis) -> tuple[float, float]:
+    """The two frequencies of a joint with a spring.
+
+    Args:
+        axis: The joint.
+
+    Returns:
+        Anti-resonance sqrt(K / I_L) and resonance sqrt(K (1/I_L + 1/(ratio^2 J))) [rad/s]; infinite when rigid.
+    """
+    if axis.stiffness is None:
+        return math.inf, math.inf
+    rotor = axis.ratio**2 * axis.rotor_inertia
+    return (
+        math.sqrt(axis.stiffness / axis.load_inertia),
+        math.sqrt(axis.stiffness * (1.0 / axis.load_inertia + 1.0 / rotor)),
+    )
+
+
+def servo_plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
+    """From commanded current to measured speed: of a sampled loop, what the motor turns in a period over the period.
+
+    Args:
+        axis: The joint.
+        timing: Current loop, samples and delay; continuous without any: the motor's speed after a current.
+
+    Returns:
+        A system of the ``control`` library [rad/s over A].
+    """
+    import control
+
+    j, kt, c = axis.rotor_inertia, axis.torque_constant, axis.viscous
+    if axis.stiffness is None:
+        a, b = np.array([[-c / axis.whole_inertia]]), np.array([[kt / axis.whole_inertia]])
+    else:  # states: speeds of rotor and load, and how far they are wound up, all at the motor's shaft
+        load, k, d = (one / axis.ratio**2 for one in (axis.load_inertia, axis.stiffness, axis.spring_damping))
+        a = np.array([[-(c + d) / j, d / j, -k / j], [d / load, -d / load, k / load], [1.0, -1.0, 0.0]])
+        b = np.array([[kt / j], [0.0], [0.0]])
+    n = len(a)
+    if math.isfinite(timing.current_bandwidth):  # and the current that flows
+        lag = timing.current_bandwidth
+        a = np.block([[a, b], [np.zeros((1, n)), np.full((1, 1), -lag)]])
+        b = np.array([[0.0]] * n + [[lag]])
+        n += 1
+    if timing.period == 0.0:
+        return control.ss(a, b, np.eye(1, n), 0.0)
+    # The angle is the integral of the speed: of it only what comes in a period is kept.
+    a = np.block([[a, np.zeros((n, 1))], [np.eye(1, n), np.zeros((1, 1))]])
+    angle = np.eye(1, n + 1, n)
+    held = control.sample_system(control.ss(a, np.vstack([b, [[0.0]]]), angle, 0.0), timing.period, "zoh")
+    turned, given = held.A.copy(), held.B.copy()
+    turned[n, n] = 0.0
+    turned[n] /= timing.period
+    given[n] /= timing.period
+    plant = control.ss(turned, given, angle, 0.0, timing.period)
+    for _ in range(int(timing.delay)):
+        plant = plant * control.ss([[0.0]], [[1.0]], [[1.0]], 0.0, timing.period)
+    return plant
+
+
+def notch_filter(notch: Notch, period: float) -> tuple[Array, Array]:
+    """A sampled notch, by the bilinear transform that keeps its middle.
+
+    Args:
+        notch: Below half the sampling rate.
+        period: Between two samples [s].
+
+    Returns:
+        Coefficients of the present, the last and the last but one sample: of what comes in, and of what goes out (the
+        first of these is 1), (3,) each.
+
+    Reference:
+        Astrom and Wittenmark, Computer-Controlled Systems, section 8.2 (Tustin's approximation with prewarping).
+    """
+    k = math.tan(0.5 * notch.frequency * period)
+    # A damping ratio g makes 1 + 2 g k + k^2, 2 (k^2 - 1), 1 - 2 g k + k^2 of s^2 + 2 g w s + w^2.
+    zeros, poles = (
+        np.array([1.0 + 2.0 * share * k + k * k, 2.0 * (k * k - 1.0), 1.0 - 2.0 * share * k + k * k])
+        for share in (notch.zeros, notch.poles)
+    )
+    return zeros / poles[0], poles / poles[0]
+
+
+def notch_system(notch: Notch, period: float) -> TransferFunction:
+    """A notch, sampled where there is a period [s]."""
+    import control
+
+    if period > 0.0:
+        return control.tf(*notch_filter(notch, period), period)
+    middle = notch.frequency
+    return control.tf(*([1.0, 2.0 * share * middle, middle**2] for share in (notch.zeros, notch.poles)))
+
+
+def sampled_limit(axis: ServoAxis, timing: ServoTiming) -> float:
+    """The largest speed gain with which a rigid joint settles under a sampled speed loop.
+
+    Args:
+        axis: The joint; its spring is left out.
+        timing: Period and delay.
+
+    Returns:
+        [A s/rad]; infinite for a continuous loop.
+
+    Reference:
+        The loop z^(d+2) - z^(d+1) + a/2 (z + 1) = 0, a = gain kt period / J; its root of largest magnitude leaves the
+        circle at a = 2 without delay, at 2 (sqrt 2 - 1) with one sample.
+    """
+    if timing.period == 0.0:
+        return math.inf
+    low, high = 0.0, 4.0
+    while high - low > 1e-12:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _settles(middle, int(timing.delay)) else (low, middle)
+    return low * axis.whole_inertia / (axis.torque_constant * timing.period)
+
+
+def _settles(share: float, delay: int) -> bool:
+    polynomial = np.zeros(delay + 3)
+    polynomial[:2] = 1.0, -1.0
+    polynomial[-2:] += 0.5 * share
+    return bool(np.abs(np.roots(polynomial)).max() < 1.0)

@@ -1,0 +1,149 @@
+"""The loops of every joint's servo: gains that hold from its lightest load to its heaviest, and what they do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import drive_inertia
+from drivetrain.drive.loop_design import LoopDesign, closed_loop, design_loops, given_loops
+from drivetrain.drive.motor import torque_constant
+from drivetrain.drive.servo_axis import ServoAxis, ServoTiming
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.simulation import Simulation
+
+STEP_LASTS = 8.0  # times the position loop's time constant
+STEP_POINTS = 600  # drawn, at most
+MOST_SAMPLES = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class JointLoops:
+    """One joint's loops.
+
+    Attributes:
+        joint: Its name.
+        axis: With the heaviest load of the cycle.
+        lightest: Load inertia at its least [kg m^2].
+        timing: Of its servo.
+        design: With the heaviest load.
+        light: What the same gains make of the lightest.
+        current_gain, current_integral: Of the current loop [V/A], [V/(A s)]; None where the sheet tells no inductance.
+        time: Of the step responses [s], (M,).
+        step, light_step: Motor's angle over a step of its command, no speed fed forward [-], (M,).
+        notch_step: With the heaviest load and the notch that would help; None where the design offers none.
+    """
+
+    joint: str
+    axis: ServoAxis
+    lightest: float
+    timing: ServoTiming
+    design: LoopDesign
+    light: LoopDesign
+    current_gain: float | None
+    current_integral: float | None
+    time: Array
+    step: Array
+    light_step: Array
+    notch_step: Array | None
+
+    @property
+    def stable(self) -> bool:
+        """With the heaviest load and with the lightest."""
+        return self.design.stable and self.light.stable
+
+
+@dataclass(frozen=True, eq=False)
+class StudyLoops:
+    """The loops of a study's joints.
+
+    Attributes:
+        joints: Those that could be laid out.
+        missing: Of the others why not, by joint.
+    """
+
+    joints: tuple[JointLoops, ...]
+    missing: dict[str, str]
+
+
+def study_loops(
+    evaluation: Evaluation, *, joints: Collection[str] | None = None, current_bandwidth: float | None = None
+) -> StudyLoops:
+    """Lay out the loops of a study's drives, timed as its simulation times them.
+
+    Args:
+        evaluation: Of the drives.
+        joints: Of these only; None: of all.
+        current_bandwidth: Of the current loops [rad/s]; None: the study's.
+    """
+    wishes = evaluation.study.simulation
+    if current_bandwidth is not None:
+        wishes = replace(wishes, current_bandwidth=current_bandwidth)
+    found, missing = [], {}
+    for name, joint in evaluation.joints.items():
+        if joints is not None and name not in joints:
+            continue
+        span = servo_axes(joint, wishes.damping)
+        if span is None:
+            missing[name] = "the inertia of load or rotor is unknown, so no loop can be laid out"
+        else:
+            found.append(_joint_loops(joint, *span, servo_timing(wishes, name)))
+    return StudyLoops(tuple(found), missing)
+
+
+def servo_timing(wishes: Simulation, joint: str) -> ServoTiming:
+    """What lies between a joint's speed loop and its torque; continuous where the study states no control."""
+    control = wishes.control.get(joint)
+    if control is None or not control.sampled:
+        return ServoTiming(wishes.current_bandwidth)
+    return ServoTiming(wishes.current_bandwidth, 1.0 / control.rate, control.delay)
+
+
+def servo_axes(joint: JointResult, damping: float) -> tuple[ServoAxis, float] | None:
+    """A joint as its servo sees it, with its gear at its softest.
+
+    Args:
+        damping: Of the spring, as a share of the critical one [-].
+
+    Returns:
+        The axis at the largest inertia of the cycle, and the least load inertia; None where an inertia is unknown.
+    """
+    load, drive = joint.series.load_inertia, joint.drive
+    if load is None or not drive.motor.rotor_inertia or not float(load.min()) > 0.0:
+        return None
+    constant = float(torque_constant(drive.motor, drive.motor.reference_temperature))
+    rotor, ratio, stiffness = drive_inertia(drive), drive.gear.ratio, drive.gear.stiffness_1
+    # As scenes take it from the joint's whole inertia; from the least, it damps no more than there.
+    along = 2.0 * damping * math.sqrt((stiffness or 0.0) * (float(load.min()) + ratio**2 * rotor))
+    return ServoAxis(constant, ratio, rotor, float(load.max()), stiffness, along), float(load.min())
+
+
+def _joint_loops(joint: JointResult, axis: ServoAxis, lightest: float, timing: ServoTiming) -> JointLoops:
+    import control
+
+    design = design_loops(axis, timing, lightest=lightest)
+    bare = replace(axis, load_inertia=lightest)
+    light = design
+    if lightest < axis.load_inertia:
+        gains = (design.speed_gain, design.integral_time, design.position_gain)
+        light = given_loops(bare, timing, *gains, limited_by=design.limited_by)
+    lasts = STEP_LASTS / design.position_gain
+    apart = timing.period or lasts / STEP_POINTS
+    time = np.arange(min(max(2, math.ceil(lasts / apart)), MOST_SAMPLES), dtype=np.float64) * apart
+    every = 1 + len(time) // STEP_POINTS
+
+    def step(one: ServoAxis, gains: LoopDesign) -> Array:
+        return np.asarray(control.step_response(closed_loop(one, timing, gains), time).outputs)[::every]
+
+    faster = design.with_notch
+    motor, bandwidth = joint.drive.motor, timing.current_bandwidth
+    known = bool(motor.inductance)
+    return JointLoops(
+        joint.name, axis, lightest, timing, design, light, bandwidth * (motor.inductance or 0.0) if known else None,
+        bandwidth * motor.resistance if known else None, time[::every], step(axis, design), step(bare, design),
+        None if faster is None else step(axis, faster),
+    )  # fmt: skip

@@ -1,0 +1,179 @@
+"""The Jacobian and the systems of equations that a step solves with it.
+
+A right-hand side brings its own Jacobian, or it is found by differences in groups of columns that share no row. It is
+kept column by column, ``jacobian[state, rate]``, with the derivatives by time behind the last.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.jit import law
+from drivetrain.solvers.compiled_function import ask, ask_rates, load
+
+_DIAGONAL = 10.0  # so many times smaller than another entry a diagonal may be and stay the pivot
+# Indices without a sign: numba asks of others whether they count from the end.
+_ONE: Any = np.uint64(1)
+_SMALL = float(np.sqrt(np.finfo(np.float64).eps))
+_LOOK = 16  # every so many Jacobians one column that looks too steep is looked at again
+_MATTERS = 1e3  # a jump within a step matters when it moves a state by so many tolerances
+
+
+@law
+def fill_jacobian(
+    run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, starts: Any, columns: Any,
+    row_starts: Any, row_indices: Any, h: float,
+) -> bool:  # fmt: skip
+    """Fill the Jacobian and df/dt at the state, for a step; False when the rates jump there.
+
+    Args:
+        starts, columns, row_starts, row_indices: See ``column_groups``.
+    """
+    run.count.jacobians += 1
+    load(states, asked)
+    if run.calls.jacobian:
+        ask(run, run.calls.jacobian, run.clock.time, asked, jacobian)
+        for i in range(len(states)):
+            states[i].drift = jacobian[len(states), i]
+        if not run.settings.differences:
+            return True
+        run.count.rates += run.settings.differences - 1
+    # df/dt, by a difference that stays within the step
+    t = run.clock.time
+    later = min(t + min(h, _SMALL * max(abs(t), h)), run.clock.limit)
+    ask_rates(run, later, asked, answer)
+    for i in range(len(states)):
+        states[i].drift = (answer[i] - states[i].rates) / (later - t) if later > t else 0.0
+    if run.calls.jacobian:
+        return True
+    return _by_differences(run, states, asked, answer, jacobian, starts, columns, row_starts, row_indices, h)
+
+
+@law
+def _by_differences(
+    run: Any, states: Any, asked: Array, answer: Array, jacobian: Array, starts: Any, columns: Any,
+    row_starts: Any, row_indices: Any, h: float,
+) -> bool:  # fmt: skip
+    """Fill the Jacobian by differences; False when the rates jump at this very state."""
+    for i in range(len(states)):
+        size, floor = max(abs(states[i].x), h * abs(states[i].rates)), states[i].atol / run.settings.rtol
+        size = max(size, floor if floor < np.inf else 1e-3)
+        move = _SMALL * size if states[i].rates >= 0.0 else -_SMALL * size  # in the direction in which it goes
+        states[i].move = (states[i].x + move) - states[i].x
+    for group in range(len(starts) - 1):
+        first, last, worst, steep, culprit = starts[group], starts[group + 1], 0.0, 0, 0
+        for k in range(first, last):
+            asked[columns[k]] = states[columns[k]].x + states[columns[k]].move
+        ask_rates(run, run.clock.time, asked, answer)
+        for k in range(first, last):
+            j = columns[k]
+            inverse = 1.0 / states[j].move
+            asked[j] = states[j].x
+            for e in range(row_starts[j], row_starts[j + 1]):
+                i = row_indices[e]
+                change = answer[i] - states[i].rates
+                jacobian[j, i] = change * inverse
+                if abs(change) * h > worst * states[i].tolerance:
+                    worst, steep, culprit = abs(change) * h / states[i].tolerance, j, i
+        if run.count.jacobians % _LOOK == 1 and worst > _MATTERS and _jumps(run, states, asked, answer, steep, culprit):
+            return False
+    return True
+
+
+@law
+def _jumps(run: Any, states: Any, asked: Array, answer: Array, j: int, i: int) -> bool:
+    """Whether rate i changes by the same, however little state j is moved."""
+    x, rate, moved_rate = states[j].x, states[i].rates, answer[i]
+    change = moved_rate - rate
+    for part in (16.0, 256.0):
+        asked[j] = x + states[j].move / part
+        ask_rates(run, run.clock.time, asked, answer)
+        moved = asked[j] != x
+        asked[j] = x
+        if not (moved and abs(answer[i] - rate - change) < 0.1 * abs(change)):
+            return False
+    run.count.culprit, run.count.argument = i, j
+    run.clock.before, run.clock.after = rate, moved_rate
+    return True
+
+
+@law
+def factor(jacobian: Array, diagonal: float, factors: Array, pivots: Any) -> None:
+    """Lower times upper triangle of a number on the diagonal less the Jacobian, a row exchanged where a pivot is small.
+
+    Both are kept column by column, ``factors[column, row]``, with inverse pivots on the diagonal.
+    """
+    n = np.uint64(len(pivots))
+    for j in range(n):
+        pivots[j] = j
+        for i in range(n):
+            factors[j, i] = -jacobian[j, i]
+        factors[j, j] += diagonal
+    for k in range(n):
+        best, pivot = _DIAGONAL * abs(factors[k, k]), k
+        for i in range(k + _ONE, n):
+            if abs(factors[k, i]) > best:
+                best, pivot = abs(factors[k, i]), i
+        if pivot != k:
+            pivots[k], pivots[pivot] = pivots[pivot], pivots[k]
+            for j in range(n):
+                factors[j, k], factors[j, pivot] = factors[j, pivot], factors[j, k]
+        factors[k, k] = inverse = 1.0 / factors[k, k]
+        for i in range(k + _ONE, n):
+            factors[k, i] *= inverse
+        for j in range(k + _ONE, n):
+            share = factors[j, k]
+            if share != 0.0:
+                for i in range(k + _ONE, n):
+                    factors[j, i] -= factors[k, i] * share
+
+
+@law
+def solve(factors: Array, pivots: Any, goal: Array, room: Array) -> None:
+    """Solve with the factors, in place."""
+    n = np.uint64(len(pivots))
+    for i in range(n):
+        room[i] = goal[pivots[i]]
+    for j in range(n):
+        value = room[j]
+        for i in range(j + _ONE, n):
+            room[i] -= factors[j, i] * value
+    for back in range(n):
+        j = n - _ONE - back
+        goal[j] = value = room[j] * factors[j, j]
+        for i in range(j):
+            room[i] -= factors[j, i] * value
+
+
+def column_groups(sparsity: Any, size: int) -> tuple[Any, Any, Any, Any]:
+    """Groups of columns that share no row, so that one difference serves them all.
+
+    Args:
+        sparsity: (n, n) of bool, or None for a full Jacobian.
+    """
+    if sparsity is None:
+        one = np.arange(size + 1, dtype=np.int64)
+        return one, one[:-1], size * one, np.tile(one[:-1], size)
+    full = np.asarray(sparsity, dtype=bool)
+    groups: list[list[int]] = []
+    taken: list[Any] = []
+    for j in sorted(range(size), key=lambda j: -int(full[:, j].sum())):
+        fits = [k for k, rows in enumerate(taken) if not (rows & full[:, j]).any()]
+        if not full[:, j].any():
+            continue
+        if fits:
+            groups[fits[0]].append(j)
+            taken[fits[0]] = taken[fits[0]] | full[:, j]
+        else:
+            groups.append([j])
+            taken.append(full[:, j].copy())
+    rows = [np.flatnonzero(full[:, j]) for j in range(size)]
+    return (
+        np.cumsum([0, *(len(group) for group in groups)], dtype=np.int64),
+        np.array([j for group in groups for j in group], dtype=np.int64),
+        np.cumsum([0, *(len(r) for r in rows)], dtype=np.int64),
+        np.concatenate(rows).astype(np.int64),
+    )

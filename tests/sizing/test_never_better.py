@@ -1,0 +1,158 @@
+"""Worse data never make a verdict better: over random studies, each made worse in one way."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.study.verdicts import Verdict
+
+STUDIES = 500
+GOOD = (Verdict.PASS, Verdict.MARGINAL)
+
+
+def _random_tasks():
+    """The file beside this one; test folders are no packages."""
+    name = "random_tasks"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("random_tasks.py"))
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
+TASKS = _random_tasks()
+PATHS = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
+MOTOR_LIMITS = (
+    "nominal_current",
+    "nominal_torque",
+    "peak_current",
+    "peak_torque",
+    "max_speed",
+    "max_winding_temperature",
+)
+GEAR_LIMITS = (
+    "average_torque_limit", "repeated_peak_torque", "momentary_torque", "max_input_speed", "average_input_speed_limit",
+    "rated_life", "tilting_moment_limit", "axial_load_limit", "radial_load_limit",
+)  # fmt: skip
+# Without them a sheet says less, and no other number of it stands in.
+ALONE = (
+    "max_speed rotor_inertia",
+    "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
+    "axial_load_limit radial_load_limit efficiency",
+)  # fmt: skip
+# A hot or resistive winding asks for less voltage where it brakes, weak magnets wherever it turns: that is physics.
+# So only what changes no temperature, no winding and no torque is held against it.
+HEAT, VOLTS = "winding temperature", "motor voltage"
+
+
+def times(row, names, factor):
+    return replace(row, **{name: getattr(row, name) * factor for name in names if getattr(row, name) is not None})
+
+
+def with_parts(study, motor=lambda row: row, gear=lambda row: row):
+    """The study with every sheet changed."""
+    rows = study.catalog
+    motors = {key: motor(row) for key, row in rows.motors.items()}
+    return replace(study, catalog=Catalog(motors, {key: gear(row) for key, row in rows.gears.items()}))
+
+
+def with_tasks(study, change):
+    return replace(study, joints=tuple(change(task) for task in study.joints))
+
+
+def hotter_paths(study, rng):
+    """Where a mounting is stated the printed current holds for what the sheet says: a worse sheet allows more of it."""
+    plain = with_tasks(study, lambda task: replace(task, housing_to_ambient=None))
+    return plain, with_parts(plain, lambda row: times(row, PATHS, 1.5))
+
+
+def hotter_mounting(study, rng):
+    worse = rng.uniform(1.1, 30.0)
+
+    def mounted(task):
+        stated = task.housing_to_ambient
+        return replace(task, housing_to_ambient=None if stated is None else worse * stated)
+
+    return study, with_tasks(study, mounted)
+
+
+def a_mounting_worse_than_all(study, rng):
+    """Stated where none was."""
+    plain = with_tasks(study, lambda task: replace(task, housing_to_ambient=None))
+    return plain, with_tasks(study, lambda task: replace(task, housing_to_ambient=100.0))
+
+
+def more_ohms(study, rng):
+    return study, with_parts(study, lambda row: times(row, ("resistance",), 1.3))
+
+
+def hotter_air(study, rng):
+    return study, replace(study, ambient=study.ambient + 15.0)
+
+
+def lower_limits(study, rng):
+    motor, gear = [str(rng.choice(names)) for names in (MOTOR_LIMITS, GEAR_LIMITS)]
+    return study, with_parts(study, lambda row: times(row, [motor], 0.7), lambda row: times(row, [gear], 0.7))
+
+
+def weaker_amplifier(study, rng):
+    def less(task):
+        own = task.amplifier
+        peak, lasting = own.peak_current, own.continuous_current
+        return replace(task, amplifier=Amplifier(peak and 0.4 * peak, lasting and 0.4 * lasting))
+
+    return study, with_tasks(study, less)
+
+
+def lower_supply(study, rng):
+    return study, replace(study, supply=replace(study.supply, voltage=0.4 * study.supply.voltage))
+
+
+def a_datum_less(study, rng):
+    motor, gear = (str(rng.choice(names.split())) for names in ALONE)
+    if rng.random() < 0.5:
+        return study, with_parts(study, lambda row: replace(row, **{motor: None}))
+    return study, with_parts(study, gear=lambda row: replace(row, **{gear: None}))
+
+
+WORSE = (
+    hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, lower_limits, weaker_amplifier,
+    lower_supply, a_datum_less,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("change", WORSE, ids=lambda change: change.__name__)
+def test_worse_data_never_make_a_verdict_better(make, change):
+    """Not of one check, and not of the whole unless a limit that no sheet must print is gone with its check."""
+    changed = runaways = 0
+    for seed in range(STUDIES // len(WORSE) + 1):
+        rng = np.random.default_rng((seed, 7))
+        study = TASKS.random_study(make, seed, TASKS.KINDS[seed % len(TASKS.KINDS)])
+        # Magnets that grow stronger as they warm, which no catalogue may hold, ask less current when they are hot.
+        study = with_parts(study, lambda row: replace(row, magnet_coefficient=min(row.magnet_coefficient, 0.0)))
+        before, after = change(study, rng)
+        drives = {task.name: task.pairs[rng.integers(len(task.pairs))] for task in study.joints}
+        was, now = evaluate(before, drives), evaluate(after, drives)
+        for name, joint in was.joints.items():
+            later = {check.name: check for check in now.joints[name].checks}
+            if later[HEAT].required == np.inf:  # thermal runaway: nothing else is told of a warm motor
+                assert later[HEAT].verdict is Verdict.FAIL and "thermal runaway" in later[HEAT].remark
+                runaways += 1
+                continue
+            for check in joint.checks:
+                changed += later[check.name].verdict is not check.verdict
+                if check.name == VOLTS and change not in (lower_supply, weaker_amplifier):
+                    continue
+                if check.verdict in (Verdict.FAIL, Verdict.NOT_CHECKED):
+                    assert later[check.name].verdict not in GOOD, (seed, name, check, later[check.name])
+    assert changed > 1
+    assert runaways > 5 or change is not a_mounting_worse_than_all
