@@ -32,6 +32,7 @@ from drivetrain.drive.motor import copper_coefficient, winding_resistance
 from drivetrain.drive.motor_limits import thermal_path
 from drivetrain.jit import FAST, law
 from drivetrain.records import UNKNOWN, known, known_or, record_type
+from drivetrain.vector import larger
 
 STEADY = 1e4  # cycles that a housing of unknown capacity outlasts: it rests at its mean
 GROWN_BEYOND = 1e100  # a map of a cycle whose losses run away at once; squares of less are still numbers
@@ -77,16 +78,12 @@ class Losses(NamedTuple):
     Attributes:
         square: Mean square of the torque [N^2 m^2].
         housing: Mean loss in the housing [W].
-        growth, source, injected: Memory.
-        integrals: Memory, (4, N + 1).
+        integrals: Memory, (4, N + 1), see ``integrals_of``.
         winding_at, housing_at: Take the temperatures at the samples [C].
     """
 
     square: Array
     housing: Array
-    growth: Array
-    source: Array
-    injected: Array
     integrals: Array
     winding_at: Array
     housing_at: Array
@@ -95,7 +92,7 @@ class Losses(NamedTuple):
 def new_losses(samples: int) -> Losses:
     """Memory for a number of samples."""
     row, rows = np.zeros(samples + 1), np.zeros((4, samples + 1))
-    return Losses(row, row.copy(), row.copy(), row.copy(), row.copy(), rows, row.copy(), row.copy())
+    return Losses(row, row.copy(), rows, row.copy(), row.copy())
 
 
 class Periods(NamedTuple):
@@ -245,12 +242,44 @@ def part_means(periods: Any, losses: Any, parts: Any) -> None:
 # neither zero-length intervals nor a momentary balance of heating and cooling need a case.
 
 
-@law
-def _integrals(step: Any, m00: Any, b: Any, c: Any, m11: Any) -> Any:
-    """Coefficients (p, q, u, v): S = p I + q (M - m I) and Q = u I + v (M - m I), m the mean of M's diagonal.
+class Flow(NamedTuple):
+    """How heat flows between the nodes of a part, and what comes in: per kelvin, torque squared and watt.
 
-    S is the integral of e^(M t) over the step, Q the integral of S.
+    Attributes:
+        a, b, c, d: Rates of the matrix above, without the growth [1/s].
+        growth, source: Of an interval with a torque's mean square of 1: rates of growth [1/s] and of heating [K/s].
+        inside, outside: Rates of heating by a watt of loss in the housing, of the winding and of the housing [K/s].
+        injected: Rate of heating of the housing by what is injected [K/s].
     """
+
+    a: float
+    b: float
+    c: float
+    d: float
+    growth: float
+    source: float
+    inside: float
+    outside: float
+    injected: float
+
+
+@law
+def flow_of(nodes: Any, length: Any, cold: Any, slope: Any, injected: Any) -> Any:
+    """The flow in a part of a length; of an injected heat [W], and copper losses as ``per_torque`` has them."""
+    winding = 1.0 / nodes.winding
+    if nodes.inner == 0.0:  # one node
+        rate = winding / nodes.outer
+        return Flow(rate, 0.0, 0.0, rate, slope * winding, cold * winding, winding, 0.0, 0.0)
+    exchange, housing = 1.0 / nodes.inner, 1.0 / known_or(nodes.housing, STEADY * length / nodes.outer)
+    return Flow(
+        exchange * winding, exchange * winding, exchange * housing, (exchange + 1.0 / nodes.outer) * housing,
+        slope * winding, cold * winding, 0.0, housing, injected * housing,
+    )  # fmt: skip
+
+
+@law
+def _exact(step: Any, m00: Any, b: Any, c: Any, m11: Any) -> Any:
+    """The integrals of one interval of any length: (p, q, u, v)."""
     mean = 0.5 * (m00 + m11)
     spread = math.sqrt(0.25 * (m00 - m11) ** 2 + b * c)
     x1 = (mean + spread) * step
@@ -263,12 +292,23 @@ def _integrals(step: Any, m00: Any, b: Any, c: Any, m11: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def _short_integrals(steps: Any, growth: Any, rates: Any, out: Any) -> None:
-    """``_integrals`` of intervals that are short against every rate: straight-line series, so that they vectorise."""
-    a, cross, d = rates[0], rates[1] * rates[2], rates[3]
-    p, q, u, v = out
+def integrals_of(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> None:
+    """Of each interval (p, q, u, v): S = p I + q (M - m I) and Q = u I + v (M - m I), m the mean of M's diagonal.
+
+    S is the integral of e^(M t) over the step, Q the integral of S. Where all intervals are short against every rate
+    they are straight-line series, so that they vectorise.
+    """
+    a, cross, d, growth, longest, most = flow.a, flow.b * flow.c, flow.d, flow.growth, 0.0, 0.0
+    steps, squares = steps[begin:end], losses.square[begin:end]
+    p, q, u, v = losses.integrals[:, begin:end]
     for k in range(len(steps)):
-        h, m00 = steps[k], growth[k] - a
+        longest, most = larger(longest, steps[k]), larger(most, squares[k])
+    if longest * (flow.c + d + larger(a, growth * most - a) + flow.b) >= SMALL:
+        for k in range(len(steps)):
+            p[k], q[k], u[k], v[k] = _exact(steps[k], growth * squares[k] - a, flow.b, flow.c, -d)
+        return
+    for k in range(len(steps)):
+        h, m00 = steps[k], growth * squares[k] - a
         y, half = 0.5 * h * (m00 - d), 0.5 * (m00 + d)
         z = h * h * (half * half + cross)
         # Even and odd parts of the powers of (y + w) and (y - w), w^2 = z, over the factorials.
@@ -285,27 +325,13 @@ def _short_integrals(steps: Any, growth: Any, rates: Any, out: Any) -> None:
         v[k] = square * h * (1.0 / 6.0 + o2 / 24.0 + o3 / 120.0 + o4 / 720.0 + o5 / 5040.0 + o6 / 40320.0)
 
 
-@law
-def _all_integrals(steps: Any, growth: Any, rates: Any, out: Any) -> None:
-    """``_integrals`` of every interval, four rows."""
-    p, q, u, v = out
-    longest, fastest = 0.0, rates[2] + rates[3]
-    for k in range(len(steps)):
-        longest = max(longest, steps[k])
-        fastest = max(fastest, abs(growth[k] - rates[0]) + rates[1])
-    if longest * fastest < SMALL:
-        _short_integrals(steps, growth, rates, out)
-    else:
-        for k in range(len(steps)):
-            p[k], q[k], u[k], v[k] = _integrals(steps[k], growth[k] - rates[0], rates[1], rates[2], -rates[3])
-
-
 class CycleMap(NamedTuple):
     """What one cycle does to the two rises x, as an affine map, and to their integral over it.
 
     Attributes:
         ww, wh, hw, hh, w, h: Of x_end = [[ww, wh], [hw, hh]] x_start + [w, h].
         mean_ww, mean_wh, mean_hw, mean_hh, mean_w, mean_h: The same of the mean over the cycle.
+        watt_w, watt_h, mean_watt_w, mean_watt_h: What a watt that is injected into the housing adds to both.
     """
 
     ww: float
@@ -320,72 +346,73 @@ class CycleMap(NamedTuple):
     mean_hh: float
     mean_w: float
     mean_h: float
+    watt_w: float
+    watt_h: float
+    mean_watt_w: float
+    mean_watt_h: float
 
 
 @law
-def cycle_map(steps: Any, growth: Any, source: Any, injected: Any, rates: Any, integrals: Any) -> Any:
-    """The map of a cycle.
-
-    ``growth`` is the rise of copper loss with winding temperature over winding capacity [1/s], ``source`` and
-    ``injected`` are the losses in winding and housing at ambient temperature over their capacities [K/s], ``rates`` are
-    (a, b, c, d) of the matrix above [1/s].
-    """
-    a, b, c, d = rates
+def cycle_map(steps: Any, losses: Any, begin: Any, end: Any, flow: Any) -> Any:
+    """The map of a cycle, with the integrals that are there."""
+    b, c, d = flow.b, flow.c, flow.d
     a00, a01, a10, a11, r0, r1 = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0
     b00, b01, b10, b11, w0, w1, length = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    _all_integrals(steps, growth, rates, integrals)
-    p_of, q_of, u_of, v_of = integrals
-    for k in range(len(steps)):
-        m00 = growth[k] - a
+    u0, u1, z0, z1, unit = 0.0, 0.0, 0.0, 0.0, flow.outside
+    p_of, q_of, u_of, v_of = losses.integrals
+    for k in range(begin, end):
+        m00 = flow.growth * losses.square[k] - flow.a
         half = 0.5 * (m00 + d)
         p, q, u, v = p_of[k], q_of[k], u_of[k], v_of[k]
         s00, s01, s10, s11 = p + q * half, q * b, q * c, p - q * half
         q00, q01, q10, q11 = u + v * half, v * b, v * c, u - v * half
-        h0, h1 = source[k], injected[k]
+        h0 = flow.source * losses.square[k] + flow.inside * losses.housing[k]
+        h1 = flow.outside * losses.housing[k] + flow.injected
         b00, b01 = b00 + s00 * a00 + s01 * a10, b01 + s00 * a01 + s01 * a11
         b10, b11 = b10 + s10 * a00 + s11 * a10, b11 + s10 * a01 + s11 * a11
         w0 += s00 * r0 + s01 * r1 + q00 * h0 + q01 * h1
         w1 += s10 * r0 + s11 * r1 + q10 * h0 + q11 * h1
+        z0 += s00 * u0 + s01 * u1 + q01 * unit
+        z1 += s10 * u0 + s11 * u1 + q11 * unit
         # e^(M t) = I + S M
         e00, e01 = 1.0 + s00 * m00 + s01 * c, s00 * b - s01 * d
         e10, e11 = s10 * m00 + s11 * c, 1.0 + s10 * b - s11 * d
         a00, a10 = e00 * a00 + e01 * a10, e10 * a00 + e11 * a10
         a01, a11 = e00 * a01 + e01 * a11, e10 * a01 + e11 * a11
         r0, r1 = e00 * r0 + e01 * r1 + s00 * h0 + s01 * h1, e10 * r0 + e11 * r1 + s10 * h0 + s11 * h1
+        u0, u1 = e00 * u0 + e01 * u1 + s01 * unit, e10 * u0 + e11 * u1 + s11 * unit
         length += steps[k]
     inverse = 1.0 / length
     return CycleMap(
         a00, a01, a10, a11, r0, r1, b00 * inverse, b01 * inverse, b10 * inverse, b11 * inverse, w0 * inverse,
-        w1 * inverse,
+        w1 * inverse, u0, u1, z0 * inverse, z1 * inverse,
     )  # fmt: skip
 
 
 @law
-def cycle_trace(
-    steps: Any, growth: Any, source: Any, injected: Any, rates: Any, integrals: Any, start: Any, ambient: Any,
-    winding: Any, housing: Any,
-) -> Any:  # fmt: skip
+def cycle_trace(steps: Any, losses: Any, begin: Any, end: Any, flow: Any, start: Any, ambient: Any) -> Any:
     """The temperatures at the ends of all intervals from a start, in rises; the winding's largest rise and its time.
 
-    The integrals are those that ``cycle_map`` left; inside long intervals finer steps are taken, which count.
+    With the integrals that are there; inside long intervals finer steps are taken, which count.
     """
-    a, b, c, d = rates
+    b, c, d, winding, housing = flow.b, flow.c, flow.d, losses.winding_at, losses.housing_at
     x0, x1 = start
-    winding[0], housing[0] = ambient + x0, ambient + x1
+    winding[begin], housing[begin] = ambient + x0, ambient + x1
     peak, peak_time, time = x0, 0.0, 0.0
-    p_of, q_of, _, _ = integrals
-    for k in range(len(steps)):
-        m00 = growth[k] - a
+    for k in range(begin, end):
+        m00 = flow.growth * losses.square[k] - flow.a
         half = 0.5 * (m00 + d)
-        pieces = 1 + int(min(511.0, 5.0 * steps[k] * (a + d)))  # a fifth of the shorter time constant
-        step, p, q = steps[k], p_of[k], q_of[k]
+        h0 = flow.source * losses.square[k] + flow.inside * losses.housing[k]
+        h1 = flow.outside * losses.housing[k] + flow.injected
+        pieces = 1 + int(min(511.0, 5.0 * steps[k] * (flow.a + d)))  # a fifth of the shorter time constant
+        step, p, q = steps[k], losses.integrals[0, k], losses.integrals[1, k]
         if pieces > 1:
             step = steps[k] / pieces
-            p, q, _, _ = _integrals(step, m00, b, c, -d)
+            p, q, _, _ = _exact(step, m00, b, c, -d)
         s00, s01, s10, s11 = p + q * half, q * b, q * c, p - q * half
         for _ in range(pieces):
-            f0 = m00 * x0 + b * x1 + source[k]
-            f1 = c * x0 - d * x1 + injected[k]
+            f0 = m00 * x0 + b * x1 + h0
+            f1 = c * x0 - d * x1 + h1
             x0, x1 = x0 + s00 * f0 + s01 * f1, x1 + s10 * f0 + s11 * f1
             time += step
             if x0 > peak:
@@ -398,91 +425,18 @@ def cycle_trace(
 
 
 @law
-def housing_capacity(nodes: Any, length: Any) -> Any:
-    """Of the housing [J/K]; of the whole motor where winding and housing are one."""
-    if nodes.inner == 0.0:
-        return nodes.winding
-    return known_or(nodes.housing, STEADY * length / nodes.outer)
-
-
-@law
-def heat_rates(nodes: Any, housing: Any) -> Any:
-    """Rates of heat flow (a, b, c, d) with the capacity of the housing [1/s]."""
-    if nodes.inner == 0.0:
-        rate = 1.0 / (nodes.outer * housing)
-        return rate, 0.0, 0.0, rate
-    exchange = 1.0 / nodes.inner
-    out = (exchange + 1.0 / nodes.outer) / housing
-    return exchange / nodes.winding, exchange / nodes.winding, exchange / housing, out
-
-
-@law(fastmath=FAST)
-def heat_sources(
-    nodes: Any, losses: Any, first: Any, last: Any, cold: Any, slope: Any, housing: Any, injected: Any
-) -> None:
-    """Growth and the two sources of each interval of a part, over the capacities."""
-    inside, outside = (1.0 / nodes.winding, 0.0) if nodes.inner == 0.0 else (0.0, 1.0 / housing)
-    cold, slope = cold / nodes.winding, slope / nodes.winding
-    for k in range(first, last):
-        loss = losses.housing[k] + injected
-        losses.growth[k] = slope * losses.square[k]
-        losses.source[k] = cold * losses.square[k] + inside * loss
-        losses.injected[k] = outside * loss
-
-
-@law
-def integral_rows(losses: Any, first: Any, last: Any) -> Any:
-    """Memory for the integrals of some intervals."""
-    rows = losses.integrals
-    return rows[0][first:last], rows[1][first:last], rows[2][first:last], rows[3][first:last]
-
-
-@law
-def _no_map() -> Any:
-    """The map of a cycle that changes nothing."""
-    return CycleMap(1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
-
-
-@law
-def _large(cycle: Any) -> Any:
-    """Whether a map has grown beyond all bounds, or is no number."""
-    rows = max(abs(cycle.ww), abs(cycle.hh), abs(cycle.w), abs(cycle.h), abs(cycle.mean_w), abs(cycle.mean_h))
-    return not (rows + abs(cycle.wh) + abs(cycle.hw) + abs(cycle.mean_ww) + abs(cycle.mean_hh) < GROWN_BEYOND)
-
-
-@law
-def _still_alone(nodes: Any, cold: Any, slope: Any, part: Any) -> Any:
-    """A part by itself whose temperatures do not move: P (1 - r (R1 + R2)) = R(T_amb) i^2 + r R2 P_housing."""
-    gain = slope * part.square * (nodes.inner + nodes.outer)
-    if not gain < 1.0:
-        return False
-    copper = (cold * part.square + slope * part.square * nodes.outer * part.loss) / (1.0 - gain)
-    part.housing = nodes.outer * (copper + part.loss)
-    part.winding = part.housing + nodes.inner * copper
-    part.start_winding, part.start_housing, part.injected = part.winding, part.housing, 0.0
-    return True
-
-
-@law
-def _still_shared(nodes: Any, cold: Any, slope: Any, part: Any) -> Any:
-    """The same of a part of a mix, as a line over the housing's mean rise."""
+def _still(nodes: Any, cold: Any, slope: Any, part: Any, shared: Any) -> Any:
+    """A part whose temperatures rest, by itself or as a line over the housing's mean rise; whether there is one."""
     rise = slope * part.square
     left = 1.0 - nodes.inner * rise
-    if not left > 0.0:
-        return False
     copper = cold * part.square / left
     part.winding, part.winding_slope = nodes.inner * copper, 1.0 / left
     part.start_winding, part.start_winding_slope = part.winding, part.winding_slope
     part.start_housing, part.start_housing_slope = 0.0, 1.0
     part.injected, part.injected_slope = -part.loss - copper, 1.0 / nodes.outer - rise / left
-    return True
-
-
-@law
-def _radius(cycle: Any) -> Any:
-    """Both rises only ever warm each other, so the larger eigenvalue is real and the spectral radius."""
-    mean, half = 0.5 * (cycle.ww + cycle.hh), 0.5 * (cycle.ww - cycle.hh)
-    return mean + math.sqrt(max(half * half + cycle.wh * cycle.hw, 0.0))  # rounding may leave less than nothing
+    if not shared:
+        _settled(part, -part.injected / part.injected_slope)
+    return left > 0.0 and (shared or part.injected_slope > 0.0)
 
 
 @law
@@ -496,45 +450,67 @@ def _start_of(cycle: Any, winding: Any, housing: Any) -> Any:
 
 
 @law
+def _means_of(cycle: Any, winding: Any, housing: Any, mean_winding: Any, mean_housing: Any) -> Any:
+    """Mean rises of a cycle from a start, with what is added to them."""
+    return (
+        cycle.mean_ww * winding + cycle.mean_wh * housing + mean_winding,
+        cycle.mean_hw * winding + cycle.mean_hh * housing + mean_housing,
+    )
+
+
+@law
+def _radius(cycle: Any) -> Any:
+    """The share of a small extra rise that is left after a cycle, infinite where its losses run away at once.
+
+    Both rises only ever warm each other, so the larger eigenvalue is real and the spectral radius.
+    """
+    if not abs(cycle.ww) + abs(cycle.hh) + abs(cycle.w) + abs(cycle.h) + abs(cycle.mean_w) < GROWN_BEYOND:
+        return np.inf
+    mean, half = 0.5 * (cycle.ww + cycle.hh), 0.5 * (cycle.ww - cycle.hh)
+    return mean + math.sqrt(max(half * half + cycle.wh * cycle.hw, 0.0))  # rounding may leave less than nothing
+
+
+@law
 def _moving(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, shared: Any) -> Any:
     """A part whose temperatures move, by itself or as a line over the housing's mean rise; its spectral radius.
 
     Infinite where it runs away.
     """
     begin, end = intervals(periods, i)
-    housing = housing_capacity(nodes, part.length)
-    rates, radius, lines = heat_rates(nodes, housing), 0.0, 2 if shared else 1
-    heat_sources(nodes, losses, begin, end, cold, slope, housing, 0.0)
-    part.injected, first = 0.0, _no_map()
-    for line in range(lines):
-        cycle = cycle_map(
-            periods.step[begin:end], losses.growth[begin:end], losses.source[begin:end], losses.injected[begin:end],
-            rates,
-            integral_rows(losses, begin, end),
+    flow = flow_of(nodes, part.length, cold, slope, 0.0)
+    integrals_of(periods.step, losses, begin, end, flow)
+    cycle = cycle_map(periods.step, losses, begin, end, flow)
+    radius = _radius(cycle)
+    if shared and radius < np.inf:  # a housing that the other parts cool holds what would run away alone
+        radius = 0.0 if flow.growth * part.square < flow.a else np.inf
+    if not radius < 1.0:
+        return radius
+    part.start_winding, part.start_housing = _start_of(cycle, cycle.w, cycle.h)
+    part.winding, part.housing = _means_of(cycle, part.start_winding, part.start_housing, cycle.mean_w, cycle.mean_h)
+    part.injected = 0.0
+    if nodes.inner == 0.0:
+        part.housing = part.winding
+    if shared:  # all of it as lines over the housing's mean rise
+        winding, housing = _start_of(cycle, cycle.watt_w, cycle.watt_h)
+        mean, warm = _means_of(cycle, winding, housing, cycle.mean_watt_w, cycle.mean_watt_h)
+        part.injected_slope, part.injected = 1.0 / warm, -part.housing / warm
+        part.start_winding_slope, part.start_housing_slope, part.winding_slope = (
+            winding / warm, housing / warm, mean / warm,
         )  # fmt: skip
-        if _large(cycle):
-            radius = np.inf
-        elif line == 0:
-            first, radius = cycle, _radius(cycle)
-            if shared:  # in the second round, what one watt into the housing adds
-                radius = 0.0 if slope * part.square / nodes.winding < rates[0] else np.inf
-                losses.source[begin:end], losses.injected[begin:end] = 0.0, 1.0 / housing
-        if not radius < 1.0:
-            break
-        winding, base = _start_of(first, cycle.w, cycle.h)
-        mean = first.mean_ww * winding + first.mean_wh * base + cycle.mean_w
-        warm = first.mean_hw * winding + first.mean_hh * base + cycle.mean_h
-        if line == 0:
-            part.start_winding, part.start_housing, part.winding = winding, base, mean
-            part.housing = mean if nodes.inner == 0.0 else warm
-        else:  # all of it as lines over the housing's mean rise
-            part.injected_slope, part.injected = 1.0 / warm, -part.housing / warm
-            part.start_winding_slope, part.start_housing_slope = winding / warm, base / warm
-            part.winding_slope = mean / warm
-            part.start_winding += winding * part.injected
-            part.start_housing += base * part.injected
-            part.winding += mean * part.injected
+        part.start_winding += winding * part.injected
+        part.start_housing += housing * part.injected
+        part.winding += mean * part.injected
     return radius
+
+
+@law
+def _settled(part: Any, rise: Any) -> None:
+    """A part at a mean rise of the housing, from its lines."""
+    part.start_winding += rise * part.start_winding_slope
+    part.start_housing += rise * part.start_housing_slope
+    part.winding += rise * part.winding_slope
+    part.injected += rise * part.injected_slope
+    part.housing = rise
 
 
 # The periodic state of the use
@@ -552,12 +528,7 @@ def _mean_housing(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
         part = parts[i]
         if moves:
             radius = _moving(nodes, periods, losses, i, cold, slope, part, shared)
-            fine = radius < (np.inf if shared else 1.0)
-        elif shared:
-            fine = _still_shared(nodes, cold, slope, part)
-        else:
-            fine = _still_alone(nodes, cold, slope, part)
-        if not fine:
+        if not (radius < 1.0 if moves else _still(nodes, cold, slope, part, shared)):
             return np.inf, radius
         needed += periods.shares[i] * part.injected
         steep += periods.shares[i] * part.injected_slope
@@ -566,15 +537,9 @@ def _mean_housing(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
         return hottest, radius
     if not steep > 0.0:  # a warmer housing would need no more heat: it grows for ever
         return np.inf, UNKNOWN
-    rise = -needed / steep
     for i in range(len(parts)):
-        part = parts[i]
-        part.start_winding += rise * part.start_winding_slope
-        part.start_housing += rise * part.start_housing_slope
-        part.winding += rise * part.winding_slope
-        part.injected += rise * part.injected_slope
-        part.housing = rise
-    return rise, UNKNOWN
+        _settled(parts[i], -needed / steep)
+    return -needed / steep, UNKNOWN
 
 
 @law
@@ -628,13 +593,9 @@ def periodic_heat(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
 def _traced(nodes: Any, periods: Any, losses: Any, i: Any, cold: Any, slope: Any, part: Any, ambient: Any) -> Any:
     """The temperatures of a part over its period; the winding's largest rise and its time."""
     begin, end = intervals(periods, i)
-    housing = housing_capacity(nodes, part.length)
-    rates = heat_rates(nodes, housing)
-    heat_sources(nodes, losses, begin, end, cold, slope, housing, part.injected)
+    flow = flow_of(nodes, part.length, cold, slope, part.injected)
     found = cycle_trace(
-        periods.step[begin:end], losses.growth[begin:end], losses.source[begin:end], losses.injected[begin:end], rates,
-        integral_rows(losses, begin, end), (part.start_winding, part.start_housing), ambient,
-        losses.winding_at[begin : end + 1], losses.housing_at[begin : end + 1],
+        periods.step, losses, begin, end, flow, (part.start_winding, part.start_housing), ambient,
     )  # fmt: skip
     if nodes.inner == 0.0:
         for t in range(begin, end + 1):

@@ -20,10 +20,8 @@ from drivetrain.drive.periodic_heat import (
     copper_of,
     cycle_map,
     cycle_trace,
-    heat_rates,
-    heat_sources,
-    housing_capacity,
-    integral_rows,
+    flow_of,
+    integrals_of,
     interval_means,
     new_losses,
 )
@@ -108,17 +106,13 @@ def _repeated(
     """Fill the rises after each cycle, (K + 1, 2), until they are beyond all bounds; the winding's peak in the last."""
     interval_means(current, loss, losses)
     count = len(steps)
-    housing = housing_capacity(nodes, steps.sum())
-    rates, rows = heat_rates(nodes, housing), integral_rows(losses, 0, count)
-    heat_sources(nodes, losses, 0, count, cold, slope, housing, 0.0)
-    growth, source, injected = losses.growth[:count], losses.source[:count], losses.injected[:count]
-    whole = cycle_map(steps, growth, source, injected, rates, rows)
+    flow = flow_of(nodes, steps.sum(), cold, slope, 0.0)
+    integrals_of(steps, losses, 0, count, flow)
+    whole = cycle_map(steps, losses, 0, count, flow)
     for k in range(len(rises) - 1):
         winding = whole.ww * rises[k, 0] + whole.wh * rises[k, 1] + whole.w
         base = whole.hw * rises[k, 0] + whole.hh * rises[k, 1] + whole.h
         if not max(abs(winding), abs(base)) < GROWN_BEYOND:
             return np.inf
         rises[k + 1, 0], rises[k + 1, 1] = winding, base
-    start = (rises[-2, 0], rises[-2, 1])
-    winding, housing_at = losses.winding_at[: count + 1], losses.housing_at[: count + 1]
-    return cycle_trace(steps, growth, source, injected, rates, rows, start, 0.0, winding, housing_at)[0]
+    return cycle_trace(steps, losses, 0, count, flow, (rises[-2, 0], rises[-2, 1]), 0.0)[0]

@@ -45,6 +45,12 @@ def some_pairs(rng, offered, joint, count):
     return rng.permutation(np.arange(offered.first[joint], offered.first[joint + 1]))[:count]
 
 
+def bounded(offer, pairs, **options):
+    """Utilisations, energies and the line of some pairs, every one looked at."""
+    nothing, none = np.zeros(len(offer.records.pairs)), np.zeros(len(pairs), dtype=np.bool_)
+    return offer.bounded(pairs, nothing, np.zeros(len(pairs)), none, **options)[1:]
+
+
 @pytest.mark.parametrize("kind", TASKS.KINDS)
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
@@ -59,16 +65,17 @@ def test_no_history_within_an_interval_asks_less_than_its_bound(make, kind, seed
         high = middle + size * rng.random(len(middle)) * rng.choice([0.0, 1.0])
         pairs = some_pairs(rng, offered, joint, 5)
         own = offered.pairs[pairs], offered.numbers[pairs]
-        bound = offer.bounded(*own, (low, high), until=np.inf, energies=True)
+        offer.records.whole.low[:], offer.records.whole.high[:] = low, high
+        used, energy, line = bounded(offer, pairs, until=np.inf, energies=True)
         for share in (0.0, 1.0, rng.random(len(middle)), np.clip(-low / np.maximum(high - low, 1e-30), 0.0, 1.0)):
             torque = low + share * (high - low)
             load, power = offer.work.load._replace(torque=torque), np.zeros((len(pairs), len(torque)))
             history = replace(offer, work=offer.work._replace(load=load))
             found = history.judge(*own, nothing, until=np.inf, quick=False, power=power)
             made = found.lacking < 0
-            assert (bound.used[made] <= found.used[made] * (1.0 + CLOSE)).all()
+            assert (used[made] <= found.used[made] * (1.0 + CLOSE)).all()
             feasible = made & (found.used <= 1.0)
-            least = bound.energy + (bound.line * weight) @ (torque - 0.5 * (low + high))
+            least = energy + (line * weight) @ (torque - 0.5 * (low + high))
             slack = CLOSE * np.abs(power) @ weight + 1e-12  # J: a locked gear draws nothing but for rounding
             assert (least <= found.cases["figures"]["energy"] + slack)[feasible].all()
 
@@ -85,11 +92,12 @@ def test_bounds_without_width_rule_out_nearly_as_much_as_the_judge(make, kind):
             pairs = some_pairs(rng, offered, joint, 20)
             own = offered.pairs[pairs], offered.numbers[pairs]
             found = offer.judge(*own, numbers, until=1.0, quick=False)
-            bound = offer.bounded(*own, offer.interval(numbers, numbers), until=1.0 + CLOSE, energies=False)
+            offer.interval(numbers, numbers)
+            used, _, _ = bounded(offer, pairs, until=1.0 + CLOSE, energies=False)
             told = np.array([CHECKS[at].name not in UNBOUNDED for at in found.binding])
             out = (found.lacking >= 0) | ((found.used > 1.0) & told)
             rejected += out.sum()
-            missed += (out & (bound.used <= 1.0 + CLOSE)).sum()
+            missed += (out & (used <= 1.0 + CLOSE)).sum()
     assert rejected > 100
     # The ripple of the winding and voltages of the warm motor are not bounded: that would change no node count.
     assert missed < 0.13 * rejected

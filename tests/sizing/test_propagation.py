@@ -12,9 +12,8 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges
-from drivetrain.sizing.search.supply import power_range
-from drivetrain.sizing.search.tree import EVERY
+from drivetrain.sizing.search.propagate import Propagation, Ranges, power_range
+from drivetrain.sizing.search.tree import EVERY, halves
 from drivetrain.study.model import Mount
 from drivetrain.study.selection import Wanted
 
@@ -92,3 +91,13 @@ def test_a_limit_keeps_what_is_cheaper(make, seed):
         assert sum(domain.least for domain in domains) <= limit * (
             1 + 1e-9
         )  # equals are put in order by less than that
+
+
+def test_a_domain_is_parted_where_its_numbers_are_neighbouring_floats(make):
+    study = study_of(make, 0, Wanted())
+    asked = problem(candidates(study), study.wanted)
+    domains = asked.domains()
+    least = 1.0 + 2.0**-52  # the middle of this float and the next is rounded to the next
+    asked.candidates.numbers[domains[0].pairs, 0] = least
+    asked.candidates.numbers[domains[0].pairs[1:], 0] = np.nextafter(least, 2.0)
+    assert [len(part[0]) for part in halves(asked, domains, 0, 0)] == [1, len(domains[0]) - 1]

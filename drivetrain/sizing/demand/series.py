@@ -78,6 +78,7 @@ class Traces(NamedTuple):
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft [W].
+        power: Electrical, where nobody asks for it [W].
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
     """
@@ -89,6 +90,7 @@ class Traces(NamedTuple):
     shaft_excess: Array
     starting: Array
     friction_loss: Array
+    power: Array
     losses: Losses
     parts: Any
 
@@ -123,12 +125,13 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
         empty = np.zeros((0, len(demand.time)))
         added = Added(empty, np.zeros((0, 6, load.wrench.shape[1])), np.zeros((0, len(load.inertia))))
     periods = motion.periods._replace(step=np.zeros(len(pick)))
-    some = Motion(*(np.ascontiguousarray(row[pick]) for row in motion[:-2]), motion.rests[:0], periods)
-    nothing, rows = np.zeros((6, 0)), len(added.torque)
+    rows = {name: np.ascontiguousarray(getattr(motion, name)[pick]) for name in motion._fields[:-2]}
+    some = motion._replace(rests=motion.rests[:0], periods=periods, **rows)
+    nothing, count = np.zeros((6, 0)), len(added.torque)
     torque = np.ascontiguousarray(added.torque[:, pick])
     few = Work(
         some, Load(np.ascontiguousarray(load.torque[pick]), nothing, np.zeros(0)),
-        Added(torque, np.zeros((rows, 6, 0)), np.zeros((rows, 0))), Load(np.zeros(len(pick)), nothing, np.zeros(0)),
+        Added(torque, np.zeros((count, 6, 0)), np.zeros((count, 0))), Load(np.zeros(len(pick)), nothing, np.zeros(0)),
         new_traces(len(pick), parts),
     )  # fmt: skip
     return Work(motion, load, added, Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts), few)
@@ -136,9 +139,10 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    extra = {"torque": 2}
-    rows = (np.zeros(samples + extra.get(name, 0)) for name in Traces._fields[:-2])
-    return Traces(*rows, new_losses(samples), new_parts(parts))
+    load, joint, loss, shaft, starting, friction = np.zeros((6, samples))
+    return Traces(
+        load, np.zeros(samples + 2), joint, loss, shaft, starting, friction, new_losses(samples), new_parts(parts)
+    )
 
 
 def motion_of(demand: JointDemand) -> Motion:
@@ -147,16 +151,12 @@ def motion_of(demand: JointDemand) -> Motion:
     slow = loss_speed(demand.speed, demand.acceleration, at_rest, parts=cycle.parts)
     edges = np.flatnonzero(np.diff(at_rest.astype(np.int8), prepend=0, append=0)).astype(np.int64).reshape(-1, 2)
     weight = demand.weights if demand.weights.sum() > 0.0 else np.full(len(slow), 1.0 / len(slow))
-    series = (
-        demand.speed,
-        demand.acceleration,
-        demand.carrier_acceleration,
-        slow,
-        weight,
-        *rates(demand),
-        slow[cycle.after],
-    )
-    return Motion(*(_row(one) for one in series), edges, periods_of(cycle.time, cycle.parts, cycle.shares))
+    before, at, after = rates(demand)
+    return Motion(
+        _row(demand.speed), _row(demand.acceleration), _row(demand.carrier_acceleration), _row(slow), _row(weight),
+        _row(before), _row(at), _row(after), _row(slow[cycle.after]), edges,
+        periods_of(cycle.time, cycle.parts, cycle.shares),
+    )  # fmt: skip
 
 
 def load_of(demand: JointDemand) -> Load:

@@ -16,8 +16,8 @@ from drivetrain.records import columns
 from drivetrain.sizing.judge import words
 from drivetrain.sizing.judge.cases import CASE
 
-GEAR, SPEED, TORQUE, HEAT = np.arange(4)
-"""Stages: what needs no motor, what needs no torque, what needs no temperature, and the rest.
+GEAR, SPEED, TORQUE, HEAT, SUPPLY = np.arange(5)
+"""Stages: what needs no motor, no torque, no temperature, the rest of one drive; and what needs all drives.
 
 Numpy's integers, as compiled code is made anew for each plain one."""
 
@@ -28,7 +28,8 @@ class Requirement:
 
     Attributes:
         name, unit: As told.
-        required, limit: Fields of the case; where one is NaN nothing is checked.
+        required, limit: Fields of the case; where one is NaN nothing is checked. Of stage SUPPLY what all joints ask
+            together (``verdicts.supply_figures``) and a field of the study's supply.
         stage: After which it can be made.
         sheet: What the limit is called where a sheet or the study prints it.
         factor: On what is required.
@@ -57,7 +58,7 @@ class Requirement:
     formula: str = ""
 
 
-CHECKS: tuple[Requirement, ...] = (
+REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear repeated peak torque", "N m", "figures.load_torque", "limits.repeated_peak_torque", GEAR,
         "repeated peak torque", "safety.peak_torque", peak=True, essential=True, instant="loosening_torque",
@@ -138,30 +139,23 @@ CHECKS: tuple[Requirement, ...] = (
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
         "continuous current", "safety.rms", formula="RMS torque / kt(magnets)",
     ),
+    Requirement(
+        "supply peak power", "W", "peak_power", "peak_power", SUPPLY, instant="power",
+        formula="largest sum of all joints' electrical power",
+    ),
+    Requirement(
+        "supply mean power", "W", "mean_power", "mean_power", SUPPLY,
+        formula="mean of that sum over the cycle, 0 where it is negative",
+    ),
+    Requirement(
+        "supply regenerated power", "W", "regenerated_power", "regenerated_power", SUPPLY,
+        formula="mean of what that sum is below 0",
+    ),
 )  # fmt: skip
 """In the order in which they are told."""
 
-
-@dataclass(frozen=True)
-class SupplyRequirement:
-    """A requirement of all joints together, held against the supply.
-
-    Attributes:
-        name: As told.
-        limit: Field of the supply, and of ``operation.SupplyPower``.
-        instant: Whether it has one.
-    """
-
-    name: str
-    limit: str
-    instant: bool = False
-
-
-SUPPLY_CHECKS = (
-    SupplyRequirement("supply peak power", "peak_power", instant=True),
-    SupplyRequirement("supply mean power", "mean_power"),
-    SupplyRequirement("supply regenerated power", "regenerated_power"),
-)
+CHECKS = tuple(row for row in REQUIREMENTS if row.stage != SUPPLY)
+SUPPLY_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == SUPPLY)
 
 
 def table(checks: tuple[Requirement, ...] | None = None) -> Any:

@@ -72,91 +72,57 @@ def judge_all(
     used: Any, found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
     """``judge_cases``; with ``screen`` the peaks of some samples alone, than which those of all samples are no less."""
-    own, still = len(work.added.torque) > 0, still_figures(work.load)
+    motion, traces, torque, still = work.motion, work.traces, work.load.torque, still_figures(work.load)
     for i in range(len(cases)):
-        case, row, load = cases[i], numbers[i], work.load
+        case, row = cases[i], numbers[i]
+        figures, ambient, unknown = case.figures, case.setting.ambient, unknown_torque(case)
         set_limits(case)
         if quick:
             lacking[i], found[i], binding[i] = first_lacking(case, row, checks, NO), np.inf, NOTHING
             if lacking[i] >= 0:
                 continue
-        if own:
-            load = added_up(load, work.added, amounts[i], work.sum)
-            if not quick or bearing_asked(case):
-                still = still_figures(added_wrench(load, work.load, work.added, amounts[i]))
-        found[i], binding[i] = judge_mechanics(
-            case, row, checks, work.motion, load.torque, still, work.traces, until, screen
-        )
+        if len(work.added.torque) > 0:
+            torque = work.sum.torque
+            add_rows(work.load.torque, work.added.torque, amounts[i], torque)
+            if bearing_asked(case):
+                still = still_figures(added_up(work.load, work.added, amounts[i], work.sum))
+        set_mechanics(case, mechanical(case, motion, torque, traces), still)
+        found[i], binding[i] = 0.0, NOTHING
+        for stage in (GEAR, SPEED, TORQUE):
+            if found[i] <= until:
+                found[i], binding[i] = worst(case, row, checks, stage, found[i], binding[i], screen)
         if screen:
             continue
-        if quick and found[i] <= until:
-            found[i], binding[i] = judge_cold(case, row, checks, work.motion, work.traces, found[i], binding[i])
         if found[i] <= until:
-            found[i], binding[i] = judge_warm(case, row, checks, work.motion, work.traces, found[i], binding[i])
+            volts = cold_voltage(case, motion, traces)
+            if quick and case.motor.magnet_coefficient <= 0.0:  # warm, it needs no less current
+                set_currents(figures, torque_constant(case.motor, ambient))
+                figures.winding_temperature, figures.voltage = np.nan, volts
+                found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
+        if found[i] <= until:
+            warm_up(case, motion, traces)
+            set_currents(figures, torque_constant(case.motor, figures.magnet_temperature))
+            volts = larger(volts, starting_voltage(case, motion, traces))
+            drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
+            figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
+            figures.winding_temperature += unknown
+            found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         lacking[i] = first_lacking(case, row, checks, YES)
-        if len(power) > 0 and not (quick and found[i] > until):
-            electrical_power(case, work.motion, work.traces, power[min(i, len(power) - 1)])
         for k in range(len(checks) if i < len(used) else 0):
             used[i, k] = utilisation_of(case, row, checks[k])
 
 
-# The judgement
-
-
 @law
-def judge_mechanics(
-    case: Any, row: Any, checks: Any, motion: Any, gear_torque: Any, still: Any, traces: Any, until: Any, screen: Any
-) -> Any:
-    """The figures that need no temperature, stage by stage; the largest utilisation, and the check that has it."""
-    gear, motor, figures = case.gear, case.motor, case.figures
-    found = mechanical(case, motion, gear_torque, traces)
+def set_mechanics(case: Any, found: Any, still: Any) -> None:
+    """The figures that need no temperature."""
+    gear, figures, unknown = case.gear, case.figures, unknown_torque(case)
     figures.load_torque, figures.average_load_torque = found.load, found.average_load
     figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
     figures.tilting_moment, figures.axial_load, figures.radial_load = still.tilting, still.axial, still.radial
-    inertia = motor.rotor_inertia + known_or(gear.inertia, 0.0)
+    inertia = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
     figures.inertia_ratio = still.inertia / (gear.ratio * gear.ratio * inertia)
-    unknown = unknown_torque(case)
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / case.setting.duration) + unknown
-    used, binding = 0.0, NOTHING
-    for stage in (GEAR, SPEED, TORQUE):
-        used, binding = worst(case, row, checks, stage, used, binding, screen)
-        if used > until:
-            break
-    return used, binding
-
-
-@law
-def judge_cold(case: Any, row: Any, checks: Any, motion: Any, traces: Any, used: Any, binding: Any) -> Any:
-    """What a motor at ambient temperature asks: a warm one needs no less current, and the cold voltage counts."""
-    if case.motor.magnet_coefficient > 0.0:
-        return used, binding
-    ambient, figures = case.setting.ambient, case.figures
-    constant = torque_constant(case.motor, ambient)
-    set_currents(figures, constant)
-    figures.winding_temperature = np.nan
-    figures.voltage = cold_voltage(case, motion, traces, constant, winding_resistance(case.motor, ambient))
-    return worst(case, row, checks, HEAT, used, binding, NO)
-
-
-@law
-def judge_warm(case: Any, row: Any, checks: Any, motion: Any, traces: Any, used: Any, binding: Any) -> Any:
-    """Currents, voltage and temperature of the warm motor."""
-    ambient, figures, unknown, magnets = (
-        case.setting.ambient,
-        case.figures,
-        unknown_torque(case),
-        warm_up(case, motion, traces),
-    )
-    constant, cold = torque_constant(case.motor, magnets), torque_constant(case.motor, ambient)
-    set_currents(figures, constant)
-    figures.winding_temperature, figures.magnet_temperature = figures.winding_temperature + unknown, magnets
-    volts = larger(
-        cold_voltage(case, motion, traces, cold, winding_resistance(case.motor, ambient)),
-        larger(warm_voltage(case, motion, traces, constant), starting_voltage(case, motion, traces, constant)),
-    )
-    figures.voltage = volts + unknown
-    return worst(case, row, checks, HEAT, used, binding, NO)
 
 
 @law
@@ -241,15 +207,8 @@ def utilisation(required: Any, available: Any) -> Any:
 
 @law(fastmath=FAST)
 def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
-    """A load with so much of each series on top: the joint's own drive, or a heavier payload; wrenches stay."""
-    add_rows(load.torque, added.torque, amounts, total.torque)
+    """A load with so much of each series on top: the joint's own drive, or a heavier payload; its torque is there."""
     add_rows(load.inertia, added.inertia, amounts, total.inertia)
-    return total
-
-
-@law(fastmath=FAST)
-def added_wrench(total: Any, load: Any, added: Any, amounts: Any) -> Any:
-    """The same of what loads the output bearing."""
     for component in range(6):
         start, out = load.wrench[component], total.wrench[component]
         for t in range(len(out)):
@@ -372,9 +331,10 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
         way = motion.weight[t] * abs(motion.speed[t])
         worn += way * wear(traces.load[t], exponent)
         travel += way
+    moves = case.setting.moves
     for first, last in motion.rests:
         rest = slice(first, last)
-        resting_load, start = at_rest(case, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
+        resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
         largest_load, largest = larger(largest_load, resting_load), larger(largest, start)
     average = (worn / travel) ** (1.0 / exponent) if travel > 0.0 else 0.0
     return Mechanical(largest_load, average, largest, square)
@@ -382,7 +342,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
 
 @law(fastmath=FAST)
 def at_rest(
-    case: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, rest: Any, gear_torque: Any, traces: Any
+    moves: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, rest: Any, gear_torque: Any, traces: Any
 ) -> Any:
     """Largest load and motor torque in one stretch of rest, with what breaks the joint loose if it ever moves."""
     acceleration, carrier, way = motion.acceleration[rest], motion.carrier_acceleration[rest], motion.next_way[rest]
@@ -391,15 +351,15 @@ def at_rest(
     for t in range(len(gear_torque)):
         rotor = rotor_torque(inertia, mesh.ratio, acceleration[t], carrier[t])
         start = starting_torque(mesh, shaft, joint, gear_torque[t], way[t]) + rotor
-        starting[t] = larger(abs(torque[t]), abs(start) * case.setting.moves)
-        loose = breakaway_friction(joint, load[t]) * case.setting.moves
+        starting[t] = larger(abs(torque[t]), abs(start) * moves)
+        loose = breakaway_friction(joint, load[t]) * moves
         largest_load, largest = larger(largest_load, abs(load[t] + loose)), larger(largest, starting[t])
     return largest_load, largest
 
 
 @law
-def warm_up(case: Any, motion: Any, traces: Any) -> Any:
-    """The temperatures of a drive at work, those of the winding at the samples; returns that of the magnets [C].
+def warm_up(case: Any, motion: Any, traces: Any) -> None:
+    """The temperatures of a drive at work, those of the winding at the samples.
 
     Where the sheet does not say enough, or no steady temperature exists, the magnets are at ambient temperature and the
     winding at its limit.
@@ -407,7 +367,7 @@ def warm_up(case: Any, motion: Any, traces: Any) -> Any:
     motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
     nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
-    figures.heat_converged, losses.housing_at[0] = 1.0, ambient
+    figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
     if known(nodes.inner + nodes.outer):
         friction_losses(case, motion, traces)
         interval_means(traces.torque[1:-1], traces.friction_loss, losses)
@@ -415,9 +375,9 @@ def warm_up(case: Any, motion: Any, traces: Any) -> Any:
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
         if heat.peak < np.inf:
-            return heat.magnets
+            figures.magnet_temperature = heat.magnets
+            return
     losses.winding_at[:] = rest
-    return ambient
 
 
 @law(fastmath=FAST)
@@ -431,10 +391,12 @@ def friction_losses(case: Any, motion: Any, traces: Any) -> None:
 
 
 @law(fastmath=FAST)
-def cold_voltage(case: Any, motion: Any, traces: Any, constant: Any, ohms: Any) -> Any:
+def cold_voltage(case: Any, motion: Any, traces: Any) -> Any:
     """Largest voltage while everything is at ambient temperature, when strong magnets ask more at speed [V]."""
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
-    ratio, inductance, largest, inverse = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 1.0 / constant
+    ratio, inductance, ambient = case.gear.ratio, known_or(case.motor.inductance, 0.0), case.setting.ambient
+    constant, ohms, largest = torque_constant(case.motor, ambient), winding_resistance(case.motor, ambient), 0.0
+    inverse = 1.0 / constant
     for t in range(len(torque)):
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
         speed = ratio * motion.speed[t]
@@ -444,24 +406,9 @@ def cold_voltage(case: Any, motion: Any, traces: Any, constant: Any, ohms: Any) 
 
 
 @law(fastmath=FAST)
-def warm_voltage(case: Any, motion: Any, traces: Any, constant: Any) -> Any:
-    """Largest voltage at the temperatures of the cycle [V]."""
-    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
-    ratio, inductance, largest, inverse = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 1.0 / constant
-    ohms = winding_resistance(case.motor, 0.0)
-    slope = winding_resistance(case.motor, 1.0) - ohms
-    for t in range(len(torque)):
-        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
-        speed, hot = ratio * motion.speed[t], ohms + slope * traces.losses.winding_at[t]
-        volts = winding_voltage(constant, hot, inductance, speed, torque[t] * inverse, rate * inverse)
-        largest = larger(largest, abs(volts))
-    return largest
-
-
-@law(fastmath=FAST)
-def starting_voltage(case: Any, motion: Any, traces: Any, constant: Any) -> Any:
+def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
     """Largest voltage that starts the joint from rest, or holds it [V]."""
-    largest = 0.0
+    largest, constant = 0.0, torque_constant(case.motor, case.figures.magnet_temperature)
     for first, last in motion.rests:
         winding, starting = traces.losses.winding_at[first:last], traces.starting[first:last]
         for t in range(len(starting)):
@@ -471,15 +418,22 @@ def starting_voltage(case: Any, motion: Any, traces: Any, constant: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def electrical_power(case: Any, motion: Any, traces: Any, power: Any) -> None:
-    """Electrical power of a case that is judged, inductance left out, on top of what is there [W]; its energy."""
-    torque, ratio, figures = traces.torque[1:-1], case.gear.ratio, case.figures
-    constant = torque_constant(case.motor, figures.magnet_temperature)
-    ohms = winding_resistance(case.motor, 0.0)
-    slope, inverse, energy = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant, 0.0
+def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
+    """Largest voltage at the temperatures of the cycle [V]; adds the power, inductance left out, to what is there [W].
+
+    The figures take the energy.
+    """
+    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
+    ratio, inductance, largest, energy = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 0.0
+    constant, ohms = torque_constant(case.motor, case.figures.magnet_temperature), winding_resistance(case.motor, 0.0)
+    slope, inverse = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant
     for t in range(len(torque)):
-        current, hot = torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
-        drawn = winding_voltage(constant, hot, 0.0, ratio * motion.speed[t], current, 0.0) * current
+        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
+        speed, current, hot = ratio * motion.speed[t], torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
+        volts = winding_voltage(constant, hot, inductance, speed, current, rate * inverse)
+        drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current
+        largest = larger(largest, abs(volts))
         energy += motion.weight[t] * drawn
         power[t] += drawn
-    figures.energy, figures.mean_power = energy, energy / case.setting.duration
+    case.figures.energy, case.figures.mean_power = energy, energy / case.setting.duration
+    return largest

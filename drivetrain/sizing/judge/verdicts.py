@@ -81,9 +81,8 @@ def supply_figures(weights: Array, power: Array) -> dict[str, Any]:
     """
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
     drawn, fed_back = np.maximum(power, 0.0), np.maximum(-power, 0.0)
-    return {
-        "peak_power": drawn.max(axis=-1), "mean_power": drawn @ share, "regenerated_power": fed_back @ share,
-    }  # fmt: skip
+    mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))  # @ sums by how many sets there are
+    return {"peak_power": drawn.max(axis=-1), "mean_power": mean, "regenerated_power": back}
 
 
 def supply_checks(
@@ -104,13 +103,13 @@ def supply_checks(
     figures, highest = supply_figures(weights, total), float(time[int(np.argmax(np.maximum(total, 0.0)))])
     found = []
     for row in SUPPLY_CHECKS:
-        required, limit = None if unknown else float(figures[row.limit]), getattr(supply, row.limit)
+        required, limit = None if unknown else float(figures[row.required]), getattr(supply, row.limit)
         used = None if required is None or limit is None else utilisation(required, limit)
         verdict = Verdict.NOT_CHECKED if used is None else judged(used, reserve)
         lack = "the study states no limit" if limit is None else ""
         remark, instant = f"power unknown of {unknown}" if unknown else lack, highest if row.instant else None
         source = f"{row.name} limit of the study"
-        found.append(Check(row.name, required, limit, "W", used, verdict, instant, source, remark))
+        found.append(Check(row.name, required, limit, row.unit, used, verdict, instant, source, remark))
     return tuple(found)
 
 

@@ -15,7 +15,14 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import rotor_torque, starting_torque
-from drivetrain.drive.friction import breakaway_friction, direction, friction_curve, sliding_friction
+from drivetrain.drive.friction import (
+    Friction,
+    breakaway_friction,
+    direction,
+    friction_curve,
+    friction_torque,
+    sliding_friction,
+)
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.periodic_heat import thermal_nodes
@@ -26,6 +33,7 @@ from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.sizing.judge.judge import (
     NO,
     NOTHING,
+    YES,
     add_rows,
     excess_series,
     first_lacking,
@@ -38,6 +46,8 @@ from drivetrain.vector import larger, smaller
 STEPS = 8  # of the ladder of temperatures at most; each adds a few percent of the one before
 ENOUGH = 1e-3  # of the rise: a step that adds less is the last
 SAMPLED = 8  # candidates whose power the line of energy is taken from
+WIDER = 1e-12  # of an interval's width and middle: rounding of the sums that make it
+BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
 
 
 class Span(NamedTuple):
@@ -45,20 +55,23 @@ class Span(NamedTuple):
 
     Attributes:
         motion: Of the joint.
-        low, high: Ends of the torque at the gear's output, joint friction and own drive not in it [N m], (N,).
-        added: What a unit of each number of the joint's own drive adds to it, (K, N).
+        shown, lossy: Friction of the joint at its speed, and at that which decides the losses [N m], (N,).
+        added: What a unit of each number of the joint's own drive adds to its torque, (K, N).
         share: Of the time of use between each sample and the next, (N,).
+        low, high: Ends of the torque at the gear's output, joint friction and own drive not in it [N m], (N,).
         own_low, own_high: Memory: with what the joint's own drive adds, (N,).
         least, most: Memory: ends of the motor's torque [N m], (N,).
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
-        excess: Memory: of falling friction, at the joint, at its losses, and at the shaft [N m], (3, N).
+        excess: Memory: of falling friction at the shaft [N m], (N,).
     """
 
     motion: Motion
-    low: Array
-    high: Array
+    shown: Array
+    lossy: Array
     added: Array
     share: Array
+    low: Array
+    high: Array
     own_low: Array
     own_high: Array
     least: Array
@@ -67,41 +80,177 @@ class Span(NamedTuple):
     excess: Array
 
 
-def span_of(motion: Motion, low: Array, high: Array, added: Array, share: Array) -> Span:
+class Offer(NamedTuple):
+    """The candidates of one joint for compiled code, K other joints' drives that load it, and the memory of its bounds.
+
+    Attributes:
+        plain: A case of the joint, whatever its motor and gear, (1,).
+        case, row: Memory: the case of one candidate, (1,), and the same memory as plain floats, (1, floats).
+        motors, shafts: Records of motors and of their shafts' friction.
+        gears, direct: Records of gears, and whether they are none.
+        pairs: Row of motor and gear of all pairs of the study, (P, 2).
+        numbers: Through which each pair loads joints, (P, NUMBERS).
+        load: Torque without drives [N m], (N,).
+        others: Joints whose drives load this one, (K,).
+        rows: What a unit of each number of each of them adds, (K, NUMBERS, N).
+        half: Memory: half the width of each of these numbers, (K, NUMBERS).
+        sharp: In each stretch of the cycle the sample of largest acceleration, (STRETCHES,).
+        few: What is possible at those, and at as many samples of large torque.
+        whole: At all samples.
+    """
+
+    plain: Any
+    case: Any
+    row: Array
+    motors: Any
+    shafts: Any
+    gears: Any
+    direct: Array
+    pairs: Any
+    numbers: Array
+    load: Array
+    others: Any
+    rows: Array
+    half: Array
+    sharp: Any
+    few: Span
+    whole: Span
+
+
+def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
     """A span with memory of its own."""
-    rows = (np.zeros(len(low)) for _ in range(5))
-    return Span(motion, low, high, added, share, *rows, np.zeros((3, len(low))))
+    shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
+    return Span(motion, shown, lossy, added, share, *(np.zeros(len(share)) for _ in range(8)))
 
 
 @kernel(fastmath=FAST)
-def bound_cases(
-    cases: Any, numbers: Any, checks: Any, span: Span, amounts: Array, until: float, strict: bool, peaks: bool,
-    energies: bool, line: Array, used: Array, energy: Array,
-) -> None:  # fmt: skip
-    """What candidates of one joint ask at least of their limits, and draw at least, with any torque in an interval.
+def open_span(offer: Offer, low: Array, high: Array) -> None:
+    """Fill the interval of torque that open choices leave; low, high: numbers of all joints' drives, (n, NUMBERS)."""
+    bottom, top = offer.whole.low, offer.whole.high
+    bottom[:] = offer.load
+    for k in range(len(offer.others)):
+        least, most = low[offer.others[k]], high[offer.others[k]]
+        middle, half = 0.5 * (least + most), 0.5 * (most - least)
+        offer.half[k] = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
+        add_rows(bottom, offer.rows[k], middle, bottom)
+    top[:] = bottom
+    for k in range(len(offer.others)):
+        for i in range(offer.half.shape[1]):
+            row, half_width = offer.rows[k, i], offer.half[k, i]
+            if half_width > 0.0:
+                for t in range(len(row)):
+                    wide = half_width * abs(row[t])
+                    bottom[t] -= wide
+                    top[t] += wide
+
+
+@kernel(fastmath=FAST)
+def bound_candidates(
+    offer: Offer, checks: Any, pairs: Any, exact: Any, until: float, strict: bool, room: float, full: bool,
+    energies: bool, weight: float, base: Array, cost: Array, used: Array, energy: Array, line: Array,
+) -> int:  # fmt: skip
+    """What candidates of one joint ask at least of their limits, and draw at least, with any torque in its interval.
 
     Args:
-        cases, numbers, checks: As for ``judge_cases``.
-        amounts: Numbers of the joint's own drive, (P, K).
-        until: A candidate that asks more is not looked at any further.
+        offer: Of the joint, its interval filled (``open_span``).
+        checks: The table.
+        pairs: The candidates, cheapest first, (K,).
+        exact: Which need no look, as what they cost is known, (K,).
+        until: One that asks more is not looked at any further.
         strict: Whether one of which an essential check cannot be made is out.
-        peaks: Whether only peaks are wanted, as of a few samples.
+        room: Candidates that cost as much are of no interest.
+        full: Whether all are looked at, or only those that may be the cheapest.
         energies: Whether energies are wanted.
-        line: Takes how the power grows with the load at each sample, the mean over some candidates [W/(N m)], (N,).
-        used: Takes the largest utilisation, (P,).
+        weight: What one joule adds to the cost.
+        base: What each pair of the study costs without energy, (P,).
+        cost: At least, raised by the energy that is certain, (K,).
+        used: Takes the largest utilisation, infinite for those that are out, (K,).
         energy: Takes the energy a cycle less the line times what the load is above the middle of its interval [J],
-            (P,); 0 where the candidate is out.
+            (K,).
+        line: Takes how the power grows with the load at each sample, the mean over some candidates [W/(N m)], (N,).
+
+    Returns:
+        How many were looked at.
     """
+    count, least, open_energy = 0, np.inf, 0.0
+    few, whole, own, flat = offer.few, offer.whole, len(offer.whole.added), np.zeros(len(line))
+    for i in range(len(pairs)):
+        least = min(least, cost[i]) if exact[i] else least
+    look_closer(offer)
     if energies:
-        power_line(cases, span, line)
-    for i in range(len(cases)):
-        case, row = cases[i], numbers[i]
+        power_line(offer, pairs, weight != 0.0, line)
+        open_energy = energy_of_line(offer, line)
+    for i in range(len(pairs)):
+        if exact[i] or cost[i] >= room or not (full or cost[i] < least):
+            continue
+        count += 1
+        case, row, amounts = put(offer, pairs[i]), offer.row[0], offer.numbers[pairs[i]][:own]
         set_limits(case)
-        used[i], energy[i] = np.inf, 0.0
-        if not strict or first_lacking(case, row, checks, NO) < 0:
-            used[i], heat = bound(case, row, checks, span, amounts[i], until, peaks)
-            if energies and not used[i] > until:
-                energy[i] = least_energy(case, span, heat, line)
+        used[i] = np.inf
+        if strict and first_lacking(case, row, checks, NO) >= 0:
+            continue
+        used[i], heat = bound(case, row, checks, few, amounts, until, YES)
+        if used[i] <= until:
+            used[i], heat = bound(case, row, checks, whole, amounts, until, NO)
+        if energies and used[i] <= until:
+            energy[i] = least_energy(case, whole, heat, line)
+            drawn = energy[i] - open_energy
+            if weight != 0.0 and open_energy != 0.0:
+                drawn = max(drawn, least_energy(case, whole, heat, flat))
+            cost[i] = max(cost[i], base[pairs[i]] + weight * drawn * (BELOW if drawn > 0.0 else 1.0 / BELOW))
+        if used[i] <= until and cost[i] < room:
+            least = min(least, cost[i])
+    return count
+
+
+@law
+def put(offer: Offer, pair: Any) -> Any:
+    """The case of a pair, with nothing found yet."""
+    motor, gear, case = offer.pairs[pair, 0], offer.pairs[pair, 1], offer.case[0]
+    offer.case[0] = offer.plain[0]
+    case.motor, case.shaft = offer.motors[motor], offer.shafts[motor]
+    case.gear, case.direct = offer.gears[gear], offer.direct[gear]
+    return case
+
+
+@law
+def look_closer(offer: Offer) -> None:
+    """Fill the few samples: of each stretch of the cycle those of largest acceleration and largest certain torque."""
+    few, whole, stretches = offer.few, offer.whole, len(offer.sharp)
+    length = len(whole.low) // stretches
+    for k in range(2 * stretches):
+        at = offer.sharp[k % stretches]
+        if k >= stretches:
+            first, largest = (k - stretches) * length, -np.inf
+            for t in range(first, first + length):
+                asked = max(whole.low[t], -whole.high[t])
+                if asked > largest:
+                    at, largest = t, asked
+        few.low[k], few.high[k], few.shown[k], few.lossy[k] = (
+            whole.low[at],
+            whole.high[at],
+            whole.shown[at],
+            whole.lossy[at],
+        )
+        few.motion.speed[k], few.motion.loss_speed[k] = whole.motion.speed[at], whole.motion.loss_speed[at]
+        few.motion.acceleration[k] = whole.motion.acceleration[at]
+        few.motion.carrier_acceleration[k] = whole.motion.carrier_acceleration[at]
+        for i in range(len(few.added)):
+            few.added[i, k] = whole.added[i, at]
+
+
+@law(fastmath=FAST)
+def energy_of_line(offer: Offer, line: Any) -> Any:
+    """What the line takes over at most: its share of what is open in the load [J]."""
+    total, weight = 0.0, offer.whole.motion.weight
+    for k in range(len(offer.others)):
+        for i in range(offer.half.shape[1]):
+            if offer.half[k, i] > 0.0:
+                row, slope = offer.rows[k, i], 0.0
+                for t in range(len(line)):
+                    slope += row[t] * (line[t] * weight[t])
+                total += offer.half[k, i] * abs(slope)
+    return total
 
 
 @law(fastmath=FAST)
@@ -149,38 +298,34 @@ class LeastMechanical(NamedTuple):
 @law(fastmath=FAST)
 def least_mechanical(case: Any, span: Span, amounts: Any) -> Any:
     """The pass over the mechanics: ends of the motor's torque at every sample, and the peaks that are certain."""
-    motion, low, high = span.motion, span.own_low, span.own_high
+    motion, low, high, shown, lossy = span.motion, span.own_low, span.own_high, span.shown, span.lossy
     add_rows(span.low, span.added, amounts, low)
-    add_rows(span.high, span.added, amounts, high)
+    for t in range(len(low)):
+        high[t] = low[t] + (span.high[t] - span.low[t])
     mesh, inertia = mesh_of(case.gear), known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
-    joint, turning = friction_curve(case.joint), friction_curve(case.shaft)
-    excess_series(joint, 1.0, motion.speed, span.excess[0])
-    excess_series(joint, 1.0, motion.loss_speed, span.excess[1])
-    excess_series(turning, mesh.ratio, motion.loss_speed, span.excess[2])
-    shown_excess, lossy_excess, shaft_excess = span.excess[0], span.excess[1], span.excess[2]
+    turning, excess = friction_curve(case.shaft), span.excess
+    excess_series(turning, mesh.ratio, motion.loss_speed, excess)
     least, most, shaft, load, torque, square = span.least, span.most, span.shaft, 0.0, 0.0, 0.0
     for t in range(len(low)):
         speed = motion.loss_speed[t]
-        shown = sliding_friction(joint, motion.speed[t]) + shown_excess[t]
-        lossy = sliding_friction(joint, speed) + lossy_excess[t]
         shaft[t] = (
             rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
-            + sliding_friction(turning, mesh.ratio * speed) + shaft_excess[t] + running_torque(mesh, speed)
+            + sliding_friction(turning, mesh.ratio * speed) + excess[t] + running_torque(mesh, speed)
         )  # fmt: skip
-        a, b = low[t] + lossy, high[t] + lossy
+        a, b = low[t] + lossy[t], high[t] + lossy[t]
         first, second = mesh_torque(mesh, a, speed), mesh_torque(mesh, b, speed)
         bend = 0.0 if (a < 0.0) & (b > 0.0) else first
         least[t] = smaller(smaller(first, second), bend) + shaft[t]
         most[t] = larger(larger(first, second), bend) + shaft[t]
-        load = larger(load, larger(low[t] + shown, -(high[t] + shown)))
+        load = larger(load, larger(low[t] + shown[t], -(high[t] + shown[t])))
         magnitude = larger(larger(least[t], -most[t]), 0.0)
         torque = larger(torque, magnitude)
         square += motion.weight[t] * magnitude * magnitude
     if case.setting.moves != 0.0:
+        joint = friction_curve(case.joint)
         for first_sample, after in motion.rests:
             for t in range(first_sample, after):  # what breaks the joint loose where the direction is certain
-                shown = sliding_friction(joint, motion.speed[t]) + shown_excess[t]
-                a, b = low[t] + shown, high[t] + shown
+                a, b = low[t] + shown[t], high[t] + shown[t]
                 if a > 0.0 or b < 0.0:
                     way, near = direction(a + b), a if a > 0.0 else b
                     load = larger(load, abs(near + breakaway_friction(joint, way)))
@@ -198,10 +343,10 @@ def least_mechanical(case: Any, span: Span, amounts: Any) -> Any:
 def least_average(case: Any, span: Span) -> Any:
     """The least average load as wear sees it [N m]; Harmonic Drive SHG, p. 30."""
     motion, low, high, exponent = span.motion, span.own_low, span.own_high, case.gear.life_exponent
-    joint, excess, worn, travel = friction_curve(case.joint), span.excess[0], 0.0, 0.0
+    shown, worn, travel = span.shown, 0.0, 0.0
     for t in range(len(low)):
-        shown, way = sliding_friction(joint, motion.speed[t]) + excess[t], motion.weight[t] * abs(motion.speed[t])
-        worn += way * wear(larger(larger(low[t] + shown, -(high[t] + shown)), 0.0), exponent)
+        way = motion.weight[t] * abs(motion.speed[t])
+        worn += way * wear(larger(larger(low[t] + shown[t], -(high[t] + shown[t])), 0.0), exponent)
         travel += way
     return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else 0.0
 
@@ -329,24 +474,19 @@ def certain_loss(motor: Any, magnets: Any, coolest: Any, heated: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def power_line(cases: Any, span: Span, line: Any) -> None:
-    """How the power grows with the load at the middle of the interval: the mean over some candidates."""
-    motion, low, high = span.motion, span.low, span.high
-    count = min(len(cases), SAMPLED)
-    for t in range(len(line)):
-        line[t] = 0.0
+def power_line(offer: Offer, pairs: Any, first: Any, line: Any) -> None:
+    """How the power grows with the load at the middle of the interval: the mean over some candidates, or the first."""
+    span, count = offer.whole, min(len(pairs), SAMPLED)
+    motion, low, high, lossy = span.motion, span.low, span.high, span.lossy
+    line[:] = 0.0
     for i in range(count):
-        case = cases[i * len(cases) // count]
-        mesh, joint = mesh_of(case.gear), friction_curve(case.joint)
-        inertia, ambient = (
-            known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0),
-            case.setting.ambient,
-        )
+        case = put(offer, pairs[i if first else i * len(pairs) // count])
+        mesh, ambient = mesh_of(case.gear), case.setting.ambient
+        inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
         loss = certain_loss(case.motor, ambient, ambient, False)
         for t in range(len(line)):
-            speed = motion.loss_speed[t]
-            load = 0.5 * (low[t] + high[t]) + sliding_friction(joint, speed)
-            share = mesh_torque(mesh, 1.0 if load > 0.0 else -1.0, speed) * (1.0 if load > 0.0 else -1.0)
+            load = 0.5 * (low[t] + high[t]) + lossy[t]
+            share = mesh_torque(mesh, 1.0 if load > 0.0 else -1.0, motion.loss_speed[t]) * (1.0 if load > 0.0 else -1.0)
             torque = share * load + inertia * mesh.ratio * motion.acceleration[t]
             line[t] += share * (mesh.ratio * motion.speed[t] + 2.0 * loss * torque) / count
 
@@ -358,14 +498,13 @@ def least_energy(case: Any, span: Span, heat: LeastHeat, line: Any) -> Any:
     The motor's torque is one straight line for a positive load and another for a negative one, so the power is a
     parabola on each side, least at its vertex or at an end.
     """
-    motion, low, high, shaft = span.motion, span.own_low, span.own_high, span.shaft
-    mesh, joint, excess, total = mesh_of(case.gear), friction_curve(case.joint), span.excess[1], 0.0
+    motion, low, high, shaft, lossy = span.motion, span.own_low, span.own_high, span.shaft, span.lossy
+    mesh, total = mesh_of(case.gear), 0.0
     loss = certain_loss(case.motor, heat.magnets, heat.coolest, heat.hottest > -np.inf)
     for t in range(len(line)):
         speed, turning, own, steep = motion.loss_speed[t], mesh.ratio * motion.speed[t], shaft[t], line[t]
-        lossy = sliding_friction(joint, speed) + excess[t]
         up, down = mesh_torque(mesh, 1.0, speed), -mesh_torque(mesh, -1.0, speed)
-        a, b = low[t] + lossy, high[t] + lossy
+        a, b = low[t] + lossy[t], high[t] + lossy[t]
         alone = own * (turning + loss * own) + steep * 0.5 * (a + b)
         above = parabola(loss * up * up, up * (turning + 2.0 * loss * own) - steep, larger(a, 0.0), larger(b, 0.0))
         below = parabola(
@@ -389,13 +528,15 @@ def parabola(square: Any, straight: Any, begin: Any, end: Any) -> Any:
 
 
 @kernel(fastmath=FAST)
-def power_ends(cases: Any, whole: Span, amounts: Array, least: Array, most: Array) -> None:
+def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
     """The least and the most power that any of some candidates takes, each no hotter than it may be [W], (N,) each."""
+    whole, own = offer.whole, len(offer.whole.added)
     motion = whole.motion
     least[:], most[:] = np.inf, -np.inf
-    for i in range(len(cases)):
-        case, motor, setting = cases[i], cases[i].motor, cases[i].setting
-        least_mechanical(case, whole, amounts[i])
+    for pair in pairs:
+        case = put(offer, pair)
+        motor, setting = case.motor, case.setting
+        least_mechanical(case, whole, offer.numbers[pair][:own])
         path, ambient, limit = thermal_nodes(motor, setting.mounting), setting.ambient, motor.max_winding_temperature
         heated = known(path.inner + path.outer)
         coolest = smaller(ambient, known_or(limit, ambient)) if heated else known_or(limit, ambient)

@@ -6,6 +6,7 @@ catalogue rows, and the numbers through which each pair loads other joints. No o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -24,12 +25,11 @@ from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.fill import DIRECT
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.parts import Parts, parts_of
-from drivetrain.sizing.search.bounds import bound_cases, span_of
-from drivetrain.sizing.search.domains import Indices
+from drivetrain.sizing.search.bounds import Offer, bound_candidates, open_span, span_of
+from drivetrain.sizing.search.domains import Indices, Mask
 from drivetrain.study.model import Study
 
 TABLE = table()
-WIDER = 1e-12  # of an interval's width and middle: rounding of the sums that make it
 BEARING_LIMITS = ("tilting_moment_limit", "axial_load_limit", "radial_load_limit")
 
 
@@ -53,21 +53,6 @@ class Judged:
 
 
 @dataclass(frozen=True, eq=False)
-class Bounded:
-    """Candidates of one joint while others are open; K of them.
-
-    Attributes:
-        used: Largest utilisation at least, (K,).
-        energy: A cycle, at least, less what the line takes over [J], (K,).
-        line: How the power grows with the load at each sample [W/(N m)], (N,).
-    """
-
-    used: Array
-    energy: Array
-    line: Array
-
-
-@dataclass(frozen=True, eq=False)
 class JointOffer:
     """One joint: its work without drives, its candidates' rows, and what the drives of others add to its load.
 
@@ -78,12 +63,8 @@ class JointOffer:
             that it moves.
         others: Joints whose drives load this one.
         rows: What a unit of each number of each of their drives adds.
-        share: Of the time of use between each sample and the next, (N,).
         few: The work at a few samples, with its memory.
-        sharp: In each stretch of the cycle the sample of largest acceleration, (STRETCHES,).
-        motors: Records of motors and of their shafts' friction.
-        gears: Records of gears, and whether they are none.
-        plain: A case of the joint, whatever its motor and gear, (1,).
+        records: The candidates for the bounds, with their memory.
         given: Whether the study gives the drive: it stays, whatever is known of it.
     """
 
@@ -92,19 +73,15 @@ class JointOffer:
     work: Work
     others: tuple[int, ...]
     rows: Added
-    share: Array
     few: Work
-    sharp: Indices
-    motors: tuple[Any, Any]
-    gears: tuple[Any, Any]
-    plain: Any
+    records: Offer
     given: bool
 
     def cases(self, parts: Indices) -> Any:
         """Records of pairs, (K,); parts: rows of motor and gear, (K, 2)."""
-        cases, (left, right) = np.repeat(self.plain, len(parts)), parts.T
-        cases["motor"], cases["shaft"] = self.motors[0][left], self.motors[1][left]
-        cases["gear"], cases["direct"] = self.gears[0][right], self.gears[1][right]
+        sheets, cases, (left, right) = self.records, np.repeat(self.records.plain, len(parts)), parts.T
+        cases["motor"], cases["shaft"] = sheets.motors[left], sheets.shafts[left]
+        cases["gear"], cases["direct"] = sheets.gears[right], sheets.direct[right]
         return cases
 
     def amounts(self, numbers: Array) -> Array:
@@ -114,17 +91,30 @@ class JointOffer:
     def interval(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Both ends of the torque that open choices leave, without what the joint's own drive adds [N m], (N,) each.
 
+        They lie in the memory of the records, for the bounds that are asked next.
+
         Args:
             low, high: Numbers of all joints' drives, (n, NUMBERS).
         """
-        others = list(self.others)
-        middle = 0.5 * (low[others] + high[others]).ravel()
-        half = 0.5 * (high[others] - low[others]).ravel()
-        centre = self.work.load.torque + middle @ self.rows.torque
-        if not half.any():
-            return centre, centre
-        wide = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0) @ np.abs(self.rows.torque)
-        return centre - wide, centre + wide
+        open_span(self.records, low, high)
+        return self.records.whole.low, self.records.whole.high
+
+    def bounded(
+        self, pairs: Indices, base: Array, cost: Array, exact: Mask, *, until: float, energies: bool,
+        weight: float = 0.0, room: float = math.inf, full: bool = True,
+    ) -> tuple[int, Array, Array, Array]:  # fmt: skip
+        """Candidates while the torque lies in the interval; see ``bound_candidates``.
+
+        Returns:
+            How many were looked at, their utilisations and energies at least, (K,), and the line, (N,).
+        """
+        line = np.zeros(len(self.records.load))
+        used, energy = np.zeros(len(pairs)), np.zeros(len(pairs))
+        count = bound_candidates(
+            self.records, TABLE, pairs, exact, until, not self.given, room, full, energies, weight, base, cost, used,
+            energy, line,
+        )  # fmt: skip
+        return count, used, energy, line
 
     def judge(
         self, parts: Indices, own: Array, numbers: Array, *, until: float, quick: bool, power: Array | None = None,
@@ -159,28 +149,10 @@ class JointOffer:
         )  # fmt: skip
         return Judged(cases, used, binding, lacking, checks)
 
-    def bounded(
-        self, parts: Indices, own: Array, torque: tuple[Array, Array], *, until: float, energies: bool
-    ) -> Bounded:
-        """Candidates while the torque lies in an interval; what asks more than ``until`` is not looked at further."""
-        cases, amounts, at = self.cases(parts), self.amounts(own), self._few(*torque)
-        motion, added = self.work.motion, self.work.added.torque
-        some = self._at(self.work.load, at)
-        few = span_of(some.motion, torque[0][at], torque[1][at], some.added.torque, self.share[at])
-        used, energy, line = np.zeros(len(parts)), np.zeros(len(parts)), np.zeros(len(self.share))
-        strict = not self.given
-        bound_cases(cases, as_numbers(cases), TABLE, few, amounts, until, strict, True, False, line, used, energy)
-        left = np.flatnonzero(used <= until)
-        cases, amounts, whole = cases[left], amounts[left], span_of(motion, *torque, added, self.share)
-        rest, drawn = np.zeros(len(left)), np.zeros(len(left))
-        bound_cases(cases, as_numbers(cases), TABLE, whole, amounts, until, strict, False, energies, line, rest, drawn)
-        used[left], energy[left] = rest, drawn
-        return Bounded(used, energy, line)
-
     def _few(self, low: Array, high: Array) -> Indices:
         """In each stretch of the cycle the samples that ask most: of acceleration, and of torque at least."""
         least = np.maximum(low, -high)
-        return np.concatenate([self.sharp, _peaks(least)])
+        return np.concatenate([self.records.sharp, _peaks(least)])
 
     def _at(self, load: Load, at: Indices) -> Work:
         """The work at a few samples, as far as peaks need it."""
@@ -254,17 +226,20 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
             known &= not np.isnan(
                 parts.motor_rows["rotor_inertia"][motor] + sheets["efficiency"][gear] + sheets["inertia"][gear]
             )
-    joints = tuple(_offer(work, parts, joint, shafts[task.motor_friction]) for joint, task in enumerate(study.joints))
-    pairs = np.concatenate(parts.pairs)
+    pairs, numbers = np.concatenate(parts.pairs), np.concatenate(parts.amounts)
+    joints = tuple(
+        _offer(work, parts, joint, shafts[task.motor_friction], (pairs, numbers))
+        for joint, task in enumerate(study.joints)
+    )
     first = np.concatenate([[0], np.cumsum([len(some) for some in parts.pairs])]).astype(np.int64)
     ratio = np.array([gear.ratio for gear in parts.gears])[pairs[:, 1]]
     return Candidates(
-        study, work, parts.motor_keys, parts.gear_keys, first, pairs, np.concatenate(parts.amounts), ratio,
-        np.concatenate(parts.mass), np.concatenate(parts.price), joints, bool(known),
+        study, work, parts.motor_keys, parts.gear_keys, first, pairs, numbers, ratio, np.concatenate(parts.mass),
+        np.concatenate(parts.price), joints, bool(known),
     )  # fmt: skip
 
 
-def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
+def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[Indices, Array]) -> JointOffer:
     study, cycle, pairs = work.study, work.study.cycle, parts.pairs[joint]
     demand, gears = work.at(joint, {}).fixed, parts.gear_rows
     used = gears[0][np.unique(pairs[:, 1])]
@@ -281,8 +256,9 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
     few, size = offered.few, 2 * STRETCHES
     assert few is not None
+    nowhere = {name: np.zeros(size) for name in few.motion._fields[:-2]}
     few = few._replace(
-        motion=few.motion._replace(periods=few.motion.periods._replace(step=np.zeros(size))),
+        motion=few.motion._replace(periods=few.motion.periods._replace(step=np.zeros(size)), **nowhere),
         sum=few.sum._replace(torque=np.zeros(size)), traces=new_traces(size, len(cycle.parts)),
     )  # fmt: skip
     steps = offered.motion.periods.step
@@ -293,10 +269,15 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any) -> JointOffer:
     plain = paired(
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
-    return JointOffer(
-        joint, demand, offered, tuple(others), rows, share, few, _peaks(np.abs(demand.acceleration)),
-        (parts.motor_rows, shafts), gears, plain, study.joints[joint].drive is not None,
+    case, friction, (sheets, direct) = plain.copy(), study.joints[joint].friction, gears
+    records = Offer(
+        plain, case, as_numbers(case), parts.motor_rows, shafts, sheets, direct, *every, offered.load.torque,
+        np.array(others, dtype=np.int64), rows.torque.reshape(len(others), NUMBERS, len(cycle.time)),
+        np.zeros((len(others), NUMBERS)), _peaks(np.abs(demand.acceleration)),
+        span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size)),
+        span_of(offered.motion, friction, own.torque, share),
     )  # fmt: skip
+    return JointOffer(joint, demand, offered, tuple(others), rows, few, records, study.joints[joint].drive is not None)
 
 
 def _peaks(values: Array) -> Indices:

@@ -24,10 +24,11 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.search.domains import Domain, Domains, with_domain
-from drivetrain.sizing.search.problem import BELOW, ROUNDING, Problem
+from drivetrain.sizing.search.bounds import BELOW
+from drivetrain.sizing.search.domains import Domain, Domains, Mask, with_domain
+from drivetrain.sizing.search.problem import ROUNDING, Problem
+from drivetrain.sizing.search.propagate import supply_use
 from drivetrain.sizing.search.robust import OftenEnough
-from drivetrain.sizing.search.supply import supply_use
 from drivetrain.sizing.search.tree import Tell, halves
 from drivetrain.sizing.search.zones import Zones, reaching, survivors
 
@@ -249,12 +250,15 @@ class FrontTree:
                 cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, low)
                 domains[joint] = replace(domain, cost=cost).kept(np.isfinite(cost[:, USED]))
             else:
-                found = problem.bounded(joint, domain.pairs, offers[joint].interval(low, high), energies=True)
-                slope[joint] = problem.slopes(joint, found.line)
+                offers[joint].interval(low, high)
+                _, used, energy, line = offers[joint].bounded(
+                    domain.pairs, problem.base, np.zeros(len(domain)), domain.exact, until=1.0 + ROUNDING, energies=True
+                )
+                slope[joint] = problem.slopes(joint, line)
                 taken = float((slope[joint] * 0.5 * (low + high)).sum())
-                cost[:, USED] = found.used * BELOW
-                cost[:, ENERGY] = found.energy - taken - (1.0 - BELOW) * (np.abs(found.energy) + abs(taken))
-                domains[joint] = replace(domain, cost=cost).kept(found.used <= 1.0 + ROUNDING)
+                cost[:, USED] = used * BELOW
+                cost[:, ENERGY] = energy - taken - (1.0 - BELOW) * (np.abs(energy) + abs(taken))
+                domains[joint] = replace(domain, cost=cost).kept(used <= 1.0 + ROUNDING)
             if not len(domains[joint]):
                 return None
         return Part(tuple(domains), width, slope, part.bound, part.used)
@@ -301,7 +305,7 @@ class FrontTree:
         least = np.cumsum([np.zeros(len(self._weights)), *(one.min(axis=0) for one in weighed)], axis=0)
         used = np.maximum.accumulate([0.0, *(float(one.cost[:, USED].min()) for one in part.domains)])
 
-        def reach(joint: int, costs: Array, own: Array, after: Array) -> Array:
+        def reach(joint: int, costs: Array, own: Array, after: Array) -> Mask:
             """Which candidates of a joint reach a zone, with those chosen after it."""
             answered = part.slope[:joint].sum(axis=0)
             energy = own @ answered[joint] + float((after * answered)[joint + 1 :].sum())
@@ -330,7 +334,7 @@ class FrontTree:
                 beside[joint] = own[at]
                 yield from walk(joint - 1, costs[at], beside, chosen)
 
-        def _reached_with_bounds(joint: int, domain: Domain, own: Array, spent: Array, after: Array) -> Array:
+        def _reached_with_bounds(joint: int, domain: Domain, own: Array, spent: Array, after: Array) -> Mask:
             """The same while the energy of the joint is bounded beside its line."""
             costs = spent + domain.cost
             costs[:, USED] = np.maximum(spent[USED], domain.cost[:, USED])
@@ -368,11 +372,12 @@ class FrontTree:
             0.0 if width == 0.0 else float(np.abs(domain.cost[:, ENERGY]).min()) + 1e-3
             for width, domain in zip(part.width, part.domains, strict=True)
         ])  # fmt: skip
-        effect = half * np.einsum("j,jki->ki", share, self.problem.reach)
+        effect: Array = half * np.einsum("j,jki->ki", share, self.problem.reach)
         joint, number = (int(at) for at in np.unravel_index(int(np.argmax(effect)), effect.shape))
         if not effect[joint, number] > 0.0:
             # Where no number changes a torque, loads are told apart by any number that differs.
-            differ = half * self.problem.loads.any(axis=0)[:, np.newaxis]
+            loading = np.asarray(self.problem.loads.any(axis=0))
+            differ = half * loading[:, np.newaxis]
             joint, number = (int(at) for at in np.unravel_index(int(np.argmax(differ)), differ.shape))
             if not differ[joint, number] > 0.0:  # its loads are decided, and there are many sets
                 joint = int(np.argmax([len(domain) for domain in part.domains]))
@@ -402,7 +407,7 @@ class FrontTree:
                 domain, beside = root.domains[joint], problem.candidates.numbers_of(chosen)
                 cost = domain.cost.copy()
                 cost[:, USED], cost[:, ENERGY] = problem.judged(joint, domain.pairs, beside)
-                fits = cost[:, USED] < height
+                fits = np.asarray(cost[:, USED] < height)
                 if self.often is not None:
                     lead = tuple(chosen.get(k, 0) for k in range(problem.n))
                     fits &= ~self.often.fails(joint, domain.pairs, lead)

@@ -14,7 +14,7 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.candidates import WIDER, Bounded, Candidates
+from drivetrain.sizing.search.candidates import Candidates
 from drivetrain.sizing.search.common_parts import CommonParts, common_parts
 from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, Mask
 from drivetrain.study.mounting import mass_counts
@@ -23,8 +23,7 @@ from drivetrain.study.selection import Wanted
 EQUAL = 5e-10  # of the objective: sets that differ by less are put in order by their reserve
 RANK, RANKS = 2e-5, 50  # of a utilisation: pairs that differ by less are put in order by the study, up to so many
 ROUNDING = 1e-9  # of a utilisation: a bound that asks so little more rules nothing out
-BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
-FIRST, AT_ONCE = 8, 4096  # candidates tested before it is seen whether one is feasible, and at most at once
+AT_ONCE = 4096  # candidates judged at most at once
 REMEMBERED = 10**6  # verdicts
 
 
@@ -89,7 +88,7 @@ class Problem:
 
     def loads_of(self, joint: int, pairs: Sequence[int]) -> bytes:
         """The numbers of the drives of a set that load a joint."""
-        return self.candidates.numbers[[pairs[k] for k in np.flatnonzero(self.loads[joint])]].tobytes()
+        return self.candidates.numbers[[pairs[int(k)] for k in np.flatnonzero(self.loads[joint])]].tobytes()
 
     def presolved(
         self, joint: int, domain: Domain, limit: float, full: bool, low: Array, high: Array
@@ -100,51 +99,19 @@ class Problem:
             full: Whether all are tested, or only those that may be the cheapest.
             low, high: Numbers of all joints' drives, (n, NUMBERS).
         """
-        offer, cost, kept = self.candidates.joints[joint], domain.cost.copy(), domain.cost < limit
-        torque, penalty = offer.interval(low, high), 0.0
-        least, count = float(cost[kept & domain.exact].min(initial=math.inf)), 0
-        waiting, size = np.flatnonzero(kept & ~domain.exact), AT_ONCE if full else FIRST
-        while len(waiting):
-            some, waiting, size = waiting[:size], waiting[size:], min(2 * size, AT_ONCE)
-            if not full:
-                some = some[cost[some] < least]
-                if not len(some):
-                    break  # they come in the order of their costs
-            pairs = domain.pairs[some]
-            found = self.bounded(joint, pairs, torque, energies=self.energy != 0.0)
-            count += len(some)
-            kept[some] = found.used <= 1.0 + ROUNDING
-            if self.energy:
-                penalty = self._open_energy(joint, found.line, low, high)
-                drawn = found.energy - penalty
-                drawn *= np.where(drawn > 0.0, BELOW, 1.0 / BELOW)
-                cost[some] = np.maximum(cost[some], self.base[pairs] + self.energy * drawn)
-                kept &= cost < limit
-            left = some[kept[some]]
-            least = min(least, float(cost[left].min(initial=math.inf)))
-        return kept, cost, count
-
-    def _open_energy(self, joint: int, line: Array, low: Array, high: Array) -> float:
-        """What the line of a joint's energy takes over at most: its share of what is open in the load [J]."""
-        offer = self.candidates.joints[joint]
-        if not offer.others:
-            return 0.0
-        slopes = self.slopes(joint, line)
-        others = list(offer.others)
-        half, middle = 0.5 * (high[others] - low[others]), 0.5 * np.abs(low[others] + high[others])
-        return float(np.abs(slopes[others] * (half + np.where(half > 0.0, WIDER * (half + middle), 0.0))).sum())
+        offer, cost = self.candidates.joints[joint], domain.cost.copy()
+        offer.interval(low, high)
+        count, used, _, _ = offer.bounded(
+            domain.pairs, self.base, cost, domain.exact, until=1.0 + ROUNDING, energies=self.energy != 0.0,
+            weight=self.energy, room=limit, full=full,
+        )  # fmt: skip
+        return (used <= 1.0 + ROUNDING) & (cost < limit), cost, count
 
     def slopes(self, joint: int, line: Array) -> Array:
         """Energy at a joint that a unit of each number of the drive of joint k answers for [J], (k, NUMBERS)."""
         offer, found = self.candidates.joints[joint], np.zeros((self.n, NUMBERS))
         found[list(offer.others)] = (offer.rows.torque @ (line * offer.work.motion.weight)).reshape(-1, NUMBERS)
         return found
-
-    def bounded(self, joint: int, pairs: Indices, torque: tuple[Array, Array], *, energies: bool) -> Bounded:
-        """Candidates of a joint while its torque lies in an interval."""
-        offered = self.candidates
-        parts, own = offered.pairs[pairs], offered.numbers[pairs]
-        return offered.joints[joint].bounded(parts, own, torque, until=1.0 + ROUNDING, energies=energies)
 
     def judged(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array]:
         """Candidates of one joint beside chosen drives.
@@ -162,7 +129,7 @@ class Problem:
         known, offer = self._judged.setdefault(key, {}), self.candidates.joints[joint]
         new = np.array([pair for pair in pairs.tolist() if pair not in known], dtype=np.int64)
         for some in np.array_split(new, range(AT_ONCE, len(new), AT_ONCE)) if len(new) else ():
-            power = np.zeros((1, len(offer.share)))
+            power = np.zeros((1, len(offer.records.load)))
             found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given, power=power)
             feasible = (found.used <= 1.0) & (offer.given | (found.lacking < 0))
             energy = np.nan_to_num(found.cases["figures"]["energy"])
@@ -174,7 +141,7 @@ class Problem:
     def power(self, pairs: Sequence[int]) -> Array:
         """Electrical power of all drives of a set that is feasible at every joint [W], (N,)."""
         chosen, numbers = np.array(pairs, dtype=np.int64), self.candidates.numbers[list(pairs)]
-        total = np.zeros((1, len(self.candidates.joints[0].share)))
+        total = np.zeros((1, len(self.candidates.study.cycle.time)))
         for joint in range(self.n):
             self.candidates.judge(joint, chosen[joint : joint + 1], numbers, until=math.inf, quick=False, power=total)
         return total[0]

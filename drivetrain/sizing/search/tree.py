@@ -20,10 +20,9 @@ from typing import Protocol
 import numpy as np
 
 from drivetrain.sizing.search.common_parts import CommonParts
-from drivetrain.sizing.search.domains import Domains, cheapest_pairs, with_domain, without_cheapest
+from drivetrain.sizing.search.domains import Domains, Indices, cheapest_pairs, with_domain, without_cheapest
 from drivetrain.sizing.search.problem import Problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges
-from drivetrain.sizing.search.supply import supply_may_be_feasible, supply_use
+from drivetrain.sizing.search.propagate import Propagation, Ranges, supply_may_be_feasible, supply_use
 
 TELL_EVERY = 50  # nodes
 MISSES = 20  # dead ends on the way to the first sets
@@ -214,7 +213,7 @@ class Tree:
         pairs = cheapest_pairs(domains)
         return next((one for one in self.problem.constraints if not one.satisfied(pairs)), None)
 
-    def _open_loads(self, node: Node) -> np.ndarray:
+    def _open_loads(self, node: Node) -> Indices:
         """Joints whose drives load others and are not decided."""
         return np.flatnonzero(self.problem.loads.any(axis=0) & ~node.ranges.decided)
 
@@ -289,5 +288,7 @@ class Tree:
 def halves(problem: Problem, domains: Domains, joint: int, number: int) -> list[Domains]:
     """Domains in two, parted in the middle of one number of a joint's drives."""
     values = problem.candidates.numbers[domains[joint].pairs, number]
-    below = values <= 0.5 * (values.min() + values.max())
+    least, most = values.min(), values.max()
+    middle = 0.5 * (least + most)
+    below = values <= (middle if middle < most else least)  # of neighbouring floats the middle is one of them
     return [with_domain(domains, joint, domains[joint].kept(mask)) for mask in (below, ~below)]

@@ -19,6 +19,7 @@ from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.judge import judge_cases
+from drivetrain.sizing.judge.verdicts import supply_figures
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.draws import CONSTANT, EFFICIENCY, FRICTION, RESISTANCE, THERMAL, Draws, Pair
 from drivetrain.study.change import TaskChange, changed
@@ -202,7 +203,7 @@ def _with_own_memory(work: Work) -> Work:
 
 def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice) -> Samples:
     """Some samples that follow one another."""
-    count, weight = part.stop - part.start, works[0].motion.weight / works[0].motion.weight.sum()
+    count, weight = part.stop - part.start, works[0].motion.weight
     joints, power = np.empty((count, len(works), len(CHECKS))), np.zeros((count, len(weight)))
     found, binding, lacking = np.zeros(count), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     for joint, work in enumerate(works):
@@ -213,9 +214,8 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
             cases, as_numbers(cases), ready.checks, work, amounts, np.inf, False, power, used, found, binding, lacking
         )
         joints[:, joint] = used
-    drawn = np.maximum(power, 0.0)
-    means = (drawn * weight).sum(axis=1), ((drawn - power) * weight).sum(axis=1)  # @ sums by the shape of the block
-    asked = np.stack([drawn.max(axis=1), *means], axis=1)
+    figures = supply_figures(weight, power)
+    asked = np.stack([figures[row.required] for row in SUPPLY_CHECKS], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         supply = np.where(ready.limits > 0.0, asked / ready.limits, np.where(asked > 0.0, np.inf, 0.0))
     supply[:, np.isnan(ready.limits)] = np.nan
