@@ -36,7 +36,7 @@ from mujoco_scenes import (
     six_joints,
 )
 
-from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engine import Engine
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate

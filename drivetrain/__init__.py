@@ -121,7 +121,9 @@ if TYPE_CHECKING:
     from drivetrain.motion.motion import Motion as Motion
     from drivetrain.report.outputs import write_outputs as write_outputs
     from drivetrain.report.page import html_report as html_report
-    from drivetrain.simulation.adaptive_engine import AdaptiveStep as AdaptiveStep
+    from drivetrain.simulation.adaptive_step import AdaptiveStep as AdaptiveStep
+    from drivetrain.simulation.constrained import Baumgarte as Baumgarte
+    from drivetrain.simulation.constrained import Projection as Projection
     from drivetrain.simulation.constrained import simulate_constrained as simulate_constrained
     from drivetrain.simulation.fixed_step import FixedStep as FixedStep
     from drivetrain.simulation.inverse import Inverse as Inverse
@@ -134,8 +136,6 @@ if TYPE_CHECKING:
     from drivetrain.simulation.scene import Scene as Scene
     from drivetrain.simulation.scene import joint_scene as joint_scene
     from drivetrain.simulation.scene import without as without
-    from drivetrain.simulation.stabilisation import Baumgarte as Baumgarte
-    from drivetrain.simulation.stabilisation import Projection as Projection
     from drivetrain.simulation.study_scene import scene_of as scene_of
     from drivetrain.simulation.study_scene import with_feed_forward as with_feed_forward
     from drivetrain.sizing.answers.curve import OptimumCurve as OptimumCurve
@@ -297,7 +297,7 @@ _HOME = {
     "Motion": "motion.motion",
     "write_outputs": "report.outputs",
     "html_report": "report.page",
-    "AdaptiveStep": "simulation.adaptive_engine",
+    "AdaptiveStep": "simulation.adaptive_step",
     "simulate_constrained": "simulation.constrained",
     "FixedStep": "simulation.fixed_step",
     "Inverse": "simulation.inverse",
@@ -310,8 +310,8 @@ _HOME = {
     "joint_scene": "simulation.scene",
     "Scene": "simulation.scene",
     "without": "simulation.scene",
-    "Baumgarte": "simulation.stabilisation",
-    "Projection": "simulation.stabilisation",
+    "Baumgarte": "simulation.constrained",
+    "Projection": "simulation.constrained",
     "scene_of": "simulation.study_scene",
     "with_feed_forward": "simulation.study_scene",
     "current_commands": "sizing.currents",

@@ -13,7 +13,7 @@ _intrinsic: Any = intrinsic  # what it decorates is called with one argument les
 
 @_intrinsic
 def call_address(typing: Any, address: Any, given: Any) -> Any:
-    """Inside compiled code: call a C function without result; of a tuple, floats are doubles and integers pointers.
+    """Inside compiled code: call a C function without result; of a tuple, integers are pointers, all else is as it is.
 
     An array is handed over as ``array.ctypes.data``; the caller sees to it that the array lives.
     """
@@ -22,7 +22,7 @@ def call_address(typing: Any, address: Any, given: Any) -> Any:
         pointer, values = ir.IntType(8).as_pointer(), []
         for k in range(len(given)):
             value = builder.extract_value(args[1], k)
-            values.append(value if value.type == ir.DoubleType() else builder.inttoptr(value, pointer))
+            values.append(builder.inttoptr(value, pointer) if isinstance(value.type, ir.IntType) else value)
         kind = ir.FunctionType(ir.VoidType(), [value.type for value in values])
         builder.call(builder.inttoptr(args[0], kind.as_pointer()), values)
         return context.get_dummy_value()

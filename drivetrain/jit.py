@@ -34,11 +34,11 @@ def law(function: Any = None, **options: Any) -> Any:
 
     Args:
         function: Of numbers, records and arrays.
-        options: Of ``numba.njit``, where they differ from ``error_model="numpy", nogil=True``.
+        options: Of ``numba.njit``, where they differ from ``error_model="numpy", nogil=True`` and no wrapper for C.
     """
     if function is None:
         return lambda function: law(function, **options)
-    _WAITING.append((function, {"error_model": "numpy", "nogil": True, **options}))
+    _WAITING.append((function, {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, **options}))
     if "numba" in sys.modules:
         _register()
     return function

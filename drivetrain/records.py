@@ -1,7 +1,8 @@
 """Numbers of a description as a numpy record, for compiled code: ``motor.resistance``, and NaN where nobody knows.
 
-A description is a frozen dataclass. Its record has a float for every number and a record for every dataclass in it,
-under the same names; texts stay outside. A law takes either, as long as it does not compute with what is None.
+A description is a dataclass. Its record has eight bytes for every number, a record for every dataclass and a row for
+every array in it, under the same names; texts stay outside. A law takes either, as long as it does not compute with
+what is None.
 """
 
 from __future__ import annotations
@@ -10,14 +11,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import Any, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from drivetrain.jit import law
 
 UNKNOWN = math.nan
-_NUMBERS = (float, float | None, int, int | None)
+_NUMBERS = (float, float | None, int | None)
 
 
 @law
@@ -33,15 +34,22 @@ def known_or(value: Any, otherwise: Any) -> Any:
 
 
 @cache
-def record_type(described: type) -> Any:
-    """The record of a dataclass."""
-    hints, columns = get_type_hints(described), []
-    for field in fields(described):
-        hint = hints[field.name]
+def record_type(described: type, whole: Any = np.float64) -> Any:
+    """The record of a dataclass.
+
+    Args:
+        described: Its arrays tell their lengths: ``Annotated[Array, 3]``.
+        whole: What whole numbers are kept as; as floats all numbers of a record can stand in one row.
+    """
+    hints, told, columns = get_type_hints(described), get_type_hints(described, include_extras=True), []
+    for name in (field.name for field in fields(described)):
+        hint = hints[name]
         if is_dataclass(hint):
-            columns.append((field.name, record_type(hint)))  # type: ignore[arg-type]
-        elif hint in _NUMBERS:
-            columns.append((field.name, np.dtype(np.float64)))
+            columns.append((name, record_type(hint, whole)))  # type: ignore[arg-type]
+        elif hint is int or hint in _NUMBERS:
+            columns.append((name, np.dtype(whole if hint is int else np.float64)))
+        elif get_origin(told[name]) is Annotated:
+            columns.append((name, np.dtype((np.float64, (get_args(told[name])[1],)))))
     return np.dtype((np.record, columns))
 
 
@@ -53,17 +61,18 @@ def as_record(values: Any) -> Any:
 def as_records(values: Sequence[Any], described: type | None = None) -> Any:
     """Descriptions of one kind as an array of records, (len(values),); the kind is needed where there may be none."""
     records = np.zeros(len(values), record_type(described or type(values[0])))
-    _fill(records, values)
+    fill(records, values, records.dtype.names)
     return records
 
 
-def _fill(records: Any, values: Sequence[Any]) -> None:
-    for name in records.dtype.names:
+def fill(records: Any, values: Sequence[Any], names: Sequence[str]) -> None:
+    """Put the numbers of these names from descriptions into records; None becomes NaN."""
+    for name in names:
         column = [getattr(one, name) for one in values]
         if records.dtype[name].names:
-            _fill(records[name], column)
+            fill(records[name], column, records.dtype[name].names)
         else:
-            records[name] = np.array(column, dtype=np.float64)  # None becomes NaN
+            records[name] = np.array(column, dtype=np.float64)
 
 
 def columns(dtype: Any, prefix: str = "") -> dict[str, int]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
 from drivetrain.accuracy.scenes import LABELS, choices, without
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.cost_results import Choice, Decision, EffectCost, EffectCosts, SolverCosts, SolverRun
 from drivetrain.simulation.engine import Engine
 from drivetrain.simulation.fixed_step import FixedStep

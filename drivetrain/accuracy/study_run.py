@@ -12,14 +12,14 @@ from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import run
-from drivetrain.simulation.adaptive_engine import AdaptiveStep
-from drivetrain.simulation.axis_scene import axis_faults
+from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engine import Engine, Progress
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.inverse import Inverse
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
+from drivetrain.simulation.study_scene import axis_faults
 from drivetrain.sizing.judge.evaluate import Given, evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select

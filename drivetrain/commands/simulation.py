@@ -124,7 +124,7 @@ def _wishes(study: Simulation, asked: Asked) -> Simulation:
     if asked.solver is not None:
         if asked.solver not in ("fixed", "adaptive", "inverse"):
             faults.append(Fault("--solver", "is for arms; a study takes fixed, adaptive or inverse", asked.solver))
-        told = replace(told, solver=asked.solver)
+        told = replace(told, solver=asked.solver)  # type: ignore[arg-type]
     for name, text, unit in (("step", asked.step, "s"), ("tolerance", asked.tolerance, "")):
         if text is not None:
             try:

@@ -15,36 +15,11 @@ from __future__ import annotations
 
 import math
 
+from drivetrain.drive.held_step_kernel import held_step
 from drivetrain.jit import kernel
 
 Loop = tuple[float, float, float, float, float, float, float]
 SMALLEST = 1.0 / 512.0  # of the step: a change of the limit is enclosed this closely
-
-
-@kernel
-def exponential(m11: float, m12: float, m21: float, m22: float, h: float) -> tuple[float, float, float, float]:
-    """The exponential of a two by two matrix times a step.
-
-    Args:
-        m11, m12, m21, m22: The matrix [1/s].
-        h: [s].
-
-    Returns:
-        Its entries, in the same order [-].
-    """
-    middle = 0.5 * (m11 + m22)
-    apart = middle * middle - (m11 * m22 - m12 * m21)
-    root = math.sqrt(abs(apart))
-    if apart > 0.0 and root * h > 1e-6:
-        up, down = math.exp((middle + root) * h), math.exp((middle - root) * h)
-        even, odd = 0.5 * (up + down), 0.5 * (up - down) / root
-    elif apart < 0.0 and root * h > 1e-6:
-        scale = math.exp(middle * h)
-        even, odd = scale * math.cos(root * h), scale * math.sin(root * h) / root
-    else:
-        even = math.exp(middle * h)
-        odd = h * even
-    return even + odd * (m11 - middle), odd * m12, odd * m21, even + odd * (m22 - middle)
 
 
 @kernel
@@ -68,13 +43,13 @@ def stretch(current: float, integral: float, h: float, limit: float, loop: Loop)
         # With z drawn back over kp/ki the current drops out of its rate.
         m11, m12, m21, m22 = -resistance / inductance, 0.0, 0.0, -ki / kp
         b1, b2 = (limit - emf) / inductance, (limit - forward) * ki / kp
-    det = m11 * m22 - m12 * m21
-    rest_i, rest_z = -(m22 * b1 - m12 * b2) / det, -(m11 * b2 - m21 * b1) / det
-    off_i, off_z = current - rest_i, integral - rest_z
-    e11, e12, e21, e22 = exponential(m11, m12, m21, m22, h)
-    end_i, end_z = e11 * off_i + e12 * off_z, e21 * off_i + e22 * off_z
-    mean = (m22 * (end_i - off_i) - m12 * (end_z - off_z)) / (det * h)
-    return rest_i + end_i, rest_z + end_z, rest_i + mean
+    whole, held, middle = held_step((m11, m12, m21, m22), h)
+    push, drive = h * b1, h * b2
+    return (
+        whole[0] * current + whole[1] * integral + held[0] * push + held[1] * drive,
+        whole[2] * current + whole[3] * integral + held[2] * push + held[3] * drive,
+        held[0] * current + held[1] * integral + middle[0] * push + middle[1] * drive,
+    )
 
 
 @kernel

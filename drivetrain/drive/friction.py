@@ -155,7 +155,8 @@ def sliding_friction(curve: Any, speed: Any) -> Any:
 def static_excess(curve: Any, speed: Any) -> Any:
     """(tau_s - tau_c) exp(-(|w|/w_s)^g), of the sign of the speed [N m]. Modern Robotics, figure 8.13 (f)."""
     excess = (curve.static - curve.forward) * (speed > 0.0) - (curve.static - curve.backward) * (speed < 0.0)
-    return excess * np.exp(-((abs(speed) / curve.stribeck_speed) ** curve.stribeck_exponent))
+    share, exponent = abs(speed) / curve.stribeck_speed, curve.stribeck_exponent
+    return excess * np.exp(-(share * share if exponent == 2.0 else share**exponent))  # the usual one costs no power
 
 
 @law

@@ -345,33 +345,6 @@ def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
     return StandstillInterval(max(found.driven, 0.0) * torque / gear.ratio, found.driving * torque / gear.ratio)
 
 
-def wind_up(gear: Gear, output_torque: Array) -> Array | None:
-    """Twist between input and output under a torque, backlash left out: continuous, of the sign of the torque.
-
-    Args:
-        gear: The sheet; one stiffness gives a straight line, two or three give bends at ``torque_1`` and ``torque_2``.
-        output_torque: [N m], any shape.
-
-    Returns:
-        Twist at the output [rad], that shape; None without a stiffness.
-
-    Reference:
-        T1/K1 + (T2 - T1)/K2 + (T - T2)/K3 above T2 (Harmonic Drive catalogues, made continuous).
-    """
-    pieces = [(0.0, gear.stiffness_1), (gear.torque_1, gear.stiffness_2), (gear.torque_2, gear.stiffness_3)]
-    if gear.stiffness_1 is None:
-        return None
-    torque = np.abs(np.asarray(output_torque, dtype=np.float64))
-    twist = np.zeros_like(torque)
-    softness = 0.0
-    for start, stiffness in pieces:
-        if start is None or stiffness is None:
-            break
-        twist = twist + np.maximum(torque - start, 0.0) * (1.0 / stiffness - softness)
-        softness = 1.0 / stiffness
-    return np.asarray(np.sign(output_torque) * twist)
-
-
 def torque_exponent(gear: Gear) -> float:
     """The exponent with which torque wears the gear, in the average torque and in the life.
 

@@ -126,6 +126,21 @@ class Motor:
             raise InputError(faults)
 
 
+@dataclass(frozen=True)
+class Terminals:
+    """Of a motor what ``winding_resistance`` and ``torque_constant`` read: see ``Motor``."""
+
+    resistance: float
+    torque_constant: float
+    reference_temperature: float
+    magnet_coefficient: float
+
+
+def terminals(motor: Motor) -> Terminals:
+    """The terminals of a motor, for laws that keep no whole sheet."""
+    return Terminals(motor.resistance, motor.torque_constant, motor.reference_temperature, motor.magnet_coefficient)
+
+
 @law
 def copper_coefficient(temperature: float) -> float:
     """Relative change of copper's resistance a kelvin, counted from a temperature [1/K]; 0.0039 at 25 C.
@@ -136,14 +151,14 @@ def copper_coefficient(temperature: float) -> float:
 
 
 @law
-def winding_resistance(motor: Motor, temperature: Values) -> Values:
+def winding_resistance(motor: Motor | Terminals, temperature: Values) -> Values:
     """Terminal resistance R = R0 (1 + a (T - T0)) [ohm] at a winding temperature [C]; a as ``copper_coefficient``."""
     rise = temperature - motor.reference_temperature
     return motor.resistance * (1.0 + copper_coefficient(motor.reference_temperature) * rise)
 
 
 @law
-def torque_constant(motor: Motor, magnet_temperature: Values) -> Values:
+def torque_constant(motor: Motor | Terminals, magnet_temperature: Values) -> Values:
     """Torque constant kt = kt0 (1 + b (T - T0)) [N m/A] = [V s/rad] at a magnet temperature [C]."""
     rise = magnet_temperature - motor.reference_temperature
     return motor.torque_constant * (1.0 + motor.magnet_coefficient * rise)
@@ -155,19 +170,6 @@ def winding_voltage(
 ) -> Values:
     """Terminal voltage u = kt w + R i + L di/dt [V]. Modern Robotics, equation 8.102."""
     return constant * speed + resistance * current + inductance * current_rate
-
-
-def motor_lines(motor: Motor) -> tuple[float, float, float, float]:
-    """Resistance and torque constant over temperature, both straight lines.
-
-    Args:
-        motor: The sheet.
-
-    Returns:
-        Resistance at 0 C [ohm] and its rise [ohm/K], torque constant at 0 C [N m/A] and its rise [N m/(A K)].
-    """
-    cold, weak = winding_resistance(motor, 0.0), torque_constant(motor, 0.0)
-    return cold, (winding_resistance(motor, 100.0) - cold) / 100.0, weak, (torque_constant(motor, 100.0) - weak) / 100.0
 
 
 def no_load_friction(motor: Motor) -> Friction | None:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.gear import Gear, wind_up
-from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers, touch
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch, touch
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Shape, Signal
 from drivetrain.effects.estimate import Conditions, Estimate
 from drivetrain.effects.laws import joint_law
-from drivetrain.effects.twisting import BESIDE, along, swing
+from drivetrain.effects.twisting import BESIDE, along, swing, twist
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
@@ -24,11 +24,7 @@ from drivetrain.jit import law
 class Own:
     """What it keeps: as ``FlexibleJoint``, half of the play [rad]; energy [J], power lost [W], torque [N m]."""
 
-    slope_1: float
-    slope_2: float
-    slope_3: float
-    bend_1: float
-    bend_2: float
+    spring: Spring
     damping: float
     half: float
     energy: float = 0.0
@@ -39,11 +35,10 @@ class Own:
 @law
 def _met(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, float]:
     """Torque, slope and damping at an instant, or in the mean over a step."""
-    pieces = own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2
     flanks = -own.half, own.half
     if h > 0.0:
-        return mean_touch(pieces, flanks, damping, gear.wind_up, gear.speed, h)
-    return touch(pieces, flanks, damping, gear.wind_up, gear.speed)
+        return mean_touch(own.spring, flanks, damping, gear.wind_up, gear.speed, h)
+    return touch(own.spring, flanks, damping, gear.wind_up, gear.speed)
 
 
 @joint_law(Own)
@@ -61,7 +56,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     own.torque, _, _ = _met(own, gear, h, own.damping)
     elastic, _, _ = _met(own, gear, h, 0.0)
     deep = max(abs(gear.wind_up) - own.half, 0.0)
-    _, _, own.energy = spring(own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2, deep)
+    _, _, own.energy = answer(own.spring, deep)
     own.power = (own.torque - elastic) * gear.speed
 
 
@@ -91,7 +86,7 @@ class Backlash(Effect):
             faults.append(Fault("Backlash.damping", "must not be negative [N m s/rad]", self.damping))
         if faults:
             raise InputError(faults)
-        spring_numbers(self.gear)
+        gear_spring(self.gear)
 
     def ports(self, place: Place) -> Ports:
         energy, loss = Signal("flank_energy", "J", path="energy"), Signal("flank_damping_power", "W", path="power")
@@ -104,7 +99,7 @@ class Backlash(Effect):
         )
 
     def own(self, place: Place) -> Own:
-        return Own(*spring_numbers(self.gear), self.damping, 0.5 * (self.gear.backlash or 0.0))
+        return Own(gear_spring(self.gear), self.damping, 0.5 * (self.gear.backlash or 0.0))
 
     def shape(self, place: Place) -> Shape:
         return Shape(
@@ -143,5 +138,4 @@ class Backlash(Effect):
 
     def _twist(self, torque: float) -> float:
         """Twist under a torque [rad]."""
-        twist = wind_up(self.gear, np.array(torque))
-        return 0.0 if twist is None else float(twist) + math.copysign(0.5 * (self.gear.backlash or 0.0), torque)
+        return twist(self.gear, torque) + math.copysign(0.5 * (self.gear.backlash or 0.0), torque)

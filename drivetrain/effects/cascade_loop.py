@@ -9,39 +9,28 @@ from typing import Any
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
-from drivetrain.effects.loop_gains import gain_faults
+from drivetrain.effects.loop_gains import Gains, asked_current, gain_faults, gains_of, speed_error
 from drivetrain.errors import InputError
 
 
 @dataclass
 class Own:
-    """What it keeps: gains [1/s], [A s/rad], 1/integral time [1/s], peak current [A], ratio; the integrator [A]."""
+    """What it keeps: its gains, and the integrator [A]."""
 
-    position_gain: float
-    speed_gain: float
-    rate: float
-    peak: float
-    ratio: float
-    coupled: int
+    gains: Gains
     integrated_current: float = 0.0
     integrated_current_rate: float = 0.0
 
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
-    pin, wanted, motor = joint.pin, command_of(joint, own.coupled), joint.motor
-    late = own.ratio * wanted.position - motor.position
-    error = own.ratio * wanted.speed + own.position_gain * late - motor.speed
-    grown = own.speed_gain * own.rate * error
-    asked = own.speed_gain * error + own.integrated_current + 0.5 * h * grown
-    if abs(asked) > own.peak:
-        # At the limit the integrator only goes back: what it gathered there would have to be undone.
-        asked = own.peak if asked > 0.0 else -own.peak
-        if asked * error > 0.0:
-            grown = 0.0
-    else:
-        pin.damping += own.speed_gain
-        pin.stiffness += own.speed_gain * own.position_gain
+    pin, gains, motor = joint.pin, own.gains, joint.motor
+    wanted = command_of(joint, gains.coupled)
+    error = speed_error(gains, wanted, motor.position, motor.speed)
+    asked, grown, free = asked_current(gains, error, own.integrated_current, 0.5 * h)
+    if free:
+        pin.damping += gains.speed
+        pin.stiffness += gains.speed * gains.position
     own.integrated_current_rate = grown
     pin.command += asked
 
@@ -77,9 +66,7 @@ class CascadeLoop(Effect):
         )
 
     def own(self, place: Place) -> Own:
-        return Own(
-            self.position_gain, self.speed_gain, 1.0 / self.integral_time, self.peak_current, place.ratio, place.coupled
-        )
+        return Own(gains_of(self, place))
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         outer = (TimeScale("position loop", 1.0 / self.position_gain),) if self.position_gain > 0.0 else ()

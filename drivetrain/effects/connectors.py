@@ -6,13 +6,13 @@ sliding joint are forces [N], angles lengths [m]. Quantities of ``load`` count a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, is_dataclass
-from functools import cache
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.records import record_type
 
 
 @dataclass
@@ -155,46 +155,15 @@ class World:
     Attributes:
         size: Of the memory, in numbers [-].
         joints, coordinates: How many there are [-].
-        mass: First number of the mass matrix [-].
-        engine: First number of what the engine keeps for itself [-].
         kinetic_energy, potential_energy: [J], at instants only.
     """
 
     size: int
     joints: int
     coordinates: int
-    mass: int
-    engine: int
     kinetic_energy: float
     potential_energy: float
     tip: Tip
-
-
-@cache
-def record_type(described: type) -> np.dtype[Any]:
-    """The record of a dataclass: eight bytes for every number, a record for a dataclass in it, a row for an array."""
-    hints, columns = get_type_hints(described, include_extras=True), []
-    for field in fields(described):
-        hint = hints[field.name]
-        if is_dataclass(hint):
-            columns.append((field.name, record_type(hint)))  # type: ignore[arg-type]
-        elif get_origin(hint) is Annotated:
-            columns.append((field.name, np.float64, (get_args(hint)[1],)))  # type: ignore[arg-type]
-        elif hint in (int, bool):
-            columns.append((field.name, np.int64))  # type: ignore[arg-type]
-        elif hint in (float, float | None):
-            columns.append((field.name, np.float64))  # type: ignore[arg-type]
-    return np.dtype(columns)
-
-
-def fill_record(record: Any, values: Any) -> None:
-    """Put a dataclass's numbers into a record; None as NaN."""
-    for name in (field.name for field in fields(values)):
-        value = getattr(values, name)
-        if record.dtype[name].names:
-            fill_record(record[name], value)
-        else:
-            record[name] = np.nan if value is None else value
 
 
 def place_in(dtype: np.dtype[Any], path: str) -> int | None:
@@ -211,4 +180,4 @@ def place_in(dtype: np.dtype[Any], path: str) -> int | None:
     return at if dtype.names is None else None
 
 
-JOINT, WORLD = record_type(Joint), record_type(World)
+JOINT, WORLD = record_type(Joint, np.int64), record_type(World, np.int64)

@@ -12,7 +12,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
 from drivetrain.drive.held_step_kernel import held_step, put_matrix
-from drivetrain.drive.motor import Motor, motor_lines
+from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import bounded, lagging
 from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
@@ -30,7 +30,7 @@ class Own:
     """What it keeps.
 
     Attributes:
-        cold, rise, weak, weaker, inductance: As in ``Winding``.
+        motor, inductance: As in ``Winding``.
         proportional, integral: Gains [V/A], [V/(A s)].
         peak: Of the command [A].
         forward: Voltage fed forward over the speed [V s/rad].
@@ -43,10 +43,7 @@ class Own:
         current, integrated_voltage: States [A], [V].
     """
 
-    cold: float
-    rise: float
-    weak: float
-    weaker: float
+    motor: Terminals
     inductance: float
     proportional: float
     integral: float
@@ -96,7 +93,7 @@ def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tupl
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, motor, heat = joint.pin, joint.motor, joint.heat
-    resistance, constant = own.cold + own.rise * heat.winding, own.weak + own.weaker * heat.housing
+    resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
     inductance, kp, ki, volts = own.inductance, own.proportional, own.integral, pin.limit
     asked, free = pin.command, 1.0
     if abs(asked) > own.peak:
@@ -155,7 +152,7 @@ def _correct(h: float, constant: float, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, speed, current = joint.pin, joint.heat, joint.motor.speed, own.current
-    resistance, constant = own.cold + own.rise * heat.winding, own.weak + own.weaker * heat.housing
+    resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
     square, mean, grown = current * current, current, 0.0
     if h > 0.0:
         if own.between != 0.0:
@@ -230,17 +227,16 @@ class CurrentLoop(Effect):
         inductance = self.motor.inductance or math.nan
         kp, ki = inductance * self.bandwidth, self.motor.resistance * self.bandwidth
         forward = self.fed_forward * self.motor.torque_constant
-        lines = motor_lines(self.motor)
-        return Own(*lines, inductance, kp, ki, self.peak_current, forward)
+        return Own(terminals(self.motor), inductance, kp, ki, self.peak_current, forward)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)
         current = min(max(asked, -self.peak_current), self.peak_current)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
         rest = self.motor.reference_temperature
-        cold, rise, weak, weaker = motor_lines(self.motor)
-        resistance = cold + rise * signals.get(f"{place.name}.{s.WINDING_TEMPERATURE.name}", rest)
-        constant = weak + weaker * signals.get(f"{place.name}.{s.HOUSING_TEMPERATURE.name}", rest)
+        winding = signals.get(f"{place.name}.{s.WINDING_TEMPERATURE.name}", rest)
+        resistance = winding_resistance(self.motor, winding)
+        constant = torque_constant(self.motor, signals.get(f"{place.name}.{s.HOUSING_TEMPERATURE.name}", rest))
         volts = signals.get(f"{place.name}.{s.VOLTAGE_LIMIT.name}", 0.0) or math.inf  # 0: not known yet
         current = min(max(current, (-volts - constant * speed) / resistance), (volts - constant * speed) / resistance)
         return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed

@@ -20,8 +20,6 @@ from drivetrain.effects.field_types import side_faults
 from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
 from drivetrain.errors import InputError
 
-TINY = 1e-300  # rad/s: just sliding
-
 
 @dataclass
 class Own:
@@ -32,7 +30,7 @@ class Own:
     backward: float
     static_forward: float
     static_backward: float
-    falls: bool
+    falls: int
     static: float
     stribeck_speed: float
     stribeck_exponent: float
@@ -48,8 +46,8 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     levels.slide_backward += own.backward
     if own.falls:
         speed = flange_of(joint, own.side).speed - levels.surface_speed
-        levels.slide_forward += static_excess(own, max(speed, TINY))
-        levels.slide_backward -= static_excess(own, min(speed, -TINY))
+        levels.slide_forward += static_excess(own, speed) if speed > 0.0 else own.static - own.forward
+        levels.slide_backward -= static_excess(own, speed) if speed < 0.0 else own.backward - own.static
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 from drivetrain.arrays import Array
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.spring_kernel import mean_touch, spring, spring_numbers
+from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Shape, Signal, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate
@@ -22,13 +22,9 @@ from drivetrain.errors import Fault, InputError
 
 @dataclass
 class Own:
-    """What it keeps: slopes of the spring [N m/rad], wind-ups between them [rad], damping, energy [J], power [W]."""
+    """What it keeps: the spring, its damping [N m s/rad]; energy [J], power lost [W]."""
 
-    slope_1: float
-    slope_2: float
-    slope_3: float
-    bend_1: float
-    bend_2: float
+    spring: Spring
     damping: float
     energy: float = 0.0
     power: float = 0.0
@@ -37,11 +33,10 @@ class Own:
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     gear = joint.spring
-    pieces = own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2
-    if h > 0.0 and own.bend_1 < math.inf:
-        torque, slope, damping = mean_touch(pieces, (0.0, 0.0), own.damping, gear.wind_up, gear.speed, h)
+    if h > 0.0 and own.spring.bend_1 < math.inf:
+        torque, slope, damping = mean_touch(own.spring, (0.0, 0.0), own.damping, gear.wind_up, gear.speed, h)
     else:
-        torque, slope, _ = spring(own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2, gear.wind_up)
+        torque, slope, _ = answer(own.spring, gear.wind_up)
         torque, damping = torque + own.damping * gear.speed, own.damping
     gear.torque += torque
     gear.damping += damping
@@ -51,7 +46,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     gear = joint.spring
-    _, _, own.energy = spring(own.slope_1, own.slope_2, own.slope_3, own.bend_1, own.bend_2, gear.wind_up)
+    _, _, own.energy = answer(own.spring, gear.wind_up)
     own.power = own.damping * gear.speed * gear.speed
 
 
@@ -73,7 +68,7 @@ class FlexibleJoint(Effect):
     def __post_init__(self) -> None:
         if not 0.0 <= self.damping < math.inf:
             raise InputError(Fault("FlexibleJoint.damping", "must not be negative [N m s/rad]", self.damping))
-        spring_numbers(self.gear)
+        gear_spring(self.gear)
 
     def ports(self, place: Place) -> Ports:
         energy, loss = Signal("spring_energy", "J", path="energy"), Signal("spring_damping_power", "W", path="power")
@@ -86,7 +81,7 @@ class FlexibleJoint(Effect):
         )
 
     def own(self, place: Place) -> Own:
-        return Own(*spring_numbers(self.gear), self.damping)
+        return Own(gear_spring(self.gear), self.damping)
 
     def shape(self, place: Place) -> Shape:
         return Shape(
@@ -94,7 +89,7 @@ class FlexibleJoint(Effect):
         )
 
     def piecewise(self) -> bool:
-        return spring_numbers(self.gear)[3] < math.inf
+        return gear_spring(self.gear).bend_1 < math.inf
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return ()

@@ -22,11 +22,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import carray, types
 
-from drivetrain.effects.connectors import JOINT, WORLD, record_type
+from drivetrain.effects.connectors import JOINT, WORLD
 from drivetrain.jit import callback, law
+from drivetrain.records import record_type
 
-# void(t, h, own records, how many, joints, memory)
-SIGNATURE = types.void(types.float64, types.float64, types.voidptr, types.int64, types.voidptr, types.voidptr)
+# void(t, h, own records, how many, addresses of a run's sections)
+SIGNATURE = types.void(types.float64, types.float64, types.voidptr, types.int64, types.CPointer(types.voidptr))
+WORLD_AT, JOINTS_AT, MASS_AT = range(3)  # the sections that laws see; they are the first
 HEAD = [("joint", np.int64), ("table", np.int64), ("rows", np.int64), ("columns", np.int64)]
 
 
@@ -46,38 +48,30 @@ class Whole(NamedTuple):
     table: Any
 
 
-def _joint_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) -> None:
-    world = carray(memory, 1, WORLD)[0]
-    every = carray(joints, world.joints, JOINT)
+def _joint_law(t: Any, h: Any, owns: Any, count: Any, run: Any) -> None:
+    joints = carray(run[JOINTS_AT], carray(run[WORLD_AT], 1, WORLD)[0].joints, JOINT)
     for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821
-        LAW(t, h, own, every[own.joint])  # type: ignore[name-defined] # noqa: F821
+        LAW(t, h, own, joints[own.joint])  # type: ignore[name-defined] # noqa: F821
 
 
-def _table_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) -> None:
-    world = carray(memory, 1, WORLD)[0]
-    every, numbers = carray(joints, world.joints, JOINT), carray(memory, world.size, np.float64)
+def _table_law(t: Any, h: Any, owns: Any, count: Any, run: Any) -> None:
+    joints = carray(run[JOINTS_AT], carray(run[WORLD_AT], 1, WORLD)[0].joints, JOINT)
     for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821
-        LAW(t, h, own, every[own.joint], table_of(numbers, own.table, own.rows, own.columns))  # type: ignore[name-defined] # noqa: F821
+        LAW(t, h, own, joints[own.joint], carray(run[own.table], (own.rows, own.columns), np.float64))  # type: ignore[name-defined] # noqa: F821
 
 
-def _scene_law(t: Any, h: Any, owns: Any, count: Any, joints: Any, memory: Any) -> None:
-    world = carray(memory, 1, WORLD)[0]
-    every, numbers, c = carray(joints, world.joints, JOINT), carray(memory, world.size, np.float64), world.coordinates
-    mass = numbers[world.mass : world.mass + c * c].reshape((c, c))
+def _scene_law(t: Any, h: Any, owns: Any, count: Any, run: Any) -> None:
+    world = carray(run[WORLD_AT], 1, WORLD)[0]
+    joints, c = carray(run[JOINTS_AT], world.joints, JOINT), world.coordinates
+    mass = carray(run[MASS_AT], (c, c), np.float64)
     for own in carray(owns, count, OWN):  # type: ignore[name-defined] # noqa: F821
-        LAW(t, h, own, Whole(every, world, mass, table_of(numbers, own.table, own.rows, own.columns)))  # type: ignore[name-defined] # noqa: F821
-
-
-@law
-def table_of(numbers: Any, at: int, rows: int, columns: int) -> Any:
-    """The table of an effect."""
-    return numbers[at : at + rows * columns].reshape((rows, columns))
+        LAW(t, h, own, Whole(joints, world, mass, carray(run[own.table], (own.rows, own.columns), np.float64)))  # type: ignore[name-defined] # noqa: F821
 
 
 @cache
 def own_type(described: type) -> np.dtype[Any]:
     """The record of what an effect keeps, behind its joint and the place of its table."""
-    inner = record_type(described)
+    inner = record_type(described, np.int64)
     return np.dtype([*HEAD, *((name, inner[name]) for name in inner.names or ())])
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from drivetrain.drive.motor import Motor, motor_lines
+from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role
 from drivetrain.effects.laws import joint_law
@@ -15,20 +15,17 @@ from drivetrain.errors import Fault, InputError
 
 @dataclass
 class Own:
-    """What it keeps: the lines of resistance and torque constant as in ``Winding``, and the peak current [A]."""
+    """What it keeps: what tells resistance and torque constant at temperatures, and the peak current [A]."""
 
-    cold: float
-    rise: float
-    weak: float
-    weaker: float
+    motor: Terminals
     peak: float
 
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, motor = joint.pin, joint.motor
-    resistance = own.cold + own.rise * joint.heat.winding
-    constant = own.weak + own.weaker * joint.heat.housing
+    resistance = winding_resistance(own.motor, joint.heat.winding)
+    constant = torque_constant(own.motor, joint.heat.housing)
     current, damping, stiffness = pin.command, pin.damping, pin.stiffness
     if abs(current) > own.peak:
         current = own.peak if current > 0.0 else -own.peak
@@ -48,9 +45,8 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat = joint.pin, joint.heat
-    constant = own.weak + own.weaker * heat.housing
-    heat.copper_loss = (own.cold + own.rise * heat.winding) * pin.current * pin.current
-    pin.power = heat.copper_loss + constant * pin.current * joint.motor.speed
+    heat.copper_loss = winding_resistance(own.motor, heat.winding) * pin.current * pin.current
+    pin.power = heat.copper_loss + torque_constant(own.motor, heat.housing) * pin.current * joint.motor.speed
 
 
 @dataclass(frozen=True)
@@ -91,4 +87,4 @@ class MotorCurrent(Effect):
         )  # fmt: skip
 
     def own(self, place: Place) -> Own:
-        return Own(*motor_lines(self.motor), self.peak_current)
+        return Own(terminals(self.motor), self.peak_current)

@@ -15,7 +15,7 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
-from drivetrain.effects.loop_gains import gain_faults
+from drivetrain.effects.loop_gains import Gains, asked_current, gain_faults, gains_of, speed_error
 from drivetrain.errors import Fault, InputError
 
 MOST_DELAY = 3  # samples
@@ -28,12 +28,7 @@ class Own:
     And the notch, zeros over poles: its coefficients, and what it carries from sample to sample [rad/s].
     """
 
-    position_gain: float
-    speed_gain: float
-    rate: float
-    peak: float
-    ratio: float
-    coupled: int
+    gains: Gains
     period: float
     delay: int
     zeros: Annotated[Array, 3]
@@ -53,22 +48,16 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 
 @joint_law(Own)
 def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
-    wanted, measured = command_of(joint, own.coupled), joint.measured_position
+    wanted, measured = command_of(joint, own.gains.coupled), joint.measured_position
     speed = (measured - own.last_measured_position) / own.period
     own.last_measured_position = measured
-    late = own.ratio * wanted.position - measured
-    whole = own.ratio * wanted.speed + own.position_gain * late - speed
+    whole = speed_error(own.gains, wanted, measured, speed)
     zeros, poles = own.zeros, own.poles
     error = zeros[0] * whole + own.notched_once
     own.notched_once = zeros[1] * whole - poles[1] * error + own.notched_twice
     own.notched_twice = zeros[2] * whole - poles[2] * error
-    grown = own.period * own.speed_gain * own.rate * error
-    asked = own.speed_gain * error + own.integrated_current + grown
-    if abs(asked) > own.peak:
-        asked = own.peak if asked > 0.0 else -own.peak
-        if asked * error > 0.0:
-            grown = 0.0
-    own.integrated_current += grown
+    asked, grown, _ = asked_current(own.gains, error, own.integrated_current, own.period)
+    own.integrated_current += own.period * grown
     # What is computed now is given out some samples later.
     waiting = own.waiting_current
     waiting[own.delay] = asked
@@ -144,11 +133,10 @@ class SampledCascade(Effect):
         )
 
     def own(self, place: Place) -> Own:
-        gains = (self.position_gain, self.speed_gain, 1.0 / self.integral_time, self.peak_current, place.ratio)
         zeros = poles = np.array([1.0, 0.0, 0.0])
         if self.notch > 0.0:
             zeros, poles = notch_filter(Notch(self.notch, self.notch_zeros, self.notch_poles), self.every)
-        return Own(*gains, place.coupled, self.every, self.delay, zeros, poles)
+        return Own(gains_of(self, place), self.every, self.delay, zeros, poles)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.drive.spring_kernel import mean_touch, touch
+from drivetrain.drive.spring import Spring, answer, mean_touch, touch
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
 from drivetrain.effects.laws import scene_law
@@ -22,10 +22,10 @@ _TAKEN = (*s.TIP_TAKEN[:3], *s.TIP_TAKEN[6:])  # force, and how it falls with sp
 
 @dataclass
 class Own:
-    """What it keeps: [N/m], [N s/m], place along the normal [m]; force [N], power lost [W], energy [J]."""
+    """What it keeps: spring of [N/m], [N s/m], place along the normal [m]; force [N], power lost [W], energy [J]."""
 
     normal: Annotated[Array, 3]
-    stiffness: float
+    spring: Spring
     damping: float
     at: float
     force: float = 0.0
@@ -46,10 +46,10 @@ def _depth(own: Any, tip: Any) -> tuple[float, float]:
 @law
 def _met(own: Any, deep: float, into: float, h: float, damp: float) -> tuple[float, float, float]:
     """Force, slope and damping of the wall, at an instant or in the mean over a step."""
-    pieces, flanks = (own.stiffness, own.stiffness, own.stiffness, math.inf, math.inf), (-math.inf, 0.0)
+    flanks = (-math.inf, 0.0)
     if h > 0.0:
-        return mean_touch(pieces, flanks, damp, deep, into, h)
-    return touch(pieces, flanks, damp, deep, into)
+        return mean_touch(own.spring, flanks, damp, deep, into, h)
+    return touch(own.spring, flanks, damp, deep, into)
 
 
 @scene_law(Own)
@@ -74,7 +74,7 @@ def _account(t: Any, h: Any, own: Any, scene: Any) -> None:
     own.force, _, _ = _met(own, deep, into, h, own.damping)
     elastic, _, _ = _met(own, deep, into, h, 0.0)
     own.power = (own.force - elastic) * into
-    own.energy = 0.5 * own.stiffness * max(deep, 0.0) ** 2
+    own.energy = answer(own.spring, max(deep, 0.0))[2]
 
 
 @dataclass(frozen=True)
@@ -128,4 +128,4 @@ class TipContact(Effect):
 
     def own(self, place: Place) -> Own:
         normal = np.asarray(self.normal, dtype=np.float64) / np.linalg.norm(self.normal)
-        return Own(normal, self.stiffness, self.damping, float(normal @ np.asarray(self.point)))
+        return Own(normal, Spring(*(self.stiffness,) * 3), self.damping, float(normal @ np.asarray(self.point)))

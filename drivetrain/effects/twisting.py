@@ -12,7 +12,8 @@ import math
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.gear import Gear, wind_up
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.spring import wind_up
 from drivetrain.effects.bounds import JUMP, bounded, swinging
 from drivetrain.effects.effect import Place
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries

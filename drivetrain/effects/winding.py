@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from drivetrain.drive.electrical import current_reach
-from drivetrain.drive.motor import Motor, motor_lines
+from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
 from drivetrain.effects.estimate import Conditions, Estimate
@@ -22,8 +22,7 @@ class Own:
     """What it keeps.
 
     Attributes:
-        cold, rise: Resistance [ohm], and its rise with the winding's temperature [ohm/K].
-        weak, weaker: Torque constant [N m/A], and its change with the housing's temperature [N m/(A K)].
+        motor: Of which resistance and torque constant at temperatures are taken.
         inductance: [H].
         current, current_rate: The state [A], [A/s].
         resistance, step: What the rest is made for [ohm], [s].
@@ -32,10 +31,7 @@ class Own:
         middle: Speed in the middle of the last step [rad/s].
     """
 
-    cold: float
-    rise: float
-    weak: float
-    weaker: float
+    motor: Terminals
     inductance: float
     current: float = 0.0
     current_rate: float = 0.0
@@ -74,8 +70,8 @@ def _now(own: Any, constant: float, speed: float) -> float:
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, motor = joint.pin, joint.heat, joint.motor
-    resistance = own.cold + own.rise * heat.winding
-    constant = own.weak + own.weaker * heat.housing
+    resistance = winding_resistance(own.motor, heat.winding)
+    constant = torque_constant(own.motor, heat.housing)
     if h == 0.0:
         current = _now(own, constant, motor.speed)
         own.current_rate = (pin.voltage - constant * motor.speed - resistance * current) / own.inductance
@@ -92,8 +88,8 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, speed = joint.pin, joint.heat, joint.motor.speed
-    resistance = own.cold + own.rise * heat.winding
-    constant = own.weak + own.weaker * heat.housing
+    resistance = winding_resistance(own.motor, heat.winding)
+    constant = torque_constant(own.motor, heat.housing)
     mean = _now(own, constant, speed)
     square = mean * mean
     if h > 0.0:  # exactly over the step, in which the current nears its end as an exponential
@@ -156,7 +152,7 @@ class Winding(Effect):
         )  # fmt: skip
 
     def own(self, place: Place) -> Own:
-        return Own(*motor_lines(self.motor), self.motor.inductance or math.nan)
+        return Own(terminals(self.motor), self.motor.inductance or math.nan)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         return (self.current,)

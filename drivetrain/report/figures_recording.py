@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from drivetrain.report.colours import INK, JOINT_COLOURS, MUTED, VERMILLION
 from drivetrain.report.quantities import printed_unit
 from drivetrain.report.svg import house_style
+from drivetrain.simulation.passive import StepResult
 from drivetrain.simulation.recording import Recording
-from drivetrain.simulation.step_study import StepResult
 
 JOINT_PARTS = ("position", "speed", "torque")
 MOST_EVENTS = 12  # more lines than these hide the curves

@@ -10,27 +10,40 @@ every engine shares them. With h = 0 they are at an instant; ``theta`` of a step
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numba import types
 
+from drivetrain.arrays import Array
 from drivetrain.jit import callback
-from drivetrain.simulation.assembly import assemble, show_coupled
-from drivetrain.simulation.bodies import move_bodies
-from drivetrain.simulation.forces import find_forces, show_energies
+from drivetrain.simulation.assembly import agrees, ask_again, assemble, find_forces, show_coupled, show_energies
+from drivetrain.simulation.bodies import clear_tip, move_bodies, show_tip
 from drivetrain.simulation.friction import solve_friction
 from drivetrain.simulation.records import (
+    AT,
     EQUATIONS,
+    PARTS,
     Run,
     call_equations,
+    call_law,
     call_laws,
-    handed,
+    calls_of,
+    coordinates_of,
+    count_of,
+    engine_of,
+    joints_of,
+    memory_of,
+    pairs_of,
     part,
+    parts_of,
     states_of,
+    words_of,
+    world_of,
 )
-from drivetrain.simulation.settle import agrees, ask_again
-from drivetrain.simulation.tip import clear_tip, show_tip
+from drivetrain.solvers.compiled_function import evaluate
 
 MOST = 60  # solutions of a step, at most
 
@@ -38,7 +51,7 @@ MOST = 60  # solutions of a step, at most
 @part
 def guess_still(run: Run) -> None:
     """Take the speeds of the states as those of the middle."""
-    coordinates = run.coordinates
+    coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
         coordinates[i].guess = coordinates[i].speed
 
@@ -50,7 +63,7 @@ def show_motion(run: Run, shift: float) -> None:
     Args:
         shift: [s].
     """
-    coordinates, joints = run.coordinates, run.joints
+    coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
         coordinates[i].trial = coordinates[i].guess
     for i in range(len(joints)):
@@ -65,7 +78,7 @@ def show_motion(run: Run, shift: float) -> None:
             joint.spring.wind_up, joint.spring.speed = wind_up, shaft - speed
         joint.load.position, joint.load.speed = place, speed
         joint.motor.position, joint.motor.speed = ratio * (place + wind_up), ratio * shaft
-    if run.head[0].engine.coupled:
+    if engine_of(run).coupled:
         show_coupled(run)
 
 
@@ -76,7 +89,7 @@ def show_states(run: Run, shift: float) -> None:
     Args:
         shift: [s].
     """
-    numbers = run.numbers
+    numbers = memory_of(run)
     states = states_of(run)
     for k in range(len(states)):
         state = states[k]
@@ -99,7 +112,7 @@ def compute(run: Run, t: float, h: float) -> None:
         t: Instant or middle of the step [s].
         h: Step, 0 at an instant [s].
     """
-    joints = run.joints
+    joints = joints_of(run)
     for i in range(len(joints)):
         joint = joints[i]
         spring, mesh, pin = joint.spring, joint.mesh, joint.pin
@@ -110,9 +123,9 @@ def compute(run: Run, t: float, h: float) -> None:
         spring.torque = spring.damping = spring.stiffness = 0.0
         mesh.driving = mesh.driven = 0.0
         pin.command = pin.damping = pin.stiffness = 0.0
-    clear_tip(run.head[0].world.tip)
-    call_laws(run, run.head[0].engine.at.computes, t, h)
-    call_laws(run, run.head[0].engine.at.repeats, t, h)
+    clear_tip(world_of(run).tip)
+    call_laws(run, AT.computes, t, h)
+    call_laws(run, AT.repeats, t, h)
 
 
 @part
@@ -122,7 +135,7 @@ def _start_modes(run: Run, h: float, any_dry: bool) -> None:
     Over a step what moves slides, what rests does as it did. At an instant (h = 0) the mode of what moves is given, and
     all are while they are held; what rests stays so or starts.
     """
-    coordinates, held = run.coordinates, run.head[0].engine.held != 0
+    coordinates, held = coordinates_of(run), engine_of(run).held != 0
     for i in range(len(coordinates)):
         one = coordinates[i]
         moves = one.relative != 0.0
@@ -155,63 +168,59 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
         # What jumps at the end of the step is not seen yet, however the sum was rounded.
         middle = np.nextafter(np.nextafter(middle, t), t)
     show_motion(run, theta * h)
-    call_equations(run, run.head[0].engine.bodies_law, middle, h)
+    call_equations(run, engine_of(run).bodies_law, middle, h)
     show_states(run, theta * h)
     compute(run, middle, h)
     for attempt in range(MOST):
         any_dry = assemble(run, span, theta)
         if attempt == 0:
             _start_modes(run, h, any_dry)
-        call_equations(run, run.head[0].engine.friction_law, middle, span)
-        done = run.head[0].engine.solved
+        call_equations(run, engine_of(run).friction_law, middle, span)
+        done = engine_of(run).solved
         if done < 0:
             return done
         total += done
-        if h == 0.0 or run.head[0].engine.at.repeats.size == 0:
+        if h == 0.0 or count_of(run, AT.repeats) == 0:
             return total
         ask_again(run, middle, h, theta)
         if agrees(run, h, theta, attempt):
             return total
-    run.head[0].engine.unsettled += 1
+    engine_of(run).unsettled += 1
     return total
 
 
 @part
 def _show_rates(run: Run) -> None:
     """Rates of the coordinates at an instant."""
-    coordinates = run.coordinates
+    coordinates = coordinates_of(run)
     for i in range(len(coordinates)):
         coordinates[i].position_rate, coordinates[i].speed_rate = coordinates[i].speed, coordinates[i].change
-    for i in range(len(run.joints)):
+    for i in range(world_of(run).joints):
         m = coordinates[i].motor
         if m != i:
             coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
 
 
-def _bodies(t: Any, h: Any, memory: Any, joints: Any, coordinates: Any, pairs: Any) -> None:
-    run = handed(memory, joints, coordinates, pairs)
+def _bodies(t: Any, h: Any, run: Any) -> None:
     move_bodies(run, t)
-    if run.head[0].engine.arm and run.head[0].engine.uses_tip:
+    if engine_of(run).arm and engine_of(run).uses_tip:
         show_tip(run)
 
 
-def _friction(t: Any, h: Any, memory: Any, joints: Any, coordinates: Any, pairs: Any) -> None:
-    run = handed(memory, joints, coordinates, pairs)
-    run.head[0].engine.solved = solve_friction(run.coordinates, run.pairs, h)
+def _friction(t: Any, h: Any, run: Any) -> None:
+    engine_of(run).solved = solve_friction(coordinates_of(run), pairs_of(run), h)
 
 
-def _motion(t: Any, h: Any, memory: Any, joints: Any, coordinates: Any, pairs: Any) -> None:
-    run = handed(memory, joints, coordinates, pairs)
+def _motion(t: Any, h: Any, run: Any) -> None:
     if h == 0.0:
         guess_still(run)
-    run.head[0].engine.solved = solve(run, t, h, run.head[0].engine.theta if h > 0.0 else 0.0)
+    engine_of(run).solved = solve(run, t, h, engine_of(run).theta if h > 0.0 else 0.0)
     if h == 0.0:
         _show_rates(run)
 
 
-def _forces(t: Any, h: Any, memory: Any, joints: Any, coordinates: Any, pairs: Any) -> None:
-    run = handed(memory, joints, coordinates, pairs)
-    theta = run.head[0].engine.theta if h > 0.0 else 0.0
+def _forces(t: Any, h: Any, run: Any) -> None:
+    theta = engine_of(run).theta if h > 0.0 else 0.0
     find_forces(run, h if h > 0.0 else 1.0, theta)
     show_motion(run, theta * h)
     if h == 0.0:
@@ -240,3 +249,112 @@ def motion() -> Any:
 def forces() -> Any:
     """Forces and motion at the true middle, compiled likewise."""
     return callback(EQUATIONS, _forces)
+
+
+_DOUBLES = types.CPointer(types.float64)
+# As solvers call it: their words are the addresses of a run's sections, their numbers are none.
+RIGHT_SIDE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, PARTS)
+NO_NUMBERS = np.zeros(1)
+
+
+@part
+def put_states(run: Run, x: Any) -> None:
+    """Put the states that follow rates among the numbers."""
+    states, memory = states_of(run), memory_of(run)
+    for k in range(engine_of(run).moving):
+        memory[states[k].value] = x[k]
+
+
+@part
+def clear_rates(run: Run) -> None:
+    """No rate is known yet."""
+    states, memory = states_of(run), memory_of(run)
+    for k in range(len(states)):
+        if states[k].rate >= 0:
+            memory[states[k].rate] = 0.0
+
+
+@part
+def solve_at(run: Run, t: float) -> None:
+    """The equations at an instant, with the states as they are."""
+    clear_rates(run)
+    call_equations(run, engine_of(run).motion, t, 0.0)
+
+
+@part
+def account_at(run: Run, t: float) -> None:
+    """Forces, and what effects put out, at an instant at which the equations are solved."""
+    call_equations(run, engine_of(run).forces, t, 0.0)
+    call_laws(run, AT.accounts, t, 0.0)
+
+
+@part
+def take_samples(run: Run, t: float, early: float, share: float) -> None:
+    """Samples that are due; all laws are computed before the first.
+
+    Args:
+        early, share: How much too early a sample is taken all the same [s], and in periods.
+    """
+    samples, fresh = calls_of(run, AT.samples), False
+    for k in range(len(samples)):
+        sample = samples[k]
+        if t < sample.period * sample.taken - early - share * sample.period:
+            continue
+        if not fresh:
+            guess_still(run)
+            show_motion(run, 0.0)
+            show_states(run, 0.0)
+            compute(run, t, 0.0)
+            fresh = True
+        call_law(run, sample, t, 0.0)
+        sample.taken += 1
+
+
+@part
+def put_row(run: Run, t: float, row: Any) -> None:
+    """What is recorded of an instant that is accounted for."""
+    memory, columns = memory_of(run), words_of(run, AT.columns)
+    row[0] = t
+    for k in range(len(columns)):
+        row[1 + k] = memory[columns[k]]
+
+
+def _rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    put_states(run, x)
+    solve_at(run, t)
+    engine_of(run).rates_calls += 1
+    states, memory = states_of(run), memory_of(run)
+    for k in range(engine_of(run).moving):
+        result[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan
+
+
+def _signals(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    solve_at(run, t)
+    account_at(run, t)
+
+
+@lru_cache(maxsize=1)
+def rates() -> Any:
+    """The right-hand side (t, x, result, numbers, run), compiled at the first call or taken from the disk cache.
+
+    Rates that have no answer are NaN.
+    """
+    return callback(RIGHT_SIDE, _rates)
+
+
+@lru_cache(maxsize=1)
+def signals() -> Any:
+    """Everything at an instant with the states as they are among the numbers, compiled likewise."""
+    return callback(RIGHT_SIDE, _signals)
+
+
+def evaluate_rates(numbers: Array, states: Array, t: float = 0.0) -> Array:
+    """Rates of the states that follow them, in a run's numbers."""
+    found = np.zeros(len(states))
+    evaluate(rates().address, t, states, found, NO_NUMBERS, parts_of(numbers))
+    return found
+
+
+def evaluate_signals(numbers: Array, t: float = 0.0) -> None:
+    """Everything at an instant, with the states that are among a run's numbers."""
+    evaluate(signals().address, t, np.zeros(1), np.zeros(1), NO_NUMBERS, parts_of(numbers))

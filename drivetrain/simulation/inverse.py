@@ -19,7 +19,7 @@ from drivetrain.drive.motor import Motor, terminal_voltage, torque_constant
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation import rates
+from drivetrain.simulation import equations
 from drivetrain.simulation.engine import Engine, Outcome, Wish
 from drivetrain.simulation.passive import recorded_times
 from drivetrain.simulation.plan import Plan
@@ -196,9 +196,9 @@ def _asked(passive: Plan, times: Array) -> dict[str, Array]:
     at, pairs = memory.view(numbers, "coordinates"), memory.view(numbers, "pairs").reshape(n, n)
     for k, t in enumerate(times):
         for _ in range(2):  # the command is known once asked; then all else can be asked there
-            rates.evaluate_signals(numbers, float(t))
+            equations.evaluate_signals(numbers, float(t))
             at["position"], at["speed"] = numbers[found["command_position"]], numbers[found["command_speed"]]
-        rates.evaluate_signals(numbers, float(t))
+        equations.evaluate_signals(numbers, float(t))
         for name, (having, own) in held.items():
             rows[name][k, having] = numbers[own]
         rows["turned"][k], rows["mass"][k], rows["turned_bias"][k] = pairs["felt"], pairs["mass"], at["felt_bias"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,16 +76,16 @@ class Mechanics:
     kind: int
     ratios: Array
     motors: Array
-    links: Array
-    spinning: Array
-    bodies: Array
+    links: Any
+    spinning: Any
+    bodies: Any
     constant: Array
     tip: Array
     arm: Arm | None
     springs: dict[int, Shape]
     rotors: Array
     uncoupled: tuple[int, ...] = ()
-    payloads: Array = field(default_factory=lambda: np.zeros(0, PAYLOAD))
+    payloads: Any = field(default_factory=lambda: np.zeros(0, PAYLOAD))
     coupled: Coupled | None = None
 
     def coordinates_of(self, motion: Array) -> Array:
@@ -217,11 +218,11 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     motors = _motors(shapes)
     own = [shape.rotor_inertia for shape in shapes]
     if any(inertia is not None for inertia in own):
-        rotors = [
+        mounted = [
             Rotor(float(ratio), inertia) if inertia is not None and (shape.full or shape.flexible) else kept
             for ratio, inertia, shape, kept in zip(ratios, own, shapes, arm.rotors, strict=True)
         ]
-        arm = with_rotors(arm, rotors, level=RotorLevel.FULL if arm.level is RotorLevel.NONE else arm.level)
+        arm = with_rotors(arm, mounted, level=RotorLevel.FULL if arm.level is RotorLevel.NONE else arm.level)
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
     model = packed(arm, free)
     links, reflected = model.links.copy(), np.zeros(arm.n)
@@ -307,7 +308,7 @@ def _behind_shafts(arm: Arm, shapes: Sequence[Shape], ratios: Array, motors: Arr
     )  # fmt: skip
 
 
-def _payloads(built: Mechanics, time: Array, moments: Array) -> Array:
+def _payloads(built: Mechanics, time: Array, moments: Array) -> Any:
     """The last link's numbers, empty first, then with each body; two rows of numbers may differ in the body only."""
     in_link = built.tip @ moments @ built.tip.T
     added = np.zeros((1 + len(time), 10))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -14,9 +15,10 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
-from drivetrain.effects.connectors import JOINT, WORLD, fill_record, place_in, record_type
+from drivetrain.effects.connectors import JOINT, WORLD, place_in
 from drivetrain.effects.laws import HEAD, Law, own_type
 from drivetrain.errors import Fault, InputError
+from drivetrain.records import fill, record_type
 from drivetrain.simulation import equations
 from drivetrain.simulation import records as r
 from drivetrain.simulation.mechanics import Mechanics
@@ -84,11 +86,12 @@ class _Block:
         return at
 
 
+@cache
 def changing_numbers(described: type) -> list[bool]:
     """Which numbers of a dataclass's record change: those with a default; a dataclass in it tells of its own."""
     hints, found = get_type_hints(described), []
     for field in fields(described):
-        inner = record_type(described)[field.name]
+        inner = record_type(described, INTEGERS)[field.name]
         if is_dataclass(hints[field.name]):
             found += changing_numbers(hints[field.name])  # type: ignore[arg-type]
         else:
@@ -114,6 +117,7 @@ def lay_out(
     block, n = _Block(), body.n
     block.put(np.zeros(1, WORLD), True, "world")
     block.put(np.zeros(1, r.ENGINE), False, "engine")
+    block.put(np.zeros(len(r.SECTIONS) + len(instances), r.SECTION), False, "sections")
     block.put(np.zeros(n, JOINT), True, "joints")
     _put_mechanics(block, body)
     placed = _put_effects(block, groups, joints)
@@ -185,19 +189,20 @@ def _connectors(block: _Block, joints: Sequence[str]) -> dict[str, int]:
 
 def _put_effects(block: _Block, groups: Sequence[Group], joints: Sequence[str]) -> _Placed:
     """Records of all effects, their tables, and where their signals and states lie in them."""
-    places, states, owns = _connectors(block, joints), {}, {}
+    places, states, owns, tables = _connectors(block, joints), {}, {}, 0
     for group in groups:
         described = _described(group)
         if described is None:
             continue
         dtype = own_type(described)
         owned = np.zeros(len(group.instances), dtype)
+        fill(owned, [_checked(one) for one in group.instances], (dtype.names or ())[len(HEAD) :])
         for record, one in zip(owned, group.instances, strict=True):
-            fill_record(record, _checked(one))
             table = np.asarray(one.effect.table(one.place), dtype=np.float64)
             record["joint"] = one.place.joint
             record["rows"], record["columns"] = table.shape
-            record["table"] = block.put(table, False)
+            record["table"], tables = len(r.SECTIONS) + tables, tables + 1
+            block.put(table, False, f"table {tables}")
         at = block.put(owned, [False] * len(HEAD) + changing_numbers(described))
         for k, one in enumerate(group.instances):
             own = owns[id(one)] = at + k * dtype.itemsize // 8
@@ -353,7 +358,6 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     numbers, sections = made.numbers, made.sections
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
-    world["mass"], world["engine"] = sections["mass"][0], sections["engine"][0]
     engine["arm"], engine["uses_tip"] = body.kind, _uses_tip(instances)
     engine["coupled"] = body.coupled is not None
     engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
@@ -361,9 +365,11 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     engine["motion"], engine["forces"] = equations.motion().address, equations.forces().address
     engine["bodies_law"], engine["friction_law"] = equations.bodies().address, equations.friction().address
     engine["tip_offset"] = body.tip[:3, 3]
-    for name in r.SECTIONS:
+    listed, tables = made.view(numbers, "sections"), [name for name in sections if name.startswith("table ")]
+    for k, name in enumerate((*r.SECTIONS, *tables)):
         if name in sections:
-            engine["at"][name]["first"], engine["at"][name]["size"] = sections[name][0], sections[name][2]
+            first, dtype, size = sections[name]
+            listed[k] = first, size, 8 * size // dtype.itemsize
 
 
 def _uses_tip(instances: Sequence[Instance]) -> bool:

@@ -1,26 +1,28 @@
 """The memory of a run, with names: records of joints, coordinates, calls and states over one block of numbers.
 
-Python lays the block out (``memory.py``); compiled code opens it once a call with ``opened`` and then speaks of
-``run.coordinates[i].change`` or ``run.mass[i, k]``.
+Python lays the block out (``memory.py``) and hands the addresses of its sections to compiled code as ``run``: there
+``coordinates_of(run)[i].change`` or ``pairs_of(run)[i, k].mass`` is a number of that memory.
 """
 
 from __future__ import annotations
 
+from collections import namedtuple
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 from numba import carray, types
 
 from drivetrain.arrays import Array
 from drivetrain.call_address import call_address
-from drivetrain.effects.connectors import JOINT, WORLD, record_type
+from drivetrain.effects.connectors import JOINT, WORLD
 from drivetrain.jit import law
+from drivetrain.records import record_type
 
 part: Any = law(fastmath={"contract"})
 
-_POINTERS = (types.voidptr,) * 4  # memory, joints, coordinates, pairs
-EQUATIONS = types.void(types.float64, types.float64, *_POINTERS)
+PARTS = types.CPointer(types.voidptr)  # addresses of a run's sections
+EQUATIONS = types.void(types.float64, types.float64, PARTS)
 
 
 @dataclass
@@ -184,15 +186,17 @@ class ModeChange:
 
 @dataclass
 class Section:
-    """A part of the memory: its first number, and how many there are."""
+    """A part of the memory: its first number, how many numbers there are, and how many records."""
 
     first: int
     size: int
+    count: int
 
 
 SECTIONS = (
-    # connectors and mechanics
-    "joints", "coordinates", "pairs", "mass", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
+    "numbers", "joints", "mass", "engine", "sections",  # all of it; what laws see; what the engine keeps; this list
+    # mechanics
+    "coordinates", "pairs", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
     "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
     # laws, states, and what is recorded
     "computes", "repeats", "accounts", "samples", "states", "powers", "energies", "columns",
@@ -200,7 +204,7 @@ SECTIONS = (
     "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts",
     "rows",
 )  # fmt: skip
-SECTION = record_type(Section)
+AT: Any = namedtuple("AT", SECTIONS)(*range(len(SECTIONS)))  # type: ignore[misc]  # where each stands in such a list
 
 
 @dataclass
@@ -250,104 +254,109 @@ class Engine:
     tip_stiffness: Annotated[Array, 6]
 
 
-COORDINATE, PAIR, CALL, STATE, MODE_CHANGE = (record_type(one) for one in (Coordinate, Pair, Call, State, ModeChange))
-ENGINE = np.dtype([
-    *((name, *record_type(Engine).fields[name][:1]) for name in record_type(Engine).names or ()),  # type: ignore[index]
-    ("at", np.dtype([(name, SECTION) for name in SECTIONS])),
-])  # fmt: skip
-HEAD = np.dtype([("world", WORLD), ("engine", ENGINE)])
-HEAD_SIZE = HEAD.itemsize // 8
+COORDINATE, PAIR, CALL, STATE, MODE_CHANGE, SECTION, ENGINE = (
+    record_type(one, np.int64) for one in (Coordinate, Pair, Call, State, ModeChange, Section, Engine)
+)
 
 
-class Run(NamedTuple):
-    """A run's memory, opened.
+Run = Any  # in compiled code: where the addresses of a run's sections stand, of the kind PARTS
 
-    Attributes:
-        numbers: All of it.
-        head: Records of the scene and the engine, (1,).
-        joints: Records, (n,).
-        coordinates: Records, (c,); the first n are those of the joints.
-        pairs: Records of two coordinates, (c, c).
-    """
 
-    numbers: Any
-    head: Any
-    joints: Any
-    coordinates: Any
-    pairs: Any
+def parts_of(numbers: Array) -> Any:
+    """Addresses of the sections of a run's memory, which must outlive them, and of its effects' tables, of int64."""
+    listed = numbers[(WORLD.itemsize + ENGINE.itemsize) // 8 :]
+    size = listed[: len(SECTIONS) * SECTION.itemsize // 8].view(SECTION)["size"][AT.sections]
+    return np.asarray(numbers.ctypes.data + 8 * listed[:size].view(SECTION)["first"])
 
 
 @part
-def numbers_of(numbers: Any, section: Any) -> Any:
-    """A part of the memory as plain numbers."""
-    return numbers[section.first : section.first + section.size]
+def world_of(run: Run) -> Any:
+    """The record of the scene."""
+    return carray(run[AT.numbers], 1, WORLD)[0]
 
 
 @part
-def square_of(numbers: Any, section: Any, n: int) -> Any:
-    """A part of the memory as rows of a length."""
-    return numbers[section.first : section.first + section.size].reshape((section.size // n, n))
+def engine_of(run: Run) -> Any:
+    """What the engine keeps for itself."""
+    return carray(run[AT.engine], 1, ENGINE)[0]
 
 
 @part
-def opened(memory: Any) -> Run:
-    """The memory at a pointer."""
-    return run_of(carray(memory, carray(memory, 1, WORLD)[0].size, np.float64))
+def count_of(run: Run, which: int) -> int:
+    """How many records or numbers a section has."""
+    return carray(run[AT.sections], len(SECTIONS), SECTION)[which].count
 
 
 @part
-def handed(memory: Any, joints: Any, coordinates: Any, pairs: Any) -> Run:
-    """The memory whose parts were handed over: cheaper than to look for them."""
-    head = carray(memory, 1, HEAD)
-    n, c = head[0].world.joints, head[0].world.coordinates
-    return Run(
-        carray(memory, head[0].world.size, np.float64), head, carray(joints, n, JOINT),
-        carray(coordinates, c, COORDINATE), carray(pairs, (c, c), PAIR),
-    )  # fmt: skip
+def memory_of(run: Run) -> Any:
+    """All numbers of a run."""
+    return carray(run[AT.numbers], world_of(run).size, np.float64)
 
 
 @part
-def run_of(numbers: Any) -> Run:
-    """The memory in an array."""
-    head = numbers[:HEAD_SIZE].view(HEAD)
-    at, c = head[0].engine.at, head[0].world.coordinates
-    return Run(
-        numbers,
-        head,
-        numbers_of(numbers, at.joints).view(JOINT),
-        numbers_of(numbers, at.coordinates).view(COORDINATE),
-        numbers_of(numbers, at.pairs).view(PAIR).reshape((c, c)),
-    )
+def numbers_of(run: Run, which: int) -> Any:
+    """A section of numbers."""
+    return carray(run[which], count_of(run, which), np.float64)
+
+
+@part
+def words_of(run: Run, which: int) -> Any:
+    """A section of whole numbers."""
+    return carray(run[which], count_of(run, which), np.int64)
+
+
+@part
+def rows_of(run: Run, which: int, rows: int, columns: int) -> Any:
+    """A section of numbers in rows."""
+    return carray(run[which], (rows, columns), np.float64)
+
+
+@part
+def joints_of(run: Run) -> Any:
+    """The connectors of the joints, records JOINT, (n,)."""
+    return carray(run[AT.joints], world_of(run).joints, JOINT)
+
+
+@part
+def coordinates_of(run: Run) -> Any:
+    """Records COORDINATE, (c,); the first n are those of the joints."""
+    return carray(run[AT.coordinates], world_of(run).coordinates, COORDINATE)
+
+
+@part
+def pairs_of(run: Run) -> Any:
+    """Records PAIR of two coordinates, (c, c)."""
+    return carray(run[AT.pairs], (world_of(run).coordinates, world_of(run).coordinates), PAIR)
 
 
 @part
 def states_of(run: Run) -> Any:
     """Where states, their rates and what shows them are, records STATE."""
-    return numbers_of(run.numbers, run.head[0].engine.at.states).view(STATE)
+    return carray(run[AT.states], count_of(run, AT.states), STATE)
 
 
 @part
-def calls_of(run: Run, section: Any) -> Any:
+def calls_of(run: Run, which: int) -> Any:
     """The calls of a section, records CALL."""
-    return numbers_of(run.numbers, section).view(CALL)
+    return carray(run[which], count_of(run, which), CALL)
 
 
 @part
 def call_law(run: Run, call: Any, t: float, h: float) -> None:
     """Call a law for all its records."""
-    base = run.numbers.ctypes.data
-    call_address(call.law, (t, h, base + 8 * call.own, call.count, run.joints.ctypes.data, base))
+    own = memory_of(run).ctypes.data + 8 * call.own
+    call_address(call.law, (t, h, own, call.count, run))
 
 
 @part
-def call_laws(run: Run, section: Any, t: float, h: float) -> None:
+def call_laws(run: Run, which: int, t: float, h: float) -> None:
     """Call the laws of a section in their order.
 
     Args:
         t: Instant, or middle of the step [s].
         h: Step, 0 at an instant [s].
     """
-    calls = calls_of(run, section)
+    calls = calls_of(run, which)
     for k in range(len(calls)):
         call_law(run, calls[k], t, h)
 
@@ -355,5 +364,4 @@ def call_laws(run: Run, section: Any, t: float, h: float) -> None:
 @part
 def call_equations(run: Run, address: int, t: float, h: float) -> None:
     """Call a part of the equations of motion, such as the engine's ``motion``."""
-    numbers, joints = run.numbers.ctypes.data, run.joints.ctypes.data
-    call_address(address, (t, h, numbers, joints, run.coordinates.ctypes.data, run.pairs.ctypes.data))
+    call_address(address, (t, h, run))

@@ -11,16 +11,14 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish
 from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.layout import Audit
 from drivetrain.simulation.passive import limit_events
-from drivetrain.simulation.plan import Plan
+from drivetrain.simulation.plan import Audit, Plan
 from drivetrain.simulation.plan import plan as planned
-from drivetrain.simulation.recording import Event, Recording
+from drivetrain.simulation.recording import Event, Recording, TableSeries
 from drivetrain.simulation.scene import Scene
-from drivetrain.simulation.series import TableSeries
 from drivetrain.solvers.solver import Solver, check_positive
 
 DEFAULT_INTERVAL = 0.01  # s

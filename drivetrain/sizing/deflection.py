@@ -10,8 +10,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.drive.gear import wind_up
-from drivetrain.drive.gear_stiffness import tangent_stiffness
+from drivetrain.drive.spring import tangent_stiffness, wind_up
 from drivetrain.dynamics.flexibility import (
     NO_BEAMS,
     carried_to,

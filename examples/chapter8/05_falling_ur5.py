@@ -10,7 +10,7 @@ import numpy as np
 import drivetrain as dt
 from drivetrain.report.figures_recording import figure_step_study
 from drivetrain.report.svg import house_style, png_bytes
-from drivetrain.simulation.step_study import step_study
+from drivetrain.simulation.passive import step_study
 from drivetrain.solvers.solver import DormandPrince853, Euler, RungeKutta4, SemiImplicitEuler
 
 DURATION = 3.0  # s

@@ -12,8 +12,7 @@ from drivetrain.dynamics.constrained import closed_position, constrained_forward
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure
 from drivetrain.report.figures_constrained import figure_drift
 from drivetrain.report.svg import house_style, png_bytes
-from drivetrain.simulation.constrained import simulate_constrained
-from drivetrain.simulation.stabilisation import Baumgarte, Drifting, Projection
+from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection, simulate_constrained
 from drivetrain.solvers.solver import RungeKutta4, SemiImplicitEuler
 from drivetrain.spatial.poses import pose
 

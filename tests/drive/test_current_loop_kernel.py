@@ -7,9 +7,8 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
-from drivetrain.drive.current_loop_kernel import exponential, loop_step
+from drivetrain.drive.current_loop_kernel import loop_step
 
 R, L, BANDWIDTH = 0.299, 82e-6, 6283.0  # of a motor of the 150 W class, and a loop of 1 kHz
 
@@ -26,15 +25,6 @@ def reference(state: tuple[float, float], h: float, volts: float, loop: tuple[fl
 
     found = solve_ivp(rates, (0.0, h), [*state, 0.0], rtol=1e-9, atol=1e-9, max_step=h / 500.0)
     return found.y[:, -1] / [1.0, 1.0, h]
-
-
-@pytest.mark.parametrize(
-    "entries", [(-3.0, 2.0, 1.0, -1.0), (-3.0, 5.0, -4.0, -2.0), (-2.0, 1.0, 0.0, -2.0), (0.0,) * 4]
-)
-def test_the_exponential_is_scipys(entries: tuple[float, ...]) -> None:
-    """Real, complex, double and zero eigenvalues."""
-    expected = expm(0.7 * np.array(entries).reshape(2, 2))
-    assert exponential(*entries, 0.7) == pytest.approx(expected.ravel(), rel=1e-12, abs=1e-13)
 
 
 @pytest.mark.parametrize("volts", [math.inf, 24.0, 3.0])

@@ -19,8 +19,8 @@ from drivetrain.drive.gear import (
     momentary_peak_count,
     standstill_interval,
     torque_exponent,
-    wind_up,
 )
+from drivetrain.drive.spring import wind_up
 from drivetrain.errors import InputError
 
 RPM = 2.0 * math.pi / 60.0

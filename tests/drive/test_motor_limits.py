@@ -71,8 +71,10 @@ def test_resistances_from_what_the_sheet_has() -> None:
     assert thermal_resistances(_motor(), 1.0) == (2.0, 1.0)
     lumped = _motor(resistance_winding_housing=None, resistance_housing_ambient=None, resistance_winding_ambient=8.0)
     assert thermal_resistances(lumped) == (0.0, 8.0)
-    # one number for the whole way cannot be split, so it says nothing about another mounting
-    assert thermal_resistances(lumped, 1.0) is None
+    # one number for the whole way is split as assumed; without an assumption the larger of both is the whole
+    assert thermal_resistances(lumped, 1.0) == (0.0, 8.0)
+    assert thermal_resistances(lumped, 100.0) == (0.0, 100.0)
+    assert thermal_resistances(dataclasses.replace(lumped, winding_share=0.5), 1.0) == (4.0, 1.0)
     split = dataclasses.replace(lumped, resistance_winding_housing=3.0)
     assert thermal_resistances(split) == (3.0, 5.0)
     assert thermal_resistances(split, 1.0) == (3.0, 1.0)

@@ -11,7 +11,7 @@ from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.effects.rotor import ReflectedRotor
 from drivetrain.effects.supply_bus import StiffSupply, SupplyBus
 from drivetrain.errors import InputError
-from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene

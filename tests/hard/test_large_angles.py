@@ -9,8 +9,8 @@ from hard_case import Figure, hard_case
 
 from drivetrain.arm.load import load_arm
 from drivetrain.arrays import Array
-from drivetrain.drive.gear import Gear, wind_up
-from drivetrain.drive.gear_stiffness import spring_torque
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.spring import spring_torque, wind_up
 from drivetrain.dynamics.forward import articulated_body
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.solvers.integrate import integrate

@@ -16,9 +16,8 @@ from drivetrain.report.figures_recording import figure_recording, figure_step_st
 from drivetrain.report.figures_task_space import figure_task_space
 from drivetrain.report.svg import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
-from drivetrain.simulation.passive import simulate_passive
+from drivetrain.simulation.passive import simulate_passive, step_study
 from drivetrain.simulation.recording import Event, Recording, Series
-from drivetrain.simulation.step_study import step_study
 from drivetrain.solvers.solver import Euler, RungeKutta4
 
 

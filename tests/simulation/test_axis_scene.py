@@ -11,8 +11,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.errors import InputError
 from drivetrain.shipped import shipped
-from drivetrain.simulation.axis_scene import axis_motion
-from drivetrain.simulation.study_scene import Wishes, scene_of
+from drivetrain.simulation.study_scene import Wishes, axis_motion, scene_of
 
 STUDY = """
 schema_version: 1

@@ -16,8 +16,7 @@ from drivetrain.dynamics.constrained import closed_position
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, KnifeEdge, LoopClosure, PointOnSurface, Sphere
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.errors import InputError
-from drivetrain.simulation.constrained import simulate_constrained
-from drivetrain.simulation.stabilisation import Baumgarte, Drifting, Projection, Stabilisation
+from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection, Stabilisation, simulate_constrained
 from drivetrain.solvers.solver import DormandPrince853, RungeKutta4, SemiImplicitEuler, Solver
 
 

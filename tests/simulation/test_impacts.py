@@ -8,7 +8,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.spring_kernel import depth, mean_touch, spring, touch
+from drivetrain.drive.spring import answer, gear_spring, mean_touch, touch, twist_under
 from drivetrain.effects.backlash import Backlash
 from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect
@@ -113,7 +113,7 @@ def test_without_kinks_no_step_is_looked_at_twice() -> None:
     assert run.counters["solves"] == run.counters["steps"] == 100
 
 
-PIECES = (1e4, 3e4, 2e4, 5e-4, 1.2e-3)
+PIECES = gear_spring(Gear("g", 1.0, stiffness_1=1e4, torque_1=5.0, stiffness_2=3e4, torque_2=26.0, stiffness_3=2e4))
 
 
 @pytest.mark.parametrize("flanks", [(-1e-3, 1e-3), (0.0, 0.0), (-np.inf, 2e-4)])
@@ -140,10 +140,10 @@ def test_what_flanks_do_is_what_the_spring_stores() -> None:
         begin, rate, h = rng.uniform(-3e-3, 3e-3), rng.uniform(-9.0, 9.0), 1e-3
         end = begin + h * rate
         torque, _, _ = mean_touch(PIECES, (-1e-3, 1e-3), 0.0, 0.5 * (begin + end), rate, h)
-        stored = [spring(*PIECES, max(abs(at) - 1e-3, 0.0))[2] for at in (begin, end)]
+        stored = [answer(PIECES, max(abs(at) - 1e-3, 0.0))[2] for at in (begin, end)]
         assert torque * h * rate == pytest.approx(stored[1] - stored[0], abs=1e-13)
 
 
-def test_depth_is_the_inverse_of_the_spring() -> None:
+def test_the_twist_is_the_inverse_of_the_spring() -> None:
     for torque in (1.0, 5.0, 12.0, 40.0, 90.0):
-        assert spring(*PIECES, depth(PIECES, torque))[0] == pytest.approx(torque, rel=1e-14)
+        assert answer(PIECES, twist_under(PIECES, torque))[0] == pytest.approx(torque, rel=1e-14)

@@ -43,11 +43,12 @@ from drivetrain.effects.wall_spring import WallSpring
 from drivetrain.effects.winding import Winding
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation import adaptive_engine, jacobian, rates
-from drivetrain.simulation.adaptive_engine import AdaptiveStep
-from drivetrain.simulation.beginning import started
-from drivetrain.simulation.dependence import dependence
+from drivetrain.simulation import adaptive_step, equations, jacobian
+from drivetrain.simulation.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engine import started
+from drivetrain.simulation.jacobian import dependence
 from drivetrain.simulation.plan import Plan, plan
+from drivetrain.simulation.records import parts_of
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.solvers.compiled_function import evaluate
@@ -120,15 +121,15 @@ def coupled_scene() -> Scene:
 
 def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, float]:
     """A plan, the memory of its adaptive run, a state at random with friction's modes as they are there, an instant."""
-    done = adaptive_engine._refined(plan(scene))
+    done = adaptive_step._refined(plan(scene))
     hangs = dependence(done)[: done.memory.moving, : done.memory.moving]
-    numbers = adaptive_engine._extended(done, started(done), hangs)
-    sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_engine.USUAL, 1e-3)
+    numbers = adaptive_step._extended(done, started(done), hangs)
+    sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_step.USUAL, 1e-3)
     values = done.memory.view(numbers, "states")["value"][: done.memory.moving]
     state = numbers[values] + 0.3 * sizes * rng.normal(size=done.memory.moving)
     engine = done.memory.view(numbers, "engine")[0]
     engine["held"] = 0
-    rates.evaluate_rates(numbers, state, 0.1)
+    equations.evaluate_rates(numbers, state, 0.1)
     engine["held"] = 1
     return done, numbers, state, 0.1
 
@@ -141,7 +142,7 @@ def central(state: Any, t: float, numbers: Any, sizes: Any) -> Any:
         for k, way in enumerate((1.0, -1.0)):
             moved = state.copy()
             moved[j] += way * step
-            both[k] = rates.evaluate_rates(numbers, moved, t)
+            both[k] = equations.evaluate_rates(numbers, moved, t)
         found[:, j] = (both[0] - both[1]) / (2.0 * step)
     return found
 
@@ -152,11 +153,11 @@ def test_few_differences_give_what_all_give(seed: int) -> None:
     done, numbers, state, t = ready(random_scene(rng) if seed else coupled_scene(), rng)
     m = len(state)
     columns = np.zeros((m + 1, m))
-    evaluate(jacobian.jacobian().address, t, state, columns, np.zeros(1), numbers.view(np.int64))
+    evaluate(jacobian.jacobian().address, t, state, columns, np.zeros(1), parts_of(numbers))
     found = columns[:m].T
-    sizes = done.memory.atol[:m] / adaptive_engine.USUAL
+    sizes = done.memory.atol[:m] / adaptive_step.USUAL
     wanted = central(state, t, numbers, sizes)
-    found_rates = rates.evaluate_rates(numbers, state, t)
+    found_rates = equations.evaluate_rates(numbers, state, t)
     scale = np.maximum(np.abs(state), sizes)
     # Rounding of the rates over a move of 1.5e-8, beside what moves the rate most.
     most = np.abs(wanted * scale).max(axis=1, keepdims=True) + np.abs(found_rates)[:, None] + 1e-9
@@ -190,7 +191,7 @@ def whole_arm(duration: float = 0.5) -> Scene:
 
 def test_differences_are_counted() -> None:
     scene = whole_arm(0.05)
-    done = adaptive_engine._refined(plan(scene))
+    done = adaptive_step._refined(plan(scene))
     run = simulate(scene, solver=AdaptiveStep(Rodas4(1e-5)))
     counts = run.counters
     m = done.memory.moving

@@ -14,10 +14,9 @@ from drivetrain.drive.friction import Friction
 from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.given_torque import GivenTorque
 from drivetrain.errors import InputError
-from drivetrain.simulation.recording import Recording, load_recording
+from drivetrain.simulation.recording import Recording, Series, TableSeries, load_recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
-from drivetrain.simulation.series import Series, TableSeries
 
 
 def table() -> TableSeries:

@@ -13,7 +13,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import with_coupling
 from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
 from drivetrain.catalog.read import Catalog
-from drivetrain.drive.gear import wind_up
+from drivetrain.drive.spring import wind_up
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.errors import InputError

@@ -139,10 +139,11 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, starting, friction = np.zeros((6, samples))
+    load, joint, loss, shaft, starting, friction, power = np.zeros((7, samples))
     return Traces(
-        load, np.zeros(samples + 2), joint, loss, shaft, starting, friction, new_losses(samples), new_parts(parts)
-    )
+        load, np.zeros(samples + 2), joint, loss, shaft, starting, friction, power, new_losses(samples),
+        new_parts(parts),
+    )  # fmt: skip
 
 
 def motion_of(demand: JointDemand) -> Motion:

@@ -35,7 +35,7 @@ from drivetrain.effects.wall_spring import WallSpring
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.adaptive_engine import AdaptiveStep
+from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate

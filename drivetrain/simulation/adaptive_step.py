@@ -2,31 +2,178 @@
 
 The same effects, mechanics and friction as the fixed implicit step, whose limit for short steps it is. No step crosses
 a breakpoint or a sample; on each side the laws are asked only for instants of that side.
+
+Friction has a mode a coordinate: stuck, or sliding one way. Within a step the mode is given, so the rates are smooth;
+it changes at an event, located by the solver: a sliding coordinate comes to rest, or what a stuck one holds reaches its
+bound. Then the change that belongs to the event is forced, and only what it does to the others is left to
+complementarity: who asks "which mode?" anew at rest gets the old answer back, for ever.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numba import carray
 
 from drivetrain.arrays import Array
-from drivetrain.simulation import adaptive_kernel as kernel
-from drivetrain.simulation import jacobian, rates
-from drivetrain.simulation.beginning import started
-from drivetrain.simulation.dependence import dependence
-from drivetrain.simulation.engine import Engine, Outcome, Wish
+from drivetrain.jit import callback
+from drivetrain.simulation import equations, jacobian
+from drivetrain.simulation.engine import Engine, Outcome, Wish, started
+from drivetrain.simulation.equations import RIGHT_SIDE, account_at, put_row, put_states, solve_at, take_samples
 from drivetrain.simulation.fixed_step import mode_event, resumed
 from drivetrain.simulation.friction import NO_SET
+from drivetrain.simulation.jacobian import dependence
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event
-from drivetrain.simulation.records import MODE_CHANGE
+from drivetrain.simulation.records import (
+    AT,
+    MODE_CHANGE,
+    SECTIONS,
+    Run,
+    call_laws,
+    coordinates_of,
+    count_of,
+    engine_of,
+    memory_of,
+    numbers_of,
+    part,
+    parts_of,
+    states_of,
+    words_of,
+)
 from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
 from drivetrain.solvers.solver import Rodas4, Rodas5P, Solver
+
+AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
+PUSH = 1e-300  # [rad/s]: the speed that tells in which direction a coordinate was pushed off
+
+
+@part
+def _solve(run: Run, t: float, x: Any) -> None:
+    """The equations at an instant."""
+    put_states(run, x)
+    solve_at(run, t)
+
+
+def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    """How far each coordinate is from changing its mode; negative when it has overdone it."""
+    coordinates, asked = coordinates_of(run), False
+    for i in range(len(coordinates)):
+        asked = asked or coordinates[i].dry.mode == 0 or coordinates[i].surface != 0.0
+    if asked:
+        _solve(run, t, x)
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        if not one.dry.active:
+            result[i] = 1.0
+        elif one.dry.mode == 0:
+            result[i] = one.margin
+            if one.margin < 0.0:
+                # It breaks loose the way in which it gave, also where the force at the event itself is zero.
+                one.gave = 1 if one.friction >= 0.0 else -1
+        else:
+            result[i] = one.dry.mode * (x[len(coordinates) + i] - one.surface)
+
+
+@part
+def _log(run: Run, t: float) -> None:
+    """Write down the modes that have changed."""
+    coordinates, engine = coordinates_of(run), engine_of(run)
+    log = carray(run[AT.log], count_of(run, AT.log), MODE_CHANGE)
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        if one.dry.mode != one.before:
+            if engine.logged < len(log):
+                change = log[engine.logged]
+                change.time, change.coordinate, change.before, change.after = t, i, one.before, one.dry.mode
+            engine.logged += 1
+
+
+def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
+    """Force the change of mode that an event stands for, and let the others at rest find theirs."""
+    coordinates = coordinates_of(run)
+    c = len(coordinates)
+    _solve(run, t, x)
+    for i in range(c):
+        one = coordinates[i]
+        one.before = one.dry.mode
+        if crossed[i] == 0.0 or not one.dry.active:
+            continue
+        if one.dry.mode == 0:
+            x[c + i] = one.surface + one.gave * max(PUSH, 4e-16 * abs(one.surface))
+        elif abs(x[c + i] - one.surface) <= AT_REST:
+            x[c + i] = one.surface
+            one.dry.mode = 0  # what comes to rest sticks, unless that asks too much of friction
+    engine_of(run).held = 0
+    _solve(run, t, x)
+    engine_of(run).held = 1
+    _log(run, t)
+
+
+def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    """Powers and what effects remember, over the time that this instant stands for."""
+    h = result[0]
+    memory, powers, energies = memory_of(run), words_of(run, AT.powers), numbers_of(run, AT.energies)
+    _solve(run, t, x)
+    # Powers are those of the instant; with h > 0 effects put out means over a fixed step that begins here.
+    account_at(run, t)
+    for k in range(len(powers)):
+        energies[k] += h * memory[powers[k]]
+    if engine_of(run).remembers:
+        call_laws(run, AT.accounts, t, h)
+
+
+def _tell(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    """A row of the recording."""
+    _solve(run, t, x)
+    account_at(run, t)
+    put_row(run, t, result)
+
+
+def _opens(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    """Samples that are due where a segment begins."""
+    states, memory = states_of(run), memory_of(run)
+    put_states(run, x)
+    take_samples(run, t, 0.0, 1e-6)
+    for k in range(2 * len(coordinates_of(run)), engine_of(run).moving):
+        x[k] = memory[states[k].value]
+
+
+@lru_cache(maxsize=1)
+def values() -> Any:
+    """How far each coordinate is from changing its mode, as event values; compiled at the first call."""
+    return callback(RIGHT_SIDE, _values)
+
+
+@lru_cache(maxsize=1)
+def handler() -> Any:
+    """The change of modes at an event, compiled likewise."""
+    return callback(RIGHT_SIDE, _handler)
+
+
+@lru_cache(maxsize=1)
+def account() -> Any:
+    """What is added up along a step, compiled likewise."""
+    return callback(RIGHT_SIDE, _account)
+
+
+@lru_cache(maxsize=1)
+def tell() -> Any:
+    """A row of the recording, compiled likewise."""
+    return callback(RIGHT_SIDE, _tell)
+
+
+@lru_cache(maxsize=1)
+def opens() -> Any:
+    """The samples that are due where a segment begins, compiled likewise."""
+    return callback(RIGHT_SIDE, _opens)
+
 
 ROOM = 20_000  # events told; more are counted
 CHUNK = 20_000  # steps between two looks at the progress
@@ -60,16 +207,18 @@ class AdaptiveStep(Engine):
             first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
-        problem = _problem(plan, _extended(plan, numbers, hangs), hangs)
+        numbers = _extended(plan, numbers, hangs)
+        problem = _problem(plan, numbers, hangs)
         times, breaks = _instants(plan, wish, first), _breaks(plan, getattr(self.solver, "rtol", 0.0))
-        run = _Run(problem, _tuned(self.solver, plan), start, times, breaks)
+        run = _Run(numbers, problem, _tuned(self.solver, plan), start, times, breaks)
         return run.looped(plan, wish, None if kept is None else _checkpoint(kept, plan, run))
 
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """What stays the same from chunk to chunk."""
+    """What stays the same from chunk to chunk, and a run's numbers, which the problem knows by addresses."""
 
+    numbers: Array
     problem: CompiledProblem
     solver: Solver
     start: Array
@@ -91,8 +240,8 @@ class _Run:
                 stopped = Event(done.stopped_at, "stopped", "by the progress callback; it can be resumed")
                 break
         if stopped is None and done.stopped:
-            stopped = _stopped(done, plan)
-        return _outcome(done, plan, stopped, 0 if self.times[0] == 0.0 else 1)
+            stopped = _stopped(done, plan, self.numbers)
+        return _outcome(done, plan, self.numbers, stopped, 0 if self.times[0] == 0.0 else 1)
 
 
 def _refined(plan: Plan) -> Plan:
@@ -106,10 +255,10 @@ def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
     """A run's numbers with what the adaptive engine itself needs behind them: a log, room of the Jacobian."""
     sizes = plan.memory.atol[: plan.memory.moving] / USUAL
     sections = {"log": np.zeros(ROOM, MODE_CHANGE), **jacobian.room(sizes, plan.body.c, hangs)}
-    engine = plan.memory.view(numbers, "engine")[0]
+    engine, listed = plan.memory.view(numbers, "engine")[0], plan.memory.view(numbers, "sections")
     first = len(numbers)
     for name, values in sections.items():
-        engine["at"][name]["first"], engine["at"][name]["size"] = first, values.nbytes // 8
+        listed[SECTIONS.index(name)] = first, values.nbytes // 8, len(values)
         first += values.nbytes // 8
     plan.memory.view(numbers, "world")["size"] = first
     engine["held"], engine["remembers"] = 1, bool(plan.memory.memory.any())
@@ -120,12 +269,12 @@ def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
     c, felt = plan.body.c, hangs.copy()
     if plan.body.arm is not None:
         felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
-    dry = Events(kernel.values(), (at.GUARD,) * c, handler=kernel.handler(), names=tuple(plan.coordinates))
-    hooks = Hooks(kernel.account(), kernel.tell(), 1 + len(plan.layout.columns), kernel.opens())
+    dry = Events(values(), (at.GUARD,) * c, handler=handler(), names=tuple(plan.coordinates))
+    hooks = Hooks(account(), tell(), 1 + len(plan.layout.columns), opens())
     names = tuple(plan.memory.states)[: plan.memory.moving]
-    groups = plan.memory.view(numbers, "engine")[0]["at"]["groups"]["size"]
+    groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
     return CompiledProblem(
-        rates.rates(), len(names), words=numbers.view(np.int64), jacobian=jacobian.jacobian(), sparsity=felt,
+        equations.rates(), len(names), words=parts_of(numbers), jacobian=jacobian.jacobian(), sparsity=felt,
         events=dry if _any_dry(plan) else None, hooks=hooks, names=names, may_jump=True, differences=1 + int(groups),
     )  # fmt: skip
 
@@ -165,9 +314,9 @@ def _breaks(plan: Plan, tolerance: float) -> Array:
     return np.asarray(every[np.append(np.diff(every) > 1e-9, True)]) if len(every) else every
 
 
-def _stopped(done: CompiledSolution, plan: Plan) -> Event:
+def _stopped(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
     """What ended the run."""
-    t, solved = done.stopped_at, int(_engine(done.checkpoint, plan)["solved"])
+    t, solved = done.stopped_at, int(plan.memory.view(numbers, "engine")["solved"][0])
     if solved < 0:
         if solved > NO_SET:
             problem = "its mesh friction has no solution in this posture"
@@ -177,22 +326,17 @@ def _stopped(done: CompiledSolution, plan: Plan) -> Event:
     return Event(t, next((name for mark, name in kinds.items() if mark in done.stopped), "stopped"), done.stopped)
 
 
-def _engine(kept: Checkpoint, plan: Plan) -> Any:
-    """The engine's record in what a run has left."""
-    return plan.memory.view(kept.words.view(np.float64), "engine")[0]
-
-
-def _outcome(done: CompiledSolution, plan: Plan, stopped: Event | None, skipped: int) -> Outcome:
-    work, kept, engine = done.work, done.checkpoint, _engine(done.checkpoint, plan)
-    first, logged = int(engine["at"]["log"]["first"]), int(engine["logged"])
-    log = kept.words[first : first + int(engine["at"]["log"]["size"])].view(MODE_CHANGE)[: min(logged, ROOM)]
+def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event | None, skipped: int) -> Outcome:
+    work, kept, logged = done.work, done.checkpoint, int(plan.memory.view(numbers, "engine")["logged"][0])
+    first, size, _ = plan.memory.view(numbers, "sections")[AT.log]
+    log = numbers[first : first + size].view(MODE_CHANGE)[: min(logged, ROOM)]
     counters = {
         "steps": work.steps, "rejected": work.rejected, "rates": work.rates, "jacobians": work.jacobians,
         "factorisations": work.factorisations, "event_values": work.event_values, "mode_changes": logged,
     }  # fmt: skip
     events = tuple(mode_event(plan, *one) for one in log.tolist())
     left = {
-        "numbers": kept.words.view(np.float64)[: len(plan.memory.numbers)][plan.memory.changing],
+        "numbers": numbers[: len(plan.memory.numbers)][plan.memory.changing],
         "run": kept.run.view(np.int64), "states": kept.states.view(np.int64), "events": kept.events.view(np.int64),
         "jacobian": kept.jacobian.ravel(),
     }  # fmt: skip
