@@ -122,20 +122,25 @@ class Offer(NamedTuple):
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    return Span(motion, shown, lossy, added, share, *(np.zeros(len(share)) for _ in range(8)), np.full(3, np.nan))
+    memory: Any = (*np.zeros((8, len(share))), np.full(3, np.nan))
+    return Span(motion, shown, lossy, added, share, *memory)
 
 
 @kernel(fastmath=FAST)
 def open_span(offer: Offer, low: Array, high: Array) -> None:
     """Fill the interval of torque that open choices leave; low, high: numbers of all joints' drives, (n, NUMBERS)."""
-    bottom, top = offer.whole.low, offer.whole.high
-    bottom[:] = offer.load
+    bottom, top, middle = offer.whole.low, offer.whole.high, np.empty(offer.half.shape[1])
+    for t in range(len(bottom)):
+        bottom[t] = offer.load[t]
     for k in range(len(offer.others)):
         least, most = low[offer.others[k]], high[offer.others[k]]
-        middle, half = 0.5 * (least + most), 0.5 * (most - least)
-        offer.half[k] = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
+        for i in range(len(middle)):
+            half = 0.5 * (most[i] - least[i])
+            middle[i] = 0.5 * (least[i] + most[i])
+            offer.half[k, i] = half + WIDER * (half + abs(middle[i])) if half > 0.0 else 0.0
         add_rows(bottom, offer.rows[k], middle, bottom)
-    top[:] = bottom
+    for t in range(len(bottom)):
+        top[t] = bottom[t]
     for k in range(len(offer.others)):
         for i in range(offer.half.shape[1]):
             row, half_width = offer.rows[k, i], offer.half[k, i]
