@@ -124,6 +124,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         amplifier=resolve_amplifier(form.amplifier, around.form.amplifier, ledger, place),
         travel_per_turn=_travel(around, index, form, place),
         housing_to_ambient=form.housing_to_ambient,
+        output_bearing=form.output_bearing,
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),

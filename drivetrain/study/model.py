@@ -115,6 +115,7 @@ class JointTask:
         coupled: Names of the joints that its motor drives together with others; empty: this one alone. Friction, speed
             and torque are then those of the shaft behind the gear.
         rules: By which the pairs were found, as the study file states them; None where it states none.
+        output_bearing: What carries the joint across its axis: the ``gear``'s output bearing or an ``external`` one.
         load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
             None: not stated.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
@@ -135,6 +136,7 @@ class JointTask:
     rules: CandidatesForm | None = None
     free_ratio: FreeRatio | None = None
     load_inertia: float | None = None
+    output_bearing: str = "gear"
 
 
 @dataclass(frozen=True)

@@ -206,6 +206,9 @@ class JointForm(Form):
         default=None, description="prismatic joints: travel per turn of the gear"
     )
     housing_to_ambient: f.ThermalResistance | None = Field(default=None, description="of the real mounting")
+    output_bearing: Literal["gear", "external"] = Field(
+        default="gear", description="what carries the joint across its axis: the gear's own bearing, or one beside it"
+    )
     load_inertia: f.Inertia | None = Field(
         default=None, description="without an arm: what the gear turns, already in the table's torque"
     )

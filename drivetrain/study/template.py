@@ -111,6 +111,7 @@ joints:
   # {first}:
   #   drive: {{motor: key, gear: key}} # a given drive, for `drivetrain size`; gear: none is a direct drive
   #   friction: {{coulomb: 0.5 N m}} # at the joint, outside the gear
+  #   output_bearing: external # the joint has a bearing of its own; else the gear's must bear what loads it across
 
 # Joints whose motors work together: a differential wrist, belts over joints, motors on the base.
 # coupling:

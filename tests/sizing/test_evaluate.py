@@ -13,7 +13,9 @@ from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated, holding_figures
+from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.sizing.search.search import select
 from drivetrain.study.model import GearAssumption, MotorAssumption, Safety
 from drivetrain.study.verdicts import Check, Verdict
 
@@ -355,3 +357,29 @@ def test_a_task_prepared_once_gives_what_each_evaluation_gives(make):
         assert one.criteria == other.criteria and one.shared == other.shared
         for name, joint in one.joints.items():
             assert joint.checks == other.joints[name].checks
+
+
+def test_a_joint_on_its_gears_own_bearing_needs_the_bearings_limits(make):
+    """A missing limit is an essential lack; a joint with a bearing of its own is not asked."""
+    names = ("output bearing tilting moment", "output bearing axial load", "output bearing radial load")
+    sound = make.study(make.sines(1), arm=make.planar_arm([0.4], [1.0]))
+    joint = evaluate(sound).joints["j1"]
+    assert joint.verdict is Verdict.PASS and all(check_of(joint, name).verdict is Verdict.PASS for name in names)
+    for name, column in zip(names, ("tilting_moment_limit", "axial_load_limit", "radial_load_limit"), strict=True):
+        bare = replace(sound, catalog=replace(sound.catalog, gears={"g1": replace(make.gear, **{column: None})}))
+        found = evaluate(bare)
+        check = check_of(found.joints["j1"], name)
+        assert check.verdict is Verdict.NOT_CHECKED and check.essential
+        assert "is not in the catalogue row" in check.remark and "output_bearing: external" in check.remark
+        assert found.verdict is Verdict.NOT_CHECKED and not found.feasible
+        assert column in missing_words(found)[0]
+        wanted = replace(bare, joints=tuple(replace(t, drive=None, pairs=(("m1", "g1"),)) for t in bare.joints))
+        assert not select(wanted).feasible
+        beside = replace(bare, joints=tuple(replace(t, output_bearing="external") for t in bare.joints))
+        told = evaluate(beside)
+        assert told.verdict is Verdict.PASS
+        for one in names:
+            check = check_of(told.joints["j1"], one)
+            assert check.verdict is Verdict.NOT_CHECKED and not check.essential and "of its own" in check.remark
+        free = replace(beside, joints=tuple(replace(t, drive=None, pairs=(("m1", "g1"),)) for t in beside.joints))
+        assert select(free).feasible

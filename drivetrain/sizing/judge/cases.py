@@ -27,6 +27,7 @@ class Setting:
         volts: That reach the terminals [V].
         mounting: Thermal resistance from housing to ambient that replaces the sheet's [K/W]; NaN: the sheet's.
         fastest, mean_speed: Of the gear's output [rad/s].
+        bearing: 1 where the joint rests on its gear's own output bearing, else 0.
         moves: 1 where the joint moves at all, else 0.
         duration: Of the cycle [s].
     """
@@ -36,6 +37,7 @@ class Setting:
     mounting: float | None = None
     fastest: float = 0.0
     mean_speed: float = 0.0
+    bearing: float = 0.0
     moves: float = 0.0
     duration: float = 0.0
 
@@ -137,8 +139,14 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     duration = float(demand.weights.sum())
     return Setting(
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
-        demand.fastest.value, demand.mean_speed, float(demand.moves), duration if duration > 0.0 else 1.0,
+        demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
+        duration if duration > 0.0 else 1.0,
     )  # fmt: skip
+
+
+def rests_on_gear(task: JointTask, demand: JointDemand) -> bool:
+    """Whether the gear's own output bearing carries what loads the joint across its axis, as far as that is known."""
+    return demand.wrench is not None and task.output_bearing == "gear"
 
 
 def cases_of(study: Study, joint: int, demand: JointDemand, drives: Sequence[Drive]) -> Any:

@@ -36,6 +36,7 @@ class Requirement:
         origin: From which both are counted, as a winding's rise from the ambient temperature.
         peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
         essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
+        asked: Number that is 0 where a drive is not asked this.
         scale: From SI to the unit.
         instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
         words: Source and remark, where ``words.printed`` does not say enough.
@@ -54,6 +55,7 @@ class Requirement:
     essential: bool = False
     scale: float = 1.0
     instant: str = ""
+    asked: str = "one"
     words: Callable[[Any, Any], words.Words] = words.printed
     formula: str = ""
 
@@ -87,17 +89,20 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "output bearing tilting moment", "N m", "figures.tilting_moment", "gear.tilting_moment_limit", GEAR,
-        "output bearing tilting moment limit", "safety.peak_torque", instant="tilting_moment", words=words.bearing,
+        "output bearing tilting moment limit", "safety.peak_torque", essential=True, asked="setting.bearing",
+        instant="tilting_moment", words=words.bearing,
         formula="largest moment across the output axis",
     ),
     Requirement(
         "output bearing axial load", "N", "figures.axial_load", "gear.axial_load_limit", GEAR,
-        "output bearing axial load limit", "safety.peak_torque", instant="axial_load", words=words.bearing,
+        "output bearing axial load limit", "safety.peak_torque", essential=True, asked="setting.bearing",
+        instant="axial_load", words=words.bearing,
         formula="largest force along the output axis",
     ),
     Requirement(
         "output bearing radial load", "N", "figures.radial_load", "gear.radial_load_limit", GEAR,
-        "output bearing radial load limit", "safety.peak_torque", instant="radial_load", words=words.bearing,
+        "output bearing radial load limit", "safety.peak_torque", essential=True, asked="setting.bearing",
+        instant="radial_load", words=words.bearing,
         formula="largest force across the output axis",
     ),
     Requirement(
@@ -161,10 +166,10 @@ SUPPLY_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == SUPPLY)
 def table(checks: tuple[Requirement, ...] | None = None) -> Any:
     """The checks for compiled code: places of the named numbers among a case's floats, (checks,)."""
     place = columns(CASE)
-    names = ("required", "factor", "limit", "origin", "stage", "rise", "geared", "peak", "essential")
+    names = ("required", "factor", "limit", "origin", "stage", "rise", "geared", "peak", "essential", "asked")
     rows = [
         (place[one.required], place[one.factor], place[one.limit], place[one.origin], one.stage, one.origin != "zero",
-         one.stage == GEAR, one.peak, one.essential)
+         one.stage == GEAR, one.peak, one.essential, place[one.asked])
         for one in (CHECKS if checks is None else checks)
     ]  # fmt: skip
     return np.array(rows, dtype=np.dtype((np.record, [(name, np.int64) for name in names])))

@@ -169,7 +169,7 @@ def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
     torque = known(case.motor.rotor_inertia + case.gear.efficiency + case.gear.inertia)
     for i in range(len(checks)):
         check = checks[i]
-        if check.essential == 0 or (check.geared != 0 and case.direct != 0.0):
+        if check.essential == 0 or not asked(case, row, check):
             continue
         unknown = math.isnan(row[check.required]) if final else check.stage >= TORQUE and not torque
         if unknown or math.isnan(row[check.limit]):
@@ -177,10 +177,16 @@ def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
     return NOTHING
 
 
+@law
+def asked(case: Any, row: Any, check: Any) -> Any:
+    """Whether a drive is asked this: nothing of a gear where there is none, of its bearing only where that carries."""
+    return row[check.asked] != 0.0 and (check.geared == 0 or case.direct == 0.0)
+
+
 @law(fastmath=FAST)
 def utilisation_of(case: Any, row: Any, check: Any) -> Any:
     """Of one check of a case; NaN where it is not checked."""
-    if check.geared != 0 and case.direct != 0.0:
+    if not asked(case, row, check):
         return np.nan
     required = row[check.required] * row[check.factor] - row[check.origin]
     available = row[check.limit] - row[check.origin]
@@ -222,10 +228,8 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
 
 @law
 def bearing_asked(case: Any) -> Any:
-    """Whether the gear limits the load on its output bearing, or the study the inertia."""
-    gear = case.gear
-    bearing = known(gear.tilting_moment_limit) or known(gear.axial_load_limit) or known(gear.radial_load_limit)
-    return bearing or known(case.safety.inertia_ratio)
+    """Whether the gear's output bearing carries the joint, or the study limits the inertia."""
+    return case.setting.bearing != 0.0 or known(case.safety.inertia_ratio)
 
 
 @law(fastmath=FAST)

@@ -20,6 +20,11 @@ from drivetrain.study.verdicts import lacking
 
 REPEATED, PEAK, RMS = "gear repeated peak torque", "motor peak torque", "motor RMS current"
 SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
+BEARING = {
+    "output bearing tilting moment": "tilting_moment_limit",
+    "output bearing axial load": "axial_load_limit",
+    "output bearing radial load": "radial_load_limit",
+}
 LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
 
@@ -123,7 +128,12 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
     motor, gear = joint.drive.motor, joint.drive.gear
     if REPEATED in lacks:
         yield _gap(study, joint, gear, ("repeated_peak_torque", "continuous_torque"), (REPEATED,))
-    others = tuple(name for name in lacks if name != REPEATED)
+    bearing = tuple(name for name in lacks if name in BEARING)
+    if bearing:
+        columns = ", ".join(BEARING[name] for name in bearing)
+        beside = "(where the joint has a bearing of its own) output_bearing: external in the study"
+        yield _gap(study, joint, gear, (columns, beside), bearing)
+    others = tuple(name for name in lacks if name != REPEATED and name not in BEARING)
     if not others:
         return
     if motor.rotor_inertia is None:

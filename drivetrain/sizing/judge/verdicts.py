@@ -45,7 +45,7 @@ def told(op: Operation, row: Requirement) -> Check:
         required = None if words.silent else required
         return Check(
             row.name, required, limit, row.unit, None, Verdict.NOT_CHECKED, None if words.silent else instant,
-            words.source, remark, row.essential,
+            words.source, remark, row.essential and op.number(row.asked) != 0.0,
         )  # fmt: skip
     verdict = judged(used, op.safety.reserve)
     return Check(row.name, required, limit, row.unit, used, verdict, instant, words.source, words.remark, row.essential)

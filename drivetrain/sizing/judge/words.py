@@ -12,6 +12,7 @@ from drivetrain.drive.heat import rms_rule_validity
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
+from drivetrain.sizing.judge.cases import rests_on_gear
 
 NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
@@ -75,8 +76,12 @@ def gear_life(op: Any, row: Any) -> Words:
 
 def bearing(op: Any, row: Any) -> Words:
     """Only where the loads across the axis are known."""
-    if op.demand.wrench is not None:
-        return printed(op, row)
+    if rests_on_gear(op.task, op.demand):
+        said = printed(op, row)
+        hint = "; if the joint has a bearing of its own, state output_bearing: external"
+        return said._replace(remark=said.remark + hint) if said.remark else said
+    if op.task.output_bearing == "external":
+        return Words("", "the joint has a bearing of its own, as the study states", silent=True)
     reason = "the joint slides: its guide carries the loads across"
     if op.demand.cycle.torque is not None:
         reason = "without an arm the loads across the axis are unknown"

@@ -20,7 +20,7 @@ from drivetrain.records import as_numbers, as_records
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.demand.series import STRETCHES, Added, Load, Work, added_by, new_traces, work_of
-from drivetrain.sizing.judge.cases import paired
+from drivetrain.sizing.judge.cases import paired, rests_on_gear
 from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.fill import DIRECT
 from drivetrain.sizing.judge.judge import judge_cases
@@ -30,7 +30,6 @@ from drivetrain.sizing.search.domains import Indices, Mask
 from drivetrain.study.model import Study
 
 TABLE = table()
-BEARING_LIMITS = ("tilting_moment_limit", "axial_load_limit", "radial_load_limit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,10 +255,9 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
 
 
 def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[Indices, Array]) -> JointOffer:
-    study, cycle, pairs = work.study, work.study.cycle, parts.pairs[joint]
+    study, cycle = work.study, work.study.cycle
     demand, gears = work.at(joint, {}).fixed, parts.gear_rows
-    used = gears[0][np.unique(pairs[:, 1])]
-    if demand.wrench is not None and all(np.isnan(used[name]).all() for name in BEARING_LIMITS):
+    if not rests_on_gear(study.joints[joint], demand):
         demand = replace(demand, wrench=None)
     basis = work.basis[joint] if work.basis else None
     loading = () if basis is None else basis.drives
