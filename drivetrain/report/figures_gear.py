@@ -81,8 +81,9 @@ def gear_plane(joint: JointResult, *, parts: Sequence[slice] = (), name: str = "
         plane.upright(value, Pen(colour, 1.1, DASHES[dash]))
     cloud(plane, speed, torque, series.time, parts=parts)
     outermost = max((value for _, value, _, _ in shown_speeds if value <= right), default=right)
-    _name_torques(plane, shown_torques, printed_unit(unit), outermost if outermost > 0.7 * right else right)
-    _name_speeds(plane, shown_speeds)
+    label_end = outermost if outermost > 0.7 * right else right
+    _name_torques(plane, shown_torques, printed_unit(unit), label_end)
+    _name_speeds(plane, shown_speeds, label_end)
     plane.edges()
     plane.x_axis("gear input speed, magnitude [rpm]")
     plane.y_axis(f"gear output torque, magnitude [{printed_unit(unit)}]")
@@ -128,8 +129,8 @@ def _name_torques(plane: Panel, lines: list[Line], unit: str, label_end: float) 
         plane.words(0.0, top, text, Font(7.9, MUTED, level="top"), (5.0, 4.0))
 
 
-def _name_speeds(plane: Panel, lines: list[Line]) -> None:
-    """Names of the speed limits along their lines; those beyond the edge below at the right."""
+def _name_speeds(plane: Panel, lines: list[Line], label_end: float) -> None:
+    """Names of the speed limits along their lines; those beyond the edge below, ending at one speed."""
     right = plane.x.high
     inside = [line for line in lines if line[1] <= right]
     places = spread([value for _, value, _, _ in inside], 0.03 * right)
@@ -138,4 +139,4 @@ def _name_speeds(plane: Panel, lines: list[Line]) -> None:
         plane.words(place, 0.0, text, Font(7.9, INK, level="top", turned=True), (2.5, -26.0))
     beyond = [f"{label} {number(value)} rpm" for label, value, _, _ in lines if value > right]
     if beyond:
-        plane.words(right, 0.0, "beyond: " + ", ".join(beyond) + " →", Font(7.9, MUTED, "end"), (-6.0, -8.0))
+        plane.words(label_end, 0.0, "beyond: " + ", ".join(beyond) + " →", Font(7.9, MUTED, "end"), (-6.0, -8.0))

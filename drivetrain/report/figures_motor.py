@@ -171,8 +171,9 @@ def _worst_point(plane: Panel, joint: JointResult, unit: str) -> None:
     i = int(np.argmin(np.abs(joint.series.time - check.time)))
     x = float(convert(joint.series.motor_speed[i], "rad/s", "rpm"))
     y = float(convert(joint.series.motor_torque[i], "N m", unit))
+    factor = "" if check.factor == 1.0 else f", with the factor {check.factor:g}"
     lines = (
-        f"{check.name}: {percent(check.utilisation)}",
+        f"{check.name}: {percent(check.utilisation)}{factor}",
         f"t = {number(check.time)} s: {number(y)} {printed_unit(unit)} at {number(x)} rpm",
     )
     across, up = _free_corner(x / plane.x.high, y / plane.y.high)

@@ -29,6 +29,7 @@ from drivetrain.report.views import (
     check_row,
     check_rows,
     fallen_counts,
+    identity,
     joint_card,
     matrix,
     nearest_misses,
@@ -37,6 +38,7 @@ from drivetrain.report.views import (
 )
 from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
 from drivetrain.sizing.answers.spread import Spread
+from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import JointTask, Study
 from drivetrain.version import __version__
@@ -149,6 +151,7 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "sets": [] if selection is None else set_rows(selection),
         "share_heading": HEADINGS[evaluation.study.objective],
         "is_selection": selection is not None,
+        "factored": any(factor != 1.0 for factor in factors(evaluation.study.safety).values()),
         "feasible": evaluation.feasible,
         "felling_checks": checks,
         "fallen_counts": counts,
@@ -176,6 +179,9 @@ def _joint(joint: JointResult, task: JointTask, evaluation: Evaluation) -> dict[
         "assumptions": joint.drive.assumptions,
         "remarks": joint.remarks,
         "parts": used_rows(joint, study),
+        "motor_name": identity(joint.drive.motor),
+        "gear_name": identity(joint.drive.gear),
+        "names": {},
         "alternatives": [],
         "misses": [],
         "fell": 0,
@@ -184,9 +190,14 @@ def _joint(joint: JointResult, task: JointTask, evaluation: Evaluation) -> dict[
 
 def _others(selection: Selection, fallen: pd.DataFrame, joint: str) -> dict[str, Any]:
     """What only a selection knows of a joint: who else passes, and who failed by little."""
+    catalog, safety = selection.evaluation.study.catalog, selection.evaluation.study.safety
+    alternatives, misses = _alternatives(selection, joint), nearest_misses(fallen, joint, safety)
+    pairs = [(motor, gear) for motor, gear, _ in alternatives] + [(miss.motor, miss.gear) for miss in misses]
+    names = {motor: identity(catalog.motors.get(motor)) for motor, _ in pairs}
     return {
-        "alternatives": _alternatives(selection, joint),
-        "misses": nearest_misses(fallen, joint),
+        "alternatives": alternatives,
+        "misses": misses,
+        "names": names | {gear: identity(catalog.gears.get(gear)) for _, gear in pairs},
         "fell": int((fallen["joint"] == joint).sum()),
     }
 

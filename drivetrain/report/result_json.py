@@ -93,6 +93,8 @@ def _check(check: Check) -> dict[str, Any]:
     notes += [f"{name} is {'not a number' if math.isnan(getattr(check, name)) else 'infinite'}" for name in endless]
     return {
         "name": check.name,
+        "actual": _finite(check.actual),
+        "factor": check.factor,
         "required": _finite(check.required),
         "available": _finite(check.available),
         "unit": check.unit,

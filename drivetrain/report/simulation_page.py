@@ -15,11 +15,12 @@ from drivetrain.report.figures_simulation import (
     figure_heat_and_friction,
     figure_positions,
 )
-from drivetrain.report.quantities import DASH, number, with_unit
+from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
 from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
 from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS
+from drivetrain.report.words import common_unit, required_text
 from drivetrain.simulation.cost_results import Decision
 from drivetrain.simulation.recording import Recording
 from drivetrain.sizing.results import Evaluation
@@ -131,8 +132,10 @@ def _checks(told: Decision) -> SheetTable:
     for name, checks in told.checks.items():
         for check in checks:
             if check.utilisation is not None:
+                shown = common_unit(check)
                 rows.append((
-                    name, check.name, with_unit(check.required, check.unit), with_unit(check.available, check.unit),
+                    name, check.name, required_text(check, shown, printed_unit(shown)),
+                    with_unit(check.available, check.unit, shown=shown),
                     f"{100.0 * check.utilisation:.0f}\u00a0%", Chip(str(check.verdict), CSS[check.verdict]),
                 ))  # fmt: skip
     return SheetTable(("joint", "check", "required", "available", "used", ""), tuple(rows),

@@ -16,9 +16,17 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.report.fallen_columns import COLUMNS
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
-from drivetrain.report.words import common_unit, digits_near_limit, joint_sentence, nearness, shared_place
+from drivetrain.report.words import (
+    common_unit,
+    digits_near_limit,
+    joint_sentence,
+    nearness,
+    required_text,
+    shared_place,
+)
+from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, Fallen, JointResult
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import JointTask, Safety, Study
 from drivetrain.study.verdicts import Check, Verdict
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
@@ -85,7 +93,7 @@ class Part:
     """One catalogue row as used.
 
     Attributes:
-        title: Maker and part number.
+        title: Maker, series and part number.
         key: In the catalogue.
         source: Where the row is from.
         cells: (name, value, unit, meaning) of every known field.
@@ -124,7 +132,7 @@ def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
     return CheckRow(
         joint=joint,
         name=check.name,
-        required=text(check.required),
+        required=required_text(check, shown),
         available=text(check.available),
         unit=printed_unit(shown),
         utilisation=percent(check.utilisation),
@@ -195,8 +203,17 @@ def part(record: Motor | Gear) -> Part:
             missing.append(spoken)
         else:
             known.append((spoken, _cell(value), *_described(columns.get(field.name))))
-    title = " ".join(text for text in (record.maker, record.part_number or record.series) if text)
-    return Part(title or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing))
+    return Part(
+        identity(record) or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing)
+    )
+
+
+def identity(record: Motor | Gear | None) -> str:
+    """Maker, series and part number, as far as known and not said by the next."""
+    if record is None:
+        return ""
+    names = (record.maker, record.series, record.part_number)
+    return " ".join(name for i, name in enumerate(names) if name and not names[i + 1 :].count(name))
 
 
 def used_rows(joint: JointResult, study: Study) -> list[Part]:
@@ -252,19 +269,22 @@ class FallenRow:
     objective: str
 
 
-def fallen_row(fallen: Fallen) -> FallenRow:
-    """A fallen candidate as texts."""
-    check = Check("", fallen.required, fallen.available, fallen.unit, None, Verdict.FAIL)
+def fallen_row(fallen: Fallen, factor: float = 1.0) -> FallenRow:
+    """A fallen candidate as texts.
+
+    Args:
+        factor: The safety factor in what is required.
+    """
+    check = Check(
+        "", fallen.required, fallen.available, fallen.unit, fallen.utilisation, Verdict.FAIL, factor=factor
+    )  # fmt: skip
     shown = common_unit(check)
-    required, available = (
-        number(float(convert(v, fallen.unit, shown)), digits_near_limit(fallen.utilisation))
-        for v in (fallen.required, fallen.available)
-    )
+    available = number(float(convert(fallen.available, fallen.unit, shown)), digits_near_limit(fallen.utilisation))
     return FallenRow(
         fallen.motor,
         fallen.gear or "direct drive",
         fallen.check,
-        required,
+        required_text(check, shown),
         available,
         printed_unit(shown),
         percent(fallen.utilisation),
@@ -291,12 +311,13 @@ def fallen_counts(
     return checks, rows
 
 
-def nearest_misses(fallen: pd.DataFrame, joint: str) -> list[FallenRow]:
+def nearest_misses(fallen: pd.DataFrame, joint: str, safety: Safety) -> list[FallenRow]:
     """The candidates of a joint that failed by the least."""
+    factor = factors(safety)
     fell = fallen[fallen["joint"] == joint]
     used = fell["utilisation"].to_numpy(dtype=float)
     if len(used) > MOST_SHOWN:
         fell = fell[used <= np.partition(used, MOST_SHOWN - 1)[MOST_SHOWN - 1]]
     rows = [Fallen(*values) for values in fell[list(COLUMNS)].itertuples(index=False, name=None)]
     rows.sort(key=lambda one: (one.utilisation, one.objective, one.motor, one.gear))
-    return [fallen_row(one) for one in rows[:MOST_SHOWN]]
+    return [fallen_row(one, factor.get(one.check, 1.0)) for one in rows[:MOST_SHOWN]]

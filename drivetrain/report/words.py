@@ -43,11 +43,8 @@ def check_sentence(check: Check) -> str:
         return f"{check.name}{when}: {percent(check.utilisation)} of its limit"
     if not math.isfinite(check.utilisation):
         return f"{check.name}: {check.remark or 'beyond any number'}"
-    digits = digits_near_limit(check.utilisation)
-    required, available = (
-        number(float(convert(v, check.unit, shown)), digits) for v in (check.required, check.available)
-    )
-    asked, allowed = (f"{value}\u00a0{unit}".rstrip() for value in (required, available))
+    available = number(float(convert(check.available, check.unit, shown)), digits_near_limit(check.utilisation))
+    asked, allowed = required_text(check, shown, unit), f"{available}\u00a0{unit}".rstrip()
     return f"{check.name} {asked}{when}, limit {allowed} ({percent(check.utilisation)})"
 
 
@@ -55,6 +52,25 @@ def common_unit(check: Check) -> str:
     """The unit in which both numbers of a check are shown."""
     known = [abs(value) for value in (check.required, check.available) if value is not None]
     return shown_unit(max(known) if known else None, check.unit)
+
+
+def required_text(check: Check, shown: str, unit: str = "") -> str:
+    """What a check requires; with a safety factor ``actual × factor = required``.
+
+    Args:
+        shown: The unit of the numbers.
+        unit: As printed behind each; none where it stands beside.
+    """
+    if check.required is None or check.actual is None:
+        return DASH
+    digits = digits_near_limit(check.utilisation)
+    actual, value = (float(convert(v, check.unit, shown)) for v in (check.actual, check.required))
+    required = number(value, digits)
+    behind = f"\u00a0{unit}" if unit else ""
+    if check.factor == 1.0 or not math.isfinite(value):
+        return f"{required}{behind}"
+    same = number(float(f"{actual:.{digits}g}") * check.factor, digits) == required
+    return f"{number(actual, digits if same else digits + 1)}{behind} × {check.factor:g} = {required}{behind}"
 
 
 def digits_near_limit(utilisation: float | None) -> int:

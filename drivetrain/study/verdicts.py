@@ -32,6 +32,7 @@ class Check:
         source: Where the limit comes from.
         remark: What a reader should know: why it was not checked, an assumption, the fix.
         essential: Without it nothing is proven: an evaluation says NOT CHECKED, and a search does not choose the drive.
+        factor: Safety factor in ``required``: ``actual`` times it.
     """
 
     name: str
@@ -44,6 +45,12 @@ class Check:
     source: str = ""
     remark: str = ""
     essential: bool = False
+    factor: float = 1.0
+
+    @property
+    def actual(self) -> float | None:
+        """What the task asks, without the safety factor [unit]."""
+        return None if self.required is None else self.required / self.factor
 
 
 def worst(verdicts: object) -> Verdict:

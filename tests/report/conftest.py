@@ -102,7 +102,8 @@ def made_up_series(size: float, phase: float) -> JointSeries:
 def made_up_checks(used: float) -> tuple[Check, ...]:
     def judged(name: str, available: float, unit: str, share: float, time: float | None) -> Check:
         verdict = Verdict.FAIL if share > 1 else Verdict.MARGINAL if share > 0.9 else Verdict.PASS
-        return Check(name, share * available, available, unit, share, verdict, time, "sheet <row 3>")
+        factor = 1.2 if "peak" in name else 1.0  # the study's
+        return Check(name, share * available, available, unit, share, verdict, time, "sheet <row 3>", factor=factor)
 
     return (
         judged("motor peak torque", 2.4, "N m", 0.8 * used, 0.71),

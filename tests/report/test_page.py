@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -15,8 +16,9 @@ import pytest
 from drivetrain.report.fallen_columns import fallen_columns
 from drivetrain.report.page import html_report
 from drivetrain.report.views import anchor, check_rows, nearest_misses
-from drivetrain.report.words import MODEL_LIMITS, check_sentence, headline, overall_sentence
+from drivetrain.report.words import MODEL_LIMITS, check_sentence, headline, overall_sentence, required_text
 from drivetrain.sizing.results import Evaluation, Selection
+from drivetrain.study.model import Safety
 from drivetrain.study.verdicts import Check, Verdict
 
 VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr"}
@@ -177,9 +179,11 @@ def test_selection_says_why_the_others_fell(selected: str, selection: Selection)
     assert [row[1] for row in counts] == ["400"] * 3
     assert all(sum(map(int, row[2:])) == 400 for row in counts)
     assert "acme-9" in found.text and "proof: optimal" in found.text
-    nearest = nearest_misses(fallen_columns(selection), "elbow")
+    nearest = nearest_misses(fallen_columns(selection), "elbow", selection.evaluation.study.safety)
     shares = sorted(one.utilisation for one in selection.fallen if one.joint == "elbow")
     assert nearest[0].utilisation.startswith(f"{100 * shares[0]:.1f}"[:5])
+    assert all(("× 1.2 =" in one.required) == (one.check == "gear repeated peak torque") for one in nearest)
+    assert {one.check for one in nearest} > {"gear repeated peak torque"}
 
 
 def test_when_nothing_fits_the_advice_is_at_the_top(nothing_fits: Selection) -> None:
@@ -226,6 +230,34 @@ def test_words_for_every_verdict(evaluation: Evaluation, without_data: Evaluatio
         "winding temperature", float("inf"), 155.0, "C", float("inf"), Verdict.FAIL, None, "", "no steady one"
     )
     assert check_sentence(endless) == "winding temperature: no steady one"
+
+
+def test_actual_value_factor_and_factored_value_are_told(sized: str, evaluation: Evaluation) -> None:
+    found = Check("gear repeated peak torque", 57.36, 70.0, "N m", 57.36 / 70.0, Verdict.PASS, 0.7, "", factor=1.2)
+    sentence = "gear repeated peak torque 47.8 N m × 1.2 = 57.4 N m at t = 0.700 s, limit 70.0 N m (82 %)"
+    assert check_sentence(found).replace("\u00a0", " ") == sentence
+    assert sentence.replace("47.8 N m × 1.2 = ", "") == check_sentence(replace(found, factor=1.0)).replace(
+        "\u00a0", " "
+    )
+    product = replace(found, required=299.4, available=3119.0, utilisation=299.4 / 3119.0)
+    assert required_text(product, "N m") == "249.5 × 1.2 = 299"  # 250 × 1.2 would be 300
+    rows = {(row[0], row[1]): row[4] for row in read(sized).rows if len(row) == 11}
+    for name, joint in evaluation.joints.items():
+        for check in joint.checks:
+            told = rows[name, check.name]
+            assert ("× 1.2 =" in told) == (check.factor == 1.2)
+            if check.factor == 1.2:
+                actual, required = (float(told.split(sign)[i]) for sign, i in (("×", 0), ("=", 1)))
+                assert 1.2 * actual == pytest.approx(required, rel=6e-3)
+    assert "Drawn without safety factors." in sized
+    plain = replace(evaluation, study=replace(evaluation.study, safety=Safety()))
+    assert "Drawn without safety factors." not in html_report(plain)
+
+
+def test_keys_stand_with_maker_series_and_part_number(selected: str) -> None:
+    start = selected.index(f'<section id="{anchor("elbow")}"')
+    block = selected[start : selected.index("</section>", start)]
+    assert "Acme &lt;&amp;&gt; Sons M M-2" in block and "Wave W W-2-100" in block
 
 
 def test_rows_give_what_was_required_even_when_nothing_limits(evaluation: Evaluation) -> None:

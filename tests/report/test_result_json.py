@@ -5,10 +5,24 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+import pytest
+
 from drivetrain.report.result_json import SCHEMA_VERSION, result_data, result_json
 from drivetrain.sizing.results import Evaluation, Selection
 
-CHECK_KEYS = ["name", "required", "available", "unit", "utilisation", "verdict", "time", "source", "remark"]
+CHECK_KEYS = [
+    "name",
+    "actual",
+    "factor",
+    "required",
+    "available",
+    "unit",
+    "utilisation",
+    "verdict",
+    "time",
+    "source",
+    "remark",
+]
 
 
 def test_round_trip_and_keys(evaluation: Evaluation) -> None:
@@ -26,6 +40,11 @@ def test_round_trip_and_keys(evaluation: Evaluation) -> None:
         for check, row in zip(joint.checks, told["checks"], strict=True):
             for key in CHECK_KEYS:
                 assert row[key] == getattr(check, key)
+            if check.required is not None:
+                assert row["actual"] * row["factor"] == pytest.approx(row["required"], rel=1e-15)
+        assert {row["name"]: row["factor"] for row in told["checks"] if row["factor"] != 1.0} == {
+            "motor peak torque": 1.2, "motor peak current": 1.2, "gear repeated peak torque": 1.2
+        }  # fmt: skip
     assert [row["name"] for row in data["shared"]] == [check.name for check in evaluation.shared]
 
 
@@ -47,7 +66,7 @@ def test_infinity_and_nan_become_null_with_a_remark(make_evaluation: Callable[..
     changed = replace(joint, checks=(endless, *joint.checks[1:]))
     text = result_json(Evaluation(evaluation.study, {"elbow": changed}, (), math.nan))
     row = json.loads(text)["joints"]["elbow"]["checks"][0]
-    assert row["required"] is None and row["utilisation"] is None
+    assert row["required"] is None and row["actual"] is None and row["utilisation"] is None
     assert row["remark"] == "runs away; required is infinite; utilisation is not a number"
     assert "NaN" not in text and "Infinity" not in text
 

@@ -12,6 +12,7 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated, holding_figures
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import Evaluation, JointResult
@@ -199,6 +200,22 @@ def test_safety_factors_multiply_what_is_required(one_axis):
     }  # fmt: skip
     for name, factor in factors.items():
         assert check_of(safe, name).required == pytest.approx(factor * check_of(plain, name).required), name
+        assert check_of(safe, name).factor == factor
+
+
+def test_factor_times_actual_value_is_what_is_required(one_axis):
+    safety = Safety(peak_torque=1.5, rms=1.25, speed=1.2, voltage=1.1)
+    plain, safe = evaluate(one_axis), evaluate(replace(one_axis, safety=safety))
+    pairs = list(zip(plain.joints["j1"].checks, safe.joints["j1"].checks, strict=True))
+    pairs += zip(plain.shared, safe.shared, strict=True)
+    assert {factors(safety).get(check.name, 1.0) for _, check in pairs} == {1.0, 1.1, 1.2, 1.25, 1.5}
+    for bare, check in pairs:
+        assert bare.factor == 1.0 and bare.actual == bare.required
+        assert check.factor == factors(safety).get(check.name, 1.0)
+        assert (check.actual is None) == (check.required is None)
+        if check.required is not None:
+            assert check.factor * check.actual == pytest.approx(check.required, rel=1e-15)
+            assert check.actual == pytest.approx(bare.required, rel=1e-12), check.name
 
 
 def test_unknown_efficiency_is_not_judged_but_may_be_assumed(one_axis):

@@ -15,6 +15,7 @@ import numpy as np
 from drivetrain.records import columns
 from drivetrain.sizing.judge import words
 from drivetrain.sizing.judge.cases import CASE
+from drivetrain.study.model import Safety
 
 GEAR, SPEED, TORQUE, HEAT, SUPPLY = np.arange(5)
 """Stages: what needs no motor, no torque, no temperature, the rest of one drive; and what needs all drives.
@@ -161,6 +162,13 @@ REQUIREMENTS: tuple[Requirement, ...] = (
 
 CHECKS = tuple(row for row in REQUIREMENTS if row.stage != SUPPLY)
 SUPPLY_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == SUPPLY)
+
+
+def factors(safety: Safety) -> dict[str, float]:
+    """What each check of a drive multiplies what is required by, by its name."""
+    return {
+        row.name: 1.0 if row.factor == "one" else getattr(safety, row.factor.removeprefix("safety.")) for row in CHECKS
+    }
 
 
 def table(checks: tuple[Requirement, ...] | None = None) -> Any:

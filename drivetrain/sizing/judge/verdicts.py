@@ -31,11 +31,15 @@ def check_of(op: Operation, name: str) -> Check:
 
 def told(op: Operation, row: Requirement) -> Check:
     """One row of the table, held against what a drive does."""
+    factor = op.number(row.factor)
     if row.stage >= TORQUE and op.missing:
         lack = f"cannot be computed: {op.missing} not on the sheet and not assumed"
-        return Check(row.name, None, None, row.unit, None, Verdict.NOT_CHECKED, remark=lack, essential=row.essential)
+        return Check(
+            row.name, None, None, row.unit, None, Verdict.NOT_CHECKED, remark=lack, essential=row.essential,
+            factor=factor,
+        )  # fmt: skip
     words = row.words(op, row)
-    required = _number(op.number(row.required) * op.number(row.factor) * row.scale)
+    required = _number(op.number(row.required) * factor * row.scale)
     limit = None if words.silent else _number(op.number(row.limit) * row.scale)
     endless = required is not None and math.isinf(required)
     used = op.utilisation(row) if required is not None and (endless or limit is not None) else None
@@ -45,10 +49,12 @@ def told(op: Operation, row: Requirement) -> Check:
         required = None if words.silent else required
         return Check(
             row.name, required, limit, row.unit, None, Verdict.NOT_CHECKED, None if words.silent else instant,
-            words.source, remark, row.essential and op.number(row.asked) != 0.0,
+            words.source, remark, row.essential and op.number(row.asked) != 0.0, factor,
         )  # fmt: skip
     verdict = judged(used, op.safety.reserve)
-    return Check(row.name, required, limit, row.unit, used, verdict, instant, words.source, words.remark, row.essential)
+    return Check(
+        row.name, required, limit, row.unit, used, verdict, instant, words.source, words.remark, row.essential, factor,
+    )  # fmt: skip
 
 
 def judged(used: float, reserve: float) -> Verdict:
