@@ -332,5 +332,6 @@ def _summarise(study: Study, *, errors: bool) -> None:
     for task in study.joints:
         given = "no drive given" if task.drive is None else " + ".join(key for key in task.drive if key)
         say(f"  {task.name}: {given}; {len(task.pairs)} pairs may be chosen", errors=errors)
-    listed("doubts", list(study.notes), most=MOST_NOTES)
+    doubtful_first = sorted(study.notes, key=lambda note: not note.startswith("doubt:"))
+    listed("doubts", doubtful_first, most=MOST_NOTES)
     say("the study can be used", errors=errors)
