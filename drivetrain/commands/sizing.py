@@ -98,7 +98,7 @@ def _check(
     study: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The study, a YAML file.")] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of studies, for editors.")] = False,
 ) -> None:
-    """Read a study and everything it names, and list every fault; nothing is calculated."""
+    """Read a study and everything it names, and list every fault and doubt; nothing is calculated."""
     if study is None and not schema:
         raise typer.BadParameter("name a study, or ask for --schema", param_hint="STUDY")
     with told():

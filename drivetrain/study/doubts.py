@@ -208,4 +208,4 @@ def _doubt_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) 
             idle.setdefault(((*place, "candidates"), task.passed_over), []).append(task.name)
     for (place, words), names in idle.items():
         problem = f"no pair may be chosen for {', '.join(names)}: {'; '.join(words)}"
-        ledger.doubt(place, problem, hint="widen the rules that put the rows aside")
+        ledger.doubt(place, problem, hint="widen the rule that leaves none, or list pairs that fit")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -118,6 +117,23 @@ def test_a_table_in_millimetres_with_metres_above_it(load: Any, folder: Path) ->
     assert len(found) == 2 and "column com_x: -200 m is more than 3 m; was -200 mm meant?" in found[0]
 
 
+def test_a_slide_in_millimetres_as_metres(load: Any, folder: Path) -> None:
+    rows = "prismatic,0,0,0.1,5\nrevolute,0.4,0,0,3\n"
+    (folder / "arm.csv").write_text("kind,a [m],alpha [deg],d [m],mass [kg]\n" + rows, encoding="utf-8")
+
+    def study(unit: str, travel: str) -> Study:
+        slide = {"joints.joint_1": {"drive": {"motor": "small", "gear": "p20"}, "travel_per_turn": travel}}
+        table = {"arm": {"dh": "arm.csv", "convention": "classic"}, "joints.default": {"candidates": {}}}
+        loaded: Study = load(table | slide | moved("deg", [f"800 {unit}", 90], durations=["60 s", "60 s"]))
+        return loaded
+
+    assert doubts(study("mm", "20 mm/rev")) == []
+    [slid] = doubts(study("m", "20 mm/rev"))
+    assert "motions.go.waypoints[1][0]: joint joint_1 at 800 m, more than 50 m; was 800 mm meant?" in slid
+    [travelled] = doubts(study("mm", "20 m/rev"))
+    assert "joints.joint_1.travel_per_turn: 20 m a turn; was 20 mm meant?" in travelled
+
+
 ROBOT = """<robot name="two"><link name="base"/>
 <link name="upper"><inertial><origin xyz="{com} 0 0"/><mass value="3"/>
 <inertia ixx="0.01" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -158,7 +174,7 @@ def test_a_file_of_radians_that_are_degrees(load: Any, folder: Path) -> None:
     for unit, count in (("rad", 1), ("deg", 0)):
         (folder / "go.csv").write_text(f"t [s],joint_1 [{unit}],joint_2 [{unit}]\n" + "\n".join(lines), "utf-8")
         found = doubts(load({"motions": {"go": {"file": "go.csv"}}, "cycle": [{"motion": "go"}], "open_cycle": True}))
-        assert sum("are these degrees?" in note for note in found) == count, json.dumps(found)
+        assert sum("are these degrees?" in note for note in found) == count, found
 
 
 @pytest.mark.parametrize("name", builtin_names())
