@@ -282,8 +282,8 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
 
     heated, weakest = heat.hottest > -np.inf, torque_constant(motor, heat.magnets)
     figures.winding_temperature = heat.hottest + unknown if heated else np.nan
-    if weakest <= 0.0:
-        return np.inf, heat
+    if weakest <= 0.0:  # it runs away; where the torque is not known nobody says so
+        return np.inf if known(unknown) else used, heat
     if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be stronger without bound
         set_currents(figures, weakest)
     cold = torque_constant(motor, setting.ambient)
