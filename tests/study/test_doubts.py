@@ -22,7 +22,7 @@ def doubts(study: Study) -> list[str]:
     return [note for note in study.notes if note.startswith("doubt:")]
 
 
-def moved(unit: str, *waypoints: list[Any], **more: Any) -> dict[str, Any]:
+def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str, Any]:
     """A motion there and back alone."""
     rows = [[0, 0], *waypoints, [0, 0]]
     entry = {"unit": unit, "profile": "quintic", "durations": ["60 s"] * (len(rows) - 1), "waypoints": rows, **more}
@@ -124,7 +124,7 @@ def test_a_slide_in_millimetres_as_metres(load: Any, folder: Path) -> None:
     def study(unit: str, travel: str) -> Study:
         slide = {"joints.joint_1": {"drive": {"motor": "small", "gear": "p20"}, "travel_per_turn": travel}}
         table = {"arm": {"dh": "arm.csv", "convention": "classic"}, "joints.default": {"candidates": {}}}
-        loaded: Study = load(table | slide | moved("deg", [f"800 {unit}", 90], durations=["60 s", "60 s"]))
+        loaded: Study = load(table | slide | moved([unit, "deg"], [800, 90]))
         return loaded
 
     assert doubts(study("mm", "20 mm/rev")) == []
