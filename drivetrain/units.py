@@ -245,7 +245,8 @@ def _check_range(value: float, unit: str, minimum: float | None, maximum: float 
     if minimum is not None and value < minimum:
         raise NotAUnitError(f"must be at least {minimum:g}{shown}")
     if maximum is not None and value > maximum:
-        raise NotAUnitError(f"must be at most {maximum:g}{shown}")
+        percent = f"was {value:g} % meant?" if maximum == 1.0 and unit in PURE and 2.0 <= value <= 100.0 else ""
+        raise NotAUnitError(f"must be at most {maximum:g}{shown}", percent)
     if above is not None and not value > above:
         raise NotAUnitError(f"must be above {above:g}{shown}")
 

@@ -98,7 +98,7 @@ def _check(
     study: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The study, a YAML file.")] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of studies, for editors.")] = False,
 ) -> None:
-    """Read a study and everything it names, and list every fault; nothing is calculated."""
+    """Read a study and everything it names, and list every fault and doubt; nothing is calculated."""
     if study is None and not schema:
         raise typer.BadParameter("name a study, or ask for --schema", param_hint="STUDY")
     with told():
@@ -332,5 +332,6 @@ def _summarise(study: Study, *, errors: bool) -> None:
     for task in study.joints:
         given = "no drive given" if task.drive is None else " + ".join(key for key in task.drive if key)
         say(f"  {task.name}: {given}; {len(task.pairs)} pairs may be chosen", errors=errors)
-    listed("doubts", list(study.notes), most=MOST_NOTES)
+    doubtful_first = sorted(study.notes, key=lambda note: not note.startswith("doubt:"))
+    listed("doubts", doubtful_first, most=MOST_NOTES)
     say("the study can be used", errors=errors)

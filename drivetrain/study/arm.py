@@ -17,6 +17,7 @@ from drivetrain.arm.load import SUFFIXES, load_arm
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.study.document import Place
+from drivetrain.study.doubts import dh_doubts
 from drivetrain.study.faults import Ledger
 from drivetrain.study.model import Payload
 from drivetrain.study.schema import CouplingForm, StudyForm
@@ -64,7 +65,7 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
     else:
         arm = _load(form, ledger)
     if arm is not None:
-        ledger.note(f"Arm {arm.name}: {note}" for note in arm.notes)
+        ledger.note(note if note.startswith("doubt:") else f"Arm {arm.name}: {note}" for note in arm.notes)
     return arm
 
 
@@ -191,10 +192,10 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
     """
     header, lines = _csv(path)
     faults: list[Fault] = _header_faults(header, path)
-    rows: list[DHRow] = []
+    rows: list[tuple[int, DHRow]] = []
     for number, line in lines:
         cells = {split_header(column)[0]: (text.strip(), column) for column, text in zip(header, line, strict=False)}
-        rows.append(_row(cells, f"row {number}", path, faults))
+        rows.append((number, _row(cells, f"row {number}", path, faults)))
     if not rows:
         faults.append(Fault("the file", "holds no joint", file=str(path)))
     if faults:
@@ -202,7 +203,10 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
     position = [split_header(column)[0] for column in header]
     names = [line[position.index("name")].strip() for _, line in lines] if "name" in position else None
     down = STANDARD_GRAVITY if gravity is None else gravity
-    return arm_from_dh(rows, convention=convention, gravity=down, joint_names=names, name=path.stem)  # type: ignore[arg-type]
+    return arm_from_dh(
+        [row for _, row in rows], convention=convention, gravity=down, joint_names=names, name=path.stem,  # type: ignore[arg-type]
+        notes=dh_doubts(rows, path),
+    )  # fmt: skip
 
 
 def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:

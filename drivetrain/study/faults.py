@@ -149,6 +149,10 @@ class Ledger:
         """Notes down remarks for the report."""
         self.notes.extend(note for note in dict.fromkeys(notes) if note not in self.notes)
 
+    def doubt(self, place: Place, problem: str, hint: str = "") -> None:
+        """Notes down what is hard to believe of an entry, and what was probably meant."""
+        self.note([f"doubt: {self.document.fault(place, problem, hint=hint)}"])
+
     def spoiled(self, place: Place) -> bool:
         """Whether an entry has a fault already, so that what depends on it need not be looked at."""
         return touches(place, self.faulty)

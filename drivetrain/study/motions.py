@@ -10,6 +10,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError, nearest
+from drivetrain.motion.checks import TURNS_BELIEVED
 from drivetrain.motion.duty_cycle import Cycle, Step, build_cycle
 from drivetrain.motion.limits import limit_notes
 from drivetrain.motion.mix import build_mix, share_faults
@@ -206,7 +207,9 @@ def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> Non
     """Positions outside the joints' ranges are faults, speeds above theirs warnings."""
     found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name)
     for fault in found.faults:
-        ledger.faults.append(ledger.document.fault(place, f"{fault.place}: {fault.problem}", fault.value))
+        slip = isinstance(fault.value, float) and abs(fault.value) > TURNS_BELIEVED
+        hint = "check the unit: degrees given as rad, mm as m?" if slip else ""
+        ledger.faults.append(ledger.document.fault(place, f"{fault.place}: {fault.problem}", fault.value, hint))
     ledger.note(found.doubts)
 
 

@@ -14,6 +14,7 @@ from drivetrain.errors import InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
 from drivetrain.study.document import Document, read_document
+from drivetrain.study.doubts import note_doubts
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.joints import Surroundings, resolve_joints
@@ -64,6 +65,7 @@ def study_from(document: Document) -> Study:
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
+    note_doubts(form, arm, payloads, motions, joints, ledger)
     return Study(
         name=form.name or document.path.stem,
         description=form.description.strip(),

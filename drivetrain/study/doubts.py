@@ -1,0 +1,211 @@
+"""What a study states and can hardly mean: millimetres given as metres, grams as kilograms, degrees as radians.
+
+Each is a note that begins with "doubt:", never a fault. The bounds lie well beyond what is built, so that nothing
+plausible is doubted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.checks import called, mean_density
+from drivetrain.arm.dh import DHRow
+from drivetrain.errors import Fault
+from drivetrain.motion.checks import TURNS_BELIEVED
+from drivetrain.motion.motion import LoadTable, Motion
+from drivetrain.spatial.inertia import RigidBody
+from drivetrain.study.document import Place
+from drivetrain.study.faults import Ledger
+from drivetrain.study.form import over
+from drivetrain.study.model import JointTask, Payload
+from drivetrain.study.schema import DEFAULT, MotionForm, StudyForm
+from drivetrain.units import quantity
+
+LENGTH = 10.0  # [m] of a link; also travel a turn of the largest rack and pinion, far beyond it
+FAR = 3.0  # [m] a centre of mass from its joint or from the tip, where the arm itself does not reach farther
+NEAR = 1.0  # [m] a centre of mass so near is never doubted, however short the arm
+REACHES = 10.0  # of the arm, from which on a centre of mass is doubted
+# Density of the ellipsoid of a payload's mass and inertia [kg/m^3]. Inertias are often guessed, so that metals reach
+# 1e6 and frames 1; grams given as kilograms beside a right inertia change it 3e7-fold.
+DENSEST, LIGHTEST = 1e8, 1e-3
+CARRIED = 20.0  # times the mass of all links: robots carry about their own mass at most
+TRAVELLED = 50.0  # [m] of a sliding joint, beyond any gantry
+SPEED = 50.0  # [rad/s] joints of arms stay below 30
+DEGREES = (40.0, 720.0)  # whole numbers in between are limits of a joint in degrees; multiples of a turn are not whole
+
+
+def note_doubts(
+    form: StudyForm,
+    arm: Arm | None,
+    payloads: Mapping[str, Payload],
+    motions: Mapping[str, Motion | LoadTable],
+    joints: Sequence[JointTask],
+    ledger: Ledger,
+) -> None:
+    """Notes down what is implausible in a study without faults."""
+    if arm is not None:
+        if form.arm is not None and form.arm.dh is None:  # rows of a table are doubted as they are read
+            _doubt_links(arm, ledger)
+        _doubt_limits(arm, ledger)
+        for payload in payloads.values():
+            _doubt_payload(payload, arm, ledger)
+        for name, motion in motions.items():
+            if isinstance(motion, Motion):
+                _doubt_motion(motion, over(form.motions[name], form.motions.get(DEFAULT, MotionForm())), arm, ledger)
+    _doubt_ratios(form, ledger)
+    _doubt_joints(form, joints, ledger)
+
+
+def dh_doubts(rows: Sequence[tuple[int, DHRow]], file: Path) -> list[str]:
+    """Lengths of a Denavit-Hartenberg table, by line of the file, that look like millimetres given as metres."""
+    found: list[str] = []
+    reach = sum(math.hypot(row.a, row.d) for _, row in rows)
+    for number, row in rows:
+        com = {f"com_{axis}": value for axis, value in zip("xyz", row.com, strict=True)}
+        lengths = {"a": (row.a, LENGTH), "d": (row.d, LENGTH)} | {
+            name: (value, _farthest(reach)) for name, value in com.items()
+        }
+        for name, (value, most) in lengths.items():
+            if abs(value) > most:
+                problem = f"{value:.4g} m is more than {most:.3g} m"
+                fault = Fault(f"column {name}", problem, hint=_millimetres(value), file=f"{file}:{number}")
+                found.append(f"doubt: {fault}")
+    return found
+
+
+def _reach(arm: Arm) -> float:
+    """From the first joint over all others to the tip, stretched [m]."""
+    return float(np.linalg.norm(np.diff(np.vstack([arm.joint_points, arm.tip[:3, 3]]), axis=0), axis=1).sum())
+
+
+def _farthest(reach: float) -> float:
+    """How far a centre of mass may be from where its body is held [m]."""
+    return min(max(FAR, reach), max(REACHES * reach, NEAR))
+
+
+def _millimetres(value: float) -> str:
+    return f"was {value:.4g} mm meant?"
+
+
+def _doubt_links(arm: Arm, ledger: Ledger) -> None:
+    """Lengths and centres of mass of the links of a robot file."""
+    points = np.vstack([arm.joint_points, arm.tip[:3, 3]])
+    farthest = _farthest(_reach(arm))
+    for i, name in enumerate(arm.link_names):
+        link, length = called(name), float(np.linalg.norm(points[i + 1] - points[i]))
+        away = float(np.linalg.norm(arm.home[i, :3, 3] - points[i]))
+        if length > LENGTH:
+            problem = f"{link} is {length:.4g} m long, more than {LENGTH:g} m"
+            ledger.doubt(("arm",), problem, hint=_millimetres(length))
+        elif arm.masses[i] > 0.0 and away > farthest:
+            problem = f"the centre of mass of {link} lies {away:.4g} m from its joint, more than {farthest:.3g} m"
+            ledger.doubt(("arm",), problem, hint=_millimetres(away))
+
+
+def _doubt_density(payload: Payload, place: Place, ledger: Ledger) -> None:
+    """A mass that no body of such an inertia has; without any inertia it is a point mass, and nothing is said."""
+    if not payload.mass > 0.0 or not np.linalg.eigvalsh(payload.inertia)[-1] > 0.0:
+        return
+    density = mean_density(RigidBody(payload.mass, payload.com, payload.inertia))
+    if LIGHTEST <= density <= DENSEST:
+        return
+    beside, unit = ("denser than any metal", "g") if density > DENSEST else ("lighter than air", "t")
+    problem = f"with {payload.mass:.4g} kg and its inertia it is {beside}, {density:.2g} kg/m^3"
+    ledger.doubt(place, problem, hint=f"was {payload.mass:.4g} {unit} meant, or is the inertia in another unit?")
+
+
+def _doubt_limits(arm: Arm, ledger: Ledger) -> None:
+    """Ranges of turning joints that look like degrees."""
+    for i, name in enumerate(arm.joint_names):
+        widest = max(abs(arm.lower[i]), abs(arm.upper[i]))
+        if arm.screws[i, :3].any() and DEGREES[0] <= widest <= DEGREES[1] and float(widest).is_integer():
+            problem = f"joint {name} may turn to {widest:g} rad, {widest / math.tau:.3g} turns"
+            ledger.doubt(("arm",), problem, hint=f"was {widest:g} deg meant? robot files state radians")
+
+
+def _doubt_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
+    """Where its mass is, and how much of it."""
+    place: Place = ("payloads", payload.name)
+    away, farthest, links = float(np.linalg.norm(payload.com)), _farthest(_reach(arm)), float(arm.masses.sum())
+    if payload.mass > 0.0 and away > farthest:
+        problem = f"the centre of mass lies {away:.4g} m from the tip, more than {farthest:.3g} m"
+        ledger.doubt((*place, "com"), problem, hint=_millimetres(away))
+    if 0.0 < CARRIED * links < payload.mass:
+        problem = f"{payload.mass:.4g} kg is more than {CARRIED:g} times the {links:.3g} kg of the arm's links"
+        ledger.doubt((*place, "mass"), problem, hint=f"was {payload.mass:.4g} g meant?")
+    else:
+        _doubt_density(payload, (*place, "mass"), ledger)
+
+
+def _doubt_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) -> None:
+    """Waypoints, then speeds; a file's columns have been doubted as they were read."""
+    place: Place = ("motions", motion.name)
+    if any(note.startswith("doubt: column") for note in motion.notes) or _doubt_waypoints(form, arm, place, ledger):
+        return
+    for i, name in enumerate(arm.joint_names):
+        fastest = float(np.abs(motion.velocity[:, i]).max())
+        if arm.screws[i, :3].any() and fastest > SPEED:
+            problem = f"joint {name} reaches {fastest:.4g} rad/s, {fastest * 30.0 / math.pi:.4g} rpm"
+            ledger.doubt(place, problem, hint=f"was {fastest:.4g} deg/s meant, or is it a motor's speed?")
+
+
+def _doubt_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -> bool:
+    """The worst waypoint of a motion, where its unit is the doubtful one; whether there is any."""
+    worst: tuple[float, Place, str, str] | None = None
+    units = form.unit or ("",)
+    for row, values in enumerate(form.waypoints or []):
+        for i, value in enumerate(values):
+            text = value if isinstance(value, str) else f"{value} {units[i % len(units)]}"
+            turns = bool(arm.screws[i, :3].any())
+            at = quantity(text, "rad" if turns else "m", "")
+            limit = arm.upper[i] if at > 0.0 else -arm.lower[i]
+            most = TURNS_BELIEVED if turns else TRAVELLED
+            allowed = limit < (DEGREES[0] if turns else math.inf)  # else the range is unknown, or doubted itself
+            deliberate = "deg" in text or "°" in text if turns else "mm" in text
+            share = abs(at) / most
+            if share > 1.0 and not allowed and not deliberate and (worst is None or share > worst[0]):
+                told = f"{at / math.tau:.3g} turns" if turns else f"more than {most:g} m"
+                meant = f"was {at:.4g} {'deg' if turns else 'mm'} meant?"
+                problem = f"joint {arm.joint_names[i]} at {at:.4g} {'rad' if turns else 'm'}, {told}"
+                worst = (share, (*place, "waypoints", row, i), problem, meant)
+    if worst is not None:
+        ledger.doubt(worst[1], worst[2], hint=worst[3])
+    return worst is not None
+
+
+def _doubt_ratios(form: StudyForm, ledger: Ledger) -> None:
+    """Ratios of the study's own gears: upside down, or of a sign that such gears have not."""
+    for key in form.gears:
+        ratio, kind = getattr(form.gears[key], "ratio", None), getattr(form.gears[key], "kind", None)
+        if ratio is not None and 0.0 < abs(ratio) < 1.0:
+            problem = f"a ratio of {ratio:.4g} makes the output faster than the motor"
+            ledger.doubt(
+                ("gears", key, "ratio"), problem, hint=f"was {1.0 / ratio:.4g} meant: motor over output speed?"
+            )
+        elif ratio is not None and ratio < 0.0 and kind == "planetary":
+            problem = f"a ratio of {ratio:.4g}, but the output of a planetary gear with a fixed ring turns as its motor"
+            ledger.doubt(("gears", key, "ratio"), problem, hint=f"was {-ratio:.4g} meant?")
+
+
+def _doubt_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) -> None:
+    """Lengths at the joints, and joints that no row may drive; those of one rule are told together."""
+    idle: dict[tuple[Place, tuple[str, ...]], list[str]] = {}
+    for task in joints:
+        place: Place = ("joints", task.name if task.name in form.joints else DEFAULT)
+        travel = task.travel_per_turn
+        if travel is not None and abs(travel) * math.tau > LENGTH:
+            turn = travel * math.tau
+            ledger.doubt((*place, "travel_per_turn"), f"{turn:.4g} m a turn", hint=_millimetres(turn))
+        if abs(task.mount.offset) > FAR:
+            problem = f"the drive sits {task.mount.offset:.4g} m from its joint, more than {FAR:g} m"
+            ledger.doubt((*place, "mount", "offset"), problem, hint=_millimetres(task.mount.offset))
+        if task.rules is not None and not task.pairs:
+            idle.setdefault(((*place, "candidates"), task.passed_over), []).append(task.name)
+    for (place, words), names in idle.items():
+        problem = f"no pair may be chosen for {', '.join(names)}: {'; '.join(words)}"
+        ledger.doubt(place, problem, hint="widen the rule that leaves none, or list pairs that fit")

@@ -1,0 +1,189 @@
+"""What can hardly be meant is doubted with its place and what was probably meant; what is sound is not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from drivetrain.arm.builtin import builtin_names
+from drivetrain.errors import InputError
+from drivetrain.shipped import shipped
+from drivetrain.study.model import Study
+from drivetrain.study.read import load_study
+from drivetrain.study.template import study_template
+
+GEAR = {"kind": "planetary", "ratio": 20, "mass": "150 g", "efficiency": "80 %", "source": "sheet"}
+INERTIA = {"xx": "5e-3 kg m^2", "yy": "5e-3 kg m^2", "zz": "5e-3 kg m^2"}
+
+
+def doubts(study: Study) -> list[str]:
+    return [note for note in study.notes if note.startswith("doubt:")]
+
+
+def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str, Any]:
+    """A motion there and back alone."""
+    rows = [[0, 0], *waypoints, [0, 0]]
+    entry = {"unit": unit, "profile": "quintic", "durations": ["60 s"] * (len(rows) - 1), "waypoints": rows, **more}
+    return {"motions": {"go": entry}, "cycle": [{"motion": "go"}]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"payloads.part": {"mass": "2 kg", "com": ["0 m", "0 m", "60 m"]}},
+            ["payloads.part.com", "60 m from the tip", "60 mm"],
+        ),
+        ({"payloads.part": {"mass": "250 kg"}}, ["payloads.part.mass", "250 kg", "20 times the 3 kg", "250 g meant"]),
+        (
+            {"payloads.part": {"mass": "50 kg", "inertia": {key: "1e-7 kg m^2" for key in INERTIA}}},
+            ["payloads.part.mass", "50 kg", "denser than any metal", "50 g meant"],
+        ),
+        (
+            {"payloads.part": {"mass": "2 g", "inertia": {key: "1 kg m^2" for key in INERTIA}}},
+            ["payloads.part.mass", "0.002 kg", "lighter than air"],
+        ),
+        (moved("rad", [90, -45]), ["motions.go.waypoints[1][0]", "joint_1 at 90 rad, 14.3 turns", "90 deg meant"]),
+        (
+            moved("deg", [90, -45], ["90 rad", 0]),
+            ["motions.go.waypoints[2][0]", "joint_1 at 90 rad", "90 deg meant"],
+        ),
+        (
+            moved("deg", [90, -45], durations=["30 ms", "30 ms"]),
+            ["motions.go", "joint_1 reaches", "rad/s", "rpm", "deg/s meant"],
+        ),
+        ({"gears": {"mine": GEAR | {"ratio": 0.02}}}, ["gears.mine.ratio", "0.02", "50 meant"]),
+        ({"gears": {"mine": GEAR | {"ratio": -20}}}, ["gears.mine.ratio", "-20", "20 meant"]),
+        (
+            {"joints.joint_2.mount": {"offset": "50 m"}},
+            ["joints.joint_2.mount.offset", "50 m from its joint", "50 mm meant"],
+        ),
+        (
+            {"joints.default": {"candidates": {"motors": {"mass": ["5 kg", None]}}}},
+            ["joints.default.candidates", "no pair", "joint_1", "put aside 2 by 'mass: 5 to open kg'"],
+        ),
+        (
+            {"joints.default": {"candidates": {"gears": {"ratio": [-160, -30]}}}},
+            ["joints.default.candidates", "joint_1", "put aside 2 by 'ratio: -160 to -30'"],
+        ),
+    ],
+)
+def test_what_can_hardly_be_meant_is_doubted_in_one_line(load: Any, changes: dict[str, Any], words: list[str]) -> None:
+    found = doubts(load(changes))
+    assert len(found) == 1
+    assert "\n" not in found[0] and "study.yaml:" in found[0]
+    assert all(word in found[0] for word in words), found[0]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"payloads.part": {"mass": "30 kg", "com": ["0 m", "0 m", "1.9 m"], "inertia": INERTIA}},
+        {"payloads.part": {"mass": "0.2 g"}},
+        {"payloads.part": {"mass": "7.85 kg", "inertia": INERTIA}},
+        moved("rad", [3.2, -12.5]),
+        moved("deg", [1080, -720]),
+        moved("deg", [90, -45], durations=["200 ms", "200 ms"]),
+        {"gears": {"mine": GEAR | {"ratio": -20, "kind": "spur"}, "other": GEAR | {"ratio": 1}}},
+        {"joints.joint_2.mount": {"offset": "-400 mm"}},
+    ],
+)
+def test_what_is_plausible_is_not_doubted(load: Any, changes: dict[str, Any]) -> None:
+    assert doubts(load(changes)) == []
+
+
+def test_seventy_for_seventy_percent_is_a_fault_that_says_so(load: Any) -> None:
+    with pytest.raises(InputError, match=r"at most 1.*was 70 % meant"):
+        load({"gears": {"mine": GEAR | {"efficiency": 70}}})
+
+
+def with_table(load: Any, folder: Path, header: str, rows: str) -> Study:
+    (folder / "arm.csv").write_text(header + "\n" + rows, encoding="utf-8")
+    study: Study = load({"arm": {"dh": "arm.csv", "convention": "classic"}})
+    return study
+
+
+def test_a_table_in_millimetres_with_metres_above_it(load: Any, folder: Path) -> None:
+    rows = "425,0,0,5,-200\n390,0,90,3,-180\n"
+    header = "a [{0}],alpha [deg],d [{0}],mass [kg],com_x [{1}]"
+    assert doubts(with_table(load, folder, header.format("mm", "mm"), rows)) == []
+    found = doubts(with_table(load, folder, header.format("m", "mm"), rows))
+    assert [note.split(": ")[1].rpartition("/")[2] for note in found] == ["arm.csv:2", "arm.csv:3", "arm.csv:3"]
+    assert "column a: 425 m is more than 10 m; was 425 mm meant?" in found[0]
+    found = doubts(with_table(load, folder, header.format("mm", "m"), rows))
+    assert len(found) == 2 and "column com_x: -200 m is more than 3 m; was -200 mm meant?" in found[0]
+
+
+def test_a_slide_in_millimetres_as_metres(load: Any, folder: Path) -> None:
+    rows = "prismatic,0,0,0.1,5\nrevolute,0.4,0,0,3\n"
+    (folder / "arm.csv").write_text("kind,a [m],alpha [deg],d [m],mass [kg]\n" + rows, encoding="utf-8")
+
+    def study(unit: str, travel: str) -> Study:
+        slide = {"joints.joint_1": {"drive": {"motor": "small", "gear": "p20"}, "travel_per_turn": travel}}
+        table = {"arm": {"dh": "arm.csv", "convention": "classic"}, "joints.default": {"candidates": {}}}
+        loaded: Study = load(table | slide | moved([unit, "deg"], [800, 90]))
+        return loaded
+
+    assert doubts(study("mm", "20 mm/rev")) == []
+    [slid] = doubts(study("m", "20 mm/rev"))
+    assert "motions.go.waypoints[1][0]: joint joint_1 at 800 m, more than 50 m; was 800 mm meant?" in slid
+    [travelled] = doubts(study("mm", "20 m/rev"))
+    assert "joints.joint_1.travel_per_turn: 20 m a turn; was 20 mm meant?" in travelled
+
+
+ROBOT = """<robot name="two"><link name="base"/>
+<link name="upper"><inertial><origin xyz="{com} 0 0"/><mass value="3"/>
+<inertia ixx="0.01" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="fore"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+<inertia ixx="0.01" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="joint_1" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+<limit lower="-{turn}" upper="{turn}" effort="1" velocity="3"/></joint>
+<joint name="joint_2" type="continuous"><parent link="upper"/><child link="fore"/><axis xyz="0 0 1"/>
+<origin xyz="{length} 0 0"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("spoiled", "words"),
+    [
+        ({}, []),
+        ({"com": "250"}, ["centre of mass of link upper", "250 m", "250 mm meant"]),
+        ({"com": "4.5"}, ["centre of mass of link upper", "4.5 m"]),
+        ({"length": "400"}, ["link upper is 400 m long", "400 mm meant"]),
+        ({"turn": "180"}, ["joint joint_1 may turn to 180 rad, 28.6 turns", "180 deg meant"]),
+    ],
+)
+def test_a_robot_file(load: Any, folder: Path, spoiled: dict[str, str], words: list[str]) -> None:
+    text = ROBOT.format(**{"com": "0.25", "length": "0.4", "turn": "6.2"} | spoiled)
+    (folder / "two.urdf").write_text(text, encoding="utf-8")
+    found = doubts(load({"arm": "two.urdf"}))
+    assert len(found) == bool(words)
+    assert all(word in found[0] and "study.yaml:" in found[0] for word in words), found
+
+
+def test_degrees_beyond_a_joints_range_stay_a_fault_that_names_the_unit(load: Any, folder: Path) -> None:
+    (folder / "two.urdf").write_text(ROBOT.format(com="0.25", length="0.4", turn="6.2"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"above the upper limit.*degrees given as rad"):
+        load({"arm": "two.urdf"} | moved("rad", [90, 0]))
+
+
+def test_a_file_of_radians_that_are_degrees(load: Any, folder: Path) -> None:
+    lines = [f"{0.05 * i:.2f},{90 * (i / 40) ** 2 * (3 - 2 * i / 40):.6f},0" for i in range(41)]
+    for unit, count in (("rad", 1), ("deg", 0)):
+        (folder / "go.csv").write_text(f"t [s],joint_1 [{unit}],joint_2 [{unit}]\n" + "\n".join(lines), "utf-8")
+        found = doubts(load({"motions": {"go": {"file": "go.csv"}}, "cycle": [{"motion": "go"}], "open_cycle": True}))
+        assert sum("are these degrees?" in note for note in found) == count, found
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_no_built_in_arm_is_doubted(name: str, tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text(study_template(name), encoding="utf-8")
+    assert doubts(load_study(tmp_path / "study.yaml")) == []
+
+
+@pytest.mark.parametrize("path", sorted(shipped("examples").glob("*/*.yaml")), ids=lambda path: path.parent.name)
+def test_no_example_is_doubted(path: Path) -> None:
+    if "schema_version" in path.read_text(encoding="utf-8") and path.name != "sweep.yaml":
+        assert doubts(load_study(path)) == []
