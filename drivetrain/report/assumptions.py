@@ -192,17 +192,17 @@ def _standstill(evaluation: Evaluation) -> Group:
     notes = [
         remark if len(names) == count else f"{', '.join(names)}: {remark}" for remark, names in said.items()
     ]  # fmt: skip
-    notes += [_held(name, figures) for name, figures in holding_figures(evaluation).items()]
+    held = {name: _held(figures) for name, figures in holding_figures(evaluation).items()}
+    notes += [f"{name} holds a load at rest: {told}" for name, told in held.items() if told]
     return Group("How losses and standstill are counted", (), tuple(notes))
 
 
-def _held(joint: str, figures: Mapping[str, tuple[float | None, float | None]]) -> str:
-    """What holding asks at one joint, by what counts of its mesh's friction."""
-    told = [
-        f"{choice} {_or_unknown(current, 'A')} and {_or_unknown(winding, '°C')}"
-        for choice, (current, winding) in figures.items()
-    ]
-    return f"{joint} holds a load at rest; RMS current and hottest winding by `holding:` {', '.join(told)}"
+def _held(figures: Mapping[str, tuple[float | None, float | None]]) -> str:
+    """RMS current and hottest winding by what counts of the mesh's friction; nothing where it makes no difference."""
+    told = {f"{_or_unknown(current, 'A')}, {_or_unknown(winding, '°C')}": choice for choice, (current, winding) in
+            figures.items()}  # fmt: skip
+    words = "; ".join(f"{numbers} with holding: {choice}" for numbers, choice in told.items())
+    return f"RMS current and hottest winding are {words}" if len(told) > 1 else ""
 
 
 def _or_unknown(value: float | None, unit: str) -> str:
