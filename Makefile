@@ -7,7 +7,7 @@ LOWEST := .venv-lowest
 # What the lowest allowed versions are tried on: every room that a library shows in, and no library of the test extra
 # but these.
 LOWEST_TESTS := tests/test_jit.py tests/test_units.py tests/catalog tests/study tests/drive tests/solvers tests/dynamics/test_newton_euler.py \
-	tests/sizing/test_evaluate.py tests/sizing/test_search.py tests/simulation/test_fixed_step.py tests/test_cli.py
+	tests/sizing/test_evaluate.py tests/sizing/test_search.py tests/simulation/test_fixed_step.py
 
 .PHONY: demo test lowest check bench gallery clean
 
