@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import drivetrain as dt
 from drivetrain.cli import app
 from drivetrain.commands.catalog import _basis
 from drivetrain.commands.shared import report_folder, working
@@ -105,6 +106,24 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
         return result.exit_code, result.stdout, result.stderr
 
     return command
+
+
+def test_explain_tells_what_the_evaluation_holds(run: Run, write: Write) -> None:
+    """Every check once, with formula and source; one alone with the numbers of the evaluation."""
+    found = dt.evaluate(dt.load_study(write()))
+    code, out, _ = run("explain", write())
+    assert code == (0 if found.feasible else 1)
+    ((joint, result),) = found.joints.items()
+    assert out.startswith(f"{joint}: ")
+    told = [line.strip() for line in out.splitlines() if line.startswith("  ") and not line.startswith("    ")]
+    assert [line.partition(":")[0] for line in told] == [one.name for one in (*result.checks, *found.shared)]
+    assert out.count("    formula ") == len(told)
+    (check,) = (one for one in result.checks if one.name == "motor peak torque")
+    out = run("explain", write(), "--joint", joint, "--check", check.name)[1].replace("\u00a0", " ")
+    assert check.source in out and f"{check.verdict}, {100 * (check.utilisation or 0.0):.0f} %" in out
+    (asked,) = (line for line in out.splitlines() if line.strip().startswith("asked"))
+    scale = 1e-3 if "mN" in asked else 1.0
+    assert float(re.findall(r"[0-9.]+", asked)[-1]) * scale == pytest.approx(check.required, rel=5e-3)
 
 
 def test_size_fits(run: Run, write: Write, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The commands that answer a question about a selection: why-not, curve, front, free-ratio."""
+"""The commands that answer a question about a selection: why-not, explain, curve, front, free-ratio."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, report_folder, say, told, working, writable
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, lines, report_folder, say, told, working, writable
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -54,6 +54,39 @@ def _why_not(
         written = write_files(out or report_folder(loaded.name), {"why_not.html": page})
         say(f"page: {written['why_not.html']}")
         raise typer.Exit(FITS if found.holds else DOES_NOT_FIT)
+
+
+@app.command("explain")
+def _explain(
+    study: StudyFile,
+    joint: Annotated[list[str] | None, typer.Option(help="Of this joint, or of the supply; may be repeated.")] = None,
+    check: Annotated[list[str] | None, typer.Option(help="This check alone; may be repeated.")] = None,
+) -> None:
+    """Say how each check comes about: formula, numbers, instant, limit and its source."""
+    with told():
+        from drivetrain.errors import Fault, InputError, nearest
+        from drivetrain.report.explain import explanation
+        from drivetrain.sizing.answers.ratio import chosen_drives
+        from drivetrain.sizing.judge.checks import REQUIREMENTS
+        from drivetrain.sizing.judge.evaluate import evaluate
+        from drivetrain.study.read import load_study
+
+        together, checks = Together(), [row.name for row in REQUIREMENTS]
+        with together:
+            strange = [one for one in check or () if one not in checks]
+            if strange:
+                raise InputError(Fault("--check", "is no check", one, nearest(one, checks)) for one in strange)
+        with together:
+            loaded = load_study(study)
+            names = [*(task.name for task in loaded.joints), "supply"]
+            strange = [one for one in joint or () if one not in names]
+            if strange:
+                raise InputError(Fault("--joint", "is no joint of the study", o, nearest(o, names)) for o in strange)
+        together.tell()
+        with working("judging the drives"):
+            found = evaluate(loaded, chosen_drives(loaded))
+        lines(explanation(found, tuple(joint or ()), tuple(check or ())))
+        raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)
 
 
 @app.command("curve")
