@@ -167,7 +167,7 @@ def test_nothing_fits_names_place_margin_and_mend(make):
     assert selection.evaluation.verdict is Verdict.FAIL
     text = " ".join(selection.advice)
     assert "nearest" in text and "Binding at" in text and "% over" in text
-    mend = next(line for line in selection.advice if line.startswith("Less payload"))
+    mend = next(line for line in selection.advice if line.startswith("With these drives less payload"))
     mass = float(mend.split("part ")[1].split(" kg")[0])
     keys = {name: (joint.motor, joint.gear) for name, joint in selection.evaluation.joints.items()}
     # Three printed digits: just below holds, a tenth more does not.
@@ -181,7 +181,14 @@ def test_too_fast_a_motion_is_mended_by_time(make):
     fast = replace(study, cycle=make.sines(2, samples=41, duration=0.5, size=0.4))
     selection = select(fast)
     assert not selection.feasible
-    assert any(line.startswith("A slower motion mends it") for line in selection.advice)
+    assert any(line.startswith("With these drives a slower motion mends it") for line in selection.advice)
+
+
+def test_what_no_change_mends_says_nothing_of_drives_that_were_not_tried(make):
+    study = feasible_study(make, joints=2)
+    gears = {key: replace(row, repeated_peak_torque=1e-3) for key, row in study.catalog.gears.items()}
+    told = select(replace(study, catalog=replace(study.catalog, gears=gears))).advice[-1]
+    assert told.startswith("With these drives neither a slower cycle") and "were not tried" in told
 
 
 def test_supply_that_is_too_small_blocks_the_whole_set(make):

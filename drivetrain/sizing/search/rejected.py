@@ -231,8 +231,9 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     found = [text for text in (_slower(near), _lighter(near), _higher(near)) if text]
     if not found:
         found = [
-            f"Neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more supply voltage "
-            f"(up to {MOST:g} times) alone mends it: the catalogue needs a stronger drive."
+            f"With these drives neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more "
+            f"supply voltage (up to {MOST:g} times) alone mends it. Others of the catalogue were not tried with such a "
+            "change: `drivetrain curve` selects anew at each value."
         ]
     return (*words, *found)
 
@@ -276,7 +277,7 @@ def _slower(near: Nearest) -> str:
         return ""
     kept = "" if near.study.arm is not None else ", at the table's torques"
     return (
-        f"A slower motion mends it: a cycle of {length * found:.4g} s instead of {length:.4g} s, "
+        f"With these drives a slower motion mends it: a cycle of {length * found:.4g} s instead of {length:.4g} s, "
         f"{100.0 * (found - 1.0):.3g} % longer{kept}."
     )
 
@@ -290,12 +291,14 @@ def _lighter(near: Nearest) -> str:
     masses = ", ".join(
         f"{one.name} {one.mass * found:.4g} kg instead of {one.mass:.3g} kg" for one in near.study.payloads
     )
-    return f"Less payload mends it: {masses}."
+    return f"With these drives less payload mends it: {masses}."
 
 
 def _higher(near: Nearest) -> str:
     found, volts = _least(near, Vary.VOLTAGE, np.geomspace(1.0, MOST, STEPS)), near.study.supply.voltage
-    return "" if found is None else f"More supply voltage mends it: {volts * found:.4g} V instead of {volts:g} V."
+    if found is None:
+        return ""
+    return f"With these drives more supply voltage mends it: {volts * found:.4g} V instead of {volts:g} V."
 
 
 def _least(near: Nearest, vary: Vary, steps: Array) -> float | None:
