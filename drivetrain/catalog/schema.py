@@ -86,6 +86,12 @@ _SIDE_WHY = (
     "say whether its torque acts at the motor or the output shaft; they differ by the ratio, so it is not guessed"
 )
 
+_IDENTITY = (
+    _text("key", "Unique name in the catalogue.", needed=True),
+    _text("maker", "As printed."),
+    _text("series", "As printed."),
+    _text("part_number", "As printed."),
+)
 _PROVENANCE = (
     Column("price", "In your own currency; empty in the shipped catalogue.", NUMBER, "", 0.0, 1e9),
     _text("source", "Where the numbers were read."),
@@ -96,10 +102,7 @@ _PROVENANCE = (
 )
 
 MOTOR_COLUMNS = (
-    _text("key", "Unique name in the catalogue.", needed=True),
-    _text("maker", "As printed."),
-    _text("series", "As printed."),
-    _text("part_number", "As printed."),
+    *_IDENTITY,
     _choice("kind", "How it is commutated.", MOTOR_KINDS, needed=True),
     _choice("frameless", "Sold as rotor and stator, without housing and bearings.", YES_NO),
     _choice("current_basis", "What kind of ampere is printed.", CURRENT_BASES, needed=True, why=_CURRENT_WHY),
@@ -140,10 +143,7 @@ MOTOR_COLUMNS = (
 )
 
 GEAR_COLUMNS = (
-    _text("key", "Unique name in the catalogue.", needed=True),
-    _text("maker", "As printed."),
-    _text("series", "As printed."),
-    _text("part_number", "As printed."),
+    *_IDENTITY,
     _choice("kind", "Family of the gear.", GEAR_KINDS, needed=True),
     _number("stages", "1", 1.0, 12.0, "Number of stages."),
     _number("ratio", "1", -1e5, 1e5, "Input over output speed; negative: the output turns the other way.", needed=True),
@@ -202,10 +202,7 @@ PAIR_COLUMNS = (
 )
 
 BRAKE_COLUMNS = (
-    _text("key", "Unique name in the catalogue.", needed=True),
-    _text("maker", "As printed."),
-    _text("series", "As printed."),
-    _text("part_number", "As printed."),
+    *_IDENTITY,
     _choice("kind", "What closes it.", BRAKE_KINDS),
     _choice("torque_side", "Where its torque acts.", BRAKE_SIDES, needed=True, why=_SIDE_WHY),
     _number("static_torque", "N m", 1e-4, 1e5, "That it holds at rest, on its side."),
@@ -223,10 +220,7 @@ BRAKE_COLUMNS = (
 )
 
 AMPLIFIER_COLUMNS = (
-    _text("key", "Unique name in the catalogue.", needed=True),
-    _text("maker", "As printed."),
-    _text("series", "As printed."),
-    _text("part_number", "As printed."),
+    *_IDENTITY,
     _choice("current_basis", "What kind of ampere is printed.", CURRENT_BASES, needed=True, why=_AMPLIFIER_WHY),
     _text("basis_evidence", "How that is known.", lint_only=True),
     _number("continuous_current", "A", 1e-2, 5000.0, "That it gives for ever.", needed=True),

@@ -11,6 +11,7 @@ from drivetrain.commands.shared import (
     DOES_NOT_FIT,
     FITS,
     Together,
+    listed_names,
     report_folder,
     say,
     told,
@@ -95,7 +96,6 @@ def _loops(
 ) -> None:
     """Lay out each joint's position, speed and current loop: gains for the amplifier, margins, Bode, step response."""
     with told():
-        from drivetrain.errors import Fault, InputError, nearest
         from drivetrain.report.loops_page import loops_json, loops_report, loops_sentence
         from drivetrain.report.outputs import write_files
         from drivetrain.sizing.answers.loops import study_loops
@@ -107,9 +107,7 @@ def _loops(
         with together:
             loaded = load_study(study)
             names = [task.name for task in loaded.joints]
-            strange = [one for one in joint or () if one not in names]
-            if strange:
-                raise InputError(Fault("--joint", "is no joint of the study", o, nearest(o, names)) for o in strange)
+            listed_names("--joint", "joint of the study", joint, names)
         together.tell()
         result = judged(loaded)
         with working("laying out the loops"):

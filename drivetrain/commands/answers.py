@@ -7,7 +7,18 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, lines, report_folder, say, told, working, writable
+from drivetrain.commands.shared import (
+    DOES_NOT_FIT,
+    FITS,
+    Together,
+    lines,
+    listed_names,
+    report_folder,
+    say,
+    told,
+    working,
+    writable,
+)
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -64,7 +75,6 @@ def _explain(
 ) -> None:
     """Say how each check comes about: formula, numbers, instant, limit and its source."""
     with told():
-        from drivetrain.errors import Fault, InputError, nearest
         from drivetrain.report.explain import explanation
         from drivetrain.sizing.answers.ratio import chosen_drives
         from drivetrain.sizing.judge.checks import REQUIREMENTS
@@ -73,15 +83,11 @@ def _explain(
 
         together, checks = Together(), [row.name for row in REQUIREMENTS]
         with together:
-            strange = [one for one in check or () if one not in checks]
-            if strange:
-                raise InputError(Fault("--check", "is no check", one, nearest(one, checks)) for one in strange)
+            listed_names("--check", "check", check, checks)
         with together:
             loaded = load_study(study)
             names = [*(task.name for task in loaded.joints), "supply"]
-            strange = [one for one in joint or () if one not in names]
-            if strange:
-                raise InputError(Fault("--joint", "is no joint of the study", o, nearest(o, names)) for o in strange)
+            listed_names("--joint", "joint of the study", joint, names)
         together.tell()
         with working("judging the drives"):
             found = evaluate(loaded, chosen_drives(loaded))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -91,6 +91,25 @@ def writable(out: Path | None, *, file: bool = False) -> None:
         raise InputError(Fault("--out", f"must be a folder, but {there} is a file", str(out)))
     if not os.access(there, os.W_OK | os.X_OK):
         raise InputError(Fault("--out", f"there is no right to write into {there}", str(out)))
+
+
+def listed_names(option: str, what: str, asked: Iterable[str] | None, names: Sequence[str]) -> None:
+    """Refuse what is asked by a name that nothing bears.
+
+    Args:
+        option: As on the command line.
+        what: What the names are not, in words.
+        asked: None: nothing.
+        names: Known.
+
+    Raises:
+        InputError: Every strange name, with the nearest known one.
+    """
+    from drivetrain.errors import Fault, InputError, nearest
+
+    strange = [one for one in asked or () if one not in names]
+    if strange:
+        raise InputError(Fault(option, f"is no {what}", one, nearest(one, names)) for one in strange)
 
 
 def say(text: str, *, errors: bool = False) -> None:

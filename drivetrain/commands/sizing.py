@@ -14,6 +14,7 @@ from drivetrain.commands.shared import (
     FITS,
     Together,
     listed,
+    listed_names,
     report_folder,
     say,
     told,
@@ -221,7 +222,6 @@ def _ratio(
 ) -> None:
     """Vary each joint's gear ratio: torque, heat, every check, and the window in which all hold."""
     with told():
-        from drivetrain.errors import Fault, InputError, nearest
         from drivetrain.report.outputs import write_files
         from drivetrain.report.ratio_json import ratio_json
         from drivetrain.report.ratio_page import ratio_report, ratio_sentence
@@ -234,9 +234,7 @@ def _ratio(
         with together:
             loaded = load_study(study)
             names = [task.name for task in loaded.joints]
-            strange = [one for one in joint or () if one not in names]
-            if strange:
-                raise InputError(Fault("--joint", "is no joint of the study", o, nearest(o, names)) for o in strange)
+            listed_names("--joint", "joint of the study", joint, names)
         together.tell()
         with working("varying the ratios"):
             drives = chosen_drives(loaded) if joint else None

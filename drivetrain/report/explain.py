@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
+from drivetrain.report.views import identity
 from drivetrain.report.words import common_unit, digits_near_limit, required_text
 from drivetrain.sizing.judge.checks import REQUIREMENTS
 from drivetrain.sizing.results import Evaluation, JointResult
@@ -54,6 +55,6 @@ def _parts(joint: JointResult) -> str:
     motor, gear = joint.drive.motor, joint.drive.gear
     told = []
     for part in (motor, gear) if joint.gear else (motor,):
-        maker = " ".join(text for text in (part.maker, part.series, part.part_number) if text)
+        maker = identity(part)
         told.append(f"{part.key} ({maker})" if maker else part.key)
     return " with ".join(told) + ("" if joint.gear else ", no gear")

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+import random_tasks as TASKS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -25,19 +23,6 @@ from drivetrain.study.verdicts import Verdict
 
 CLOSE = 1e-9  # relative; the same terms are summed in another order
 UNBOUNDED = ("inertia ratio",)
-
-
-def _random_tasks():
-    """The file beside this one; test folders are no packages."""
-    name = "random_tasks"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("random_tasks.py"))
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[name])
-    return sys.modules[name]
-
-
-TASKS = _random_tasks()
 
 
 def some_pairs(rng, offered, joint, count):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from dataclasses import make_dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+import random_tasks as TASKS
 
 from drivetrain.drive.drive import motor_torque, power_balance
 from drivetrain.drive.heat import Mix, mixed_temperature
@@ -26,19 +25,6 @@ from drivetrain.sizing.judge.verdicts import check_of, checks_of
 from drivetrain.study.verdicts import Verdict
 
 CLOSE = 1e-9  # relative; both sum the same terms in another order
-
-
-def _random_tasks():
-    """The file beside this one; test folders are no packages."""
-    name = "random_tasks"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("random_tasks.py"))
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[name])
-    return sys.modules[name]
-
-
-TASKS = _random_tasks()
 
 
 def some_operations(study, seed, count=3):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from built_sample import built
 from scipy import stats
 
 from drivetrain.drive.motor import torque_constant
@@ -29,16 +28,6 @@ from drivetrain.sizing.tolerance.tornado import effects, variance_share
 from drivetrain.study.read import load_study
 from drivetrain.study.tolerances import Tolerance, Tolerances
 
-
-def _built():
-    """The reference of this folder."""
-    spec = importlib.util.spec_from_file_location("built_sample", Path(__file__).with_name("built_sample.py"))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.built
-
-
-built = _built()
 ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),
     Tolerance(0.1, normal=True, absolute=True), Tolerance(8.0, absolute=True),

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+import random_tasks as TASKS
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
@@ -18,18 +16,6 @@ from drivetrain.study.verdicts import Verdict
 STUDIES = 500
 GOOD = (Verdict.PASS, Verdict.MARGINAL)
 
-
-def _random_tasks():
-    """The file beside this one; test folders are no packages."""
-    name = "random_tasks"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("random_tasks.py"))
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[name])
-    return sys.modules[name]
-
-
-TASKS = _random_tasks()
 PATHS = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
 MOTOR_LIMITS = (
     "nominal_current",

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+import random_tasks as TASKS
+from built_sample import built
 
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.tolerance import sampling
@@ -20,18 +19,6 @@ ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),
     Tolerance(0.1, normal=True, absolute=True), Tolerance(8.0, absolute=True),
 )  # fmt: skip
-
-
-def beside(name):
-    """A module of this folder."""
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[name])
-    return sys.modules[name]
-
-
-TASKS, built = beside("random_tasks"), beside("built_sample").built
 
 
 def case(make, kind, seed):

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+import random_tasks as TASKS
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
@@ -27,19 +25,6 @@ WEIGHTS = (
 )  # fmt: skip
 SEEDS = range(3)
 EACH = {1: 14, 2: 8, 3: 4}  # candidates of a joint, by joints
-
-
-def _random_tasks():
-    """The file beside this one; test folders are no packages."""
-    name = "random_tasks"
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("random_tasks.py"))
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[name])
-    return sys.modules[name]
-
-
-TASKS = _random_tasks()
 
 
 def stronger(study: Study, rng) -> Study:

@@ -101,7 +101,9 @@ def holding_figures(evaluation: Evaluation) -> dict[str, dict[str, tuple[float |
             name: replace(one.drive, gear=replace(one.drive.gear, holding=number))
             for name, one in evaluation.joints.items()
         }
-        for name, joint in evaluate_drives(evaluation.study, drives).joints.items():
+        same = all(one.drive.gear.holding == number for one in evaluation.joints.values())
+        chosen = evaluation if same else evaluate_drives(evaluation.study, drives)
+        for name, joint in chosen.joints.items():
             asked = {check.name: check.required for check in joint.checks}
             if name in held:
                 found.setdefault(name, {})[choice] = (asked["motor RMS current"], asked["winding temperature"])

@@ -13,6 +13,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.records import as_record, known
+from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import drive_mass, mass_counts
@@ -20,11 +21,7 @@ from drivetrain.study.verdicts import lacking
 
 REPEATED, PEAK, RMS = "gear repeated peak torque", "motor peak torque", "motor RMS current"
 SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
-BEARING = {
-    "output bearing tilting moment": "tilting_moment_limit",
-    "output bearing axial load": "axial_load_limit",
-    "output bearing radial load": "radial_load_limit",
-}
+BEARING = {row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing"}
 LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
 
