@@ -18,6 +18,9 @@ from drivetrain.records import as_record, known_or
 HOLDING = {"least": -1.0, "lossless": 0.0, "most": 1.0}
 """What motor torque counts while a mesh rests under load, by its name in a study: see ``Gear.holding``."""
 
+MOMENTARY_WAVES = 1e4
+"""Waves of a flexspline under momentary peaks that its life allows; Harmonic Drive catalogue SHG, p. 30."""
+
 GEAR_KINDS = ("planetary", "strain_wave", "rv", "koaxdrive", "spur", "ideal")
 
 _OPTIONAL_POSITIVE = (
@@ -25,7 +28,7 @@ _OPTIONAL_POSITIVE = (
     "average_input_speed_limit rated_speed rated_life life_exponent stiffness_1 stiffness_2 stiffness_3 torque_1 "
     "bearing_dynamic_rating bearing_static_rating bearing_pitch_diameter bearing_offset drag_speed "
     "torque_2 tilting_moment_limit axial_load_limit radial_load_limit size pitch_diameter diameter length "
-    "max_motor_shaft stages"
+    "max_motor_shaft stages ratcheting_torque buckling_torque momentary_waves"
 ).split()
 _RANGES = {
     "ratio": FINITE,
@@ -69,6 +72,9 @@ class Gear:
         average_torque_limit: Limit of the average torque over the cycle [N m].
         repeated_peak_torque: Limit of the peaks of every cycle (acceleration torque, intermittent torque) [N m].
         momentary_torque: Limit of rare peaks [N m].
+        momentary_waves: Of the flexspline under such peaks in its life; None: that of the kind, where it is known.
+        ratcheting_torque: At which the teeth of a strain-wave gear skip [N m].
+        buckling_torque: At which its flexspline buckles [N m].
         max_input_speed: Short-time [rad/s].
         average_input_speed_limit: Limit of the mean input speed [rad/s].
         rated_speed: Input speed at which the rated torque and life hold [rad/s].
@@ -117,6 +123,9 @@ class Gear:
     average_torque_limit: float | None = None
     repeated_peak_torque: float | None = None
     momentary_torque: float | None = None
+    momentary_waves: float | None = None
+    ratcheting_torque: float | None = None
+    buckling_torque: float | None = None
     max_input_speed: float | None = None
     average_input_speed_limit: float | None = None
     rated_speed: float | None = None
@@ -248,8 +257,20 @@ def life_of(gear: Any, average_torque: Any, mean_input_speed: Any) -> Any:
     )
 
 
+@law
+def permitted_peaks(waves: Any, ratio: Any, travel: Any) -> Any:
+    """How often a strain-wave gear may take a momentary peak during which its output turns by ``travel`` [rad].
+
+    N / (2 |G| travel / 2 pi), two waves of the flexspline a turn of the input; Harmonic Drive catalogue SHG, p. 30.
+    """
+    turns = abs(ratio * travel) / (2.0 * math.pi)
+    return waves / (2.0 * turns) if turns > 0.0 else math.inf
+
+
 def complete(gear: Gear) -> Gear:
-    """The gear with what its kind tells: its life exponent, and an ideal one's efficiency and inertia."""
+    """The gear with what its kind tells: life exponent, waves of momentary peaks, an ideal one's efficiency, inertia."""
+    if gear.kind == "strain_wave" and gear.momentary_waves is None:
+        return replace(gear, life_exponent=torque_exponent(gear), momentary_waves=MOMENTARY_WAVES)
     if gear.kind != "ideal":
         return replace(gear, life_exponent=torque_exponent(gear))
     efficiency = 1.0 if gear.efficiency is None else gear.efficiency
@@ -418,5 +439,5 @@ def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> fl
     Reference:
         10^4 / (2 (n/60) i t), two waves of the flexspline a turn; Harmonic Drive catalogue SHG, p. 30.
     """
-    turns = abs(output_speed * gear.ratio) / (2.0 * math.pi) * duration
-    return math.inf if turns == 0.0 else 1.0e4 / (2.0 * turns)
+    waves = MOMENTARY_WAVES if gear.momentary_waves is None else gear.momentary_waves
+    return float(permitted_peaks(waves, gear.ratio, output_speed * duration))

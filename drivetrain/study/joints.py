@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
@@ -14,8 +14,8 @@ from drivetrain.errors import nearest
 from drivetrain.study.candidates import candidate_pairs, known_pair
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
-from drivetrain.study.form import given, made, over
-from drivetrain.study.model import ContainedDrive, DriveMass, FreeRatio, JointTask, Mount
+from drivetrain.study.form import Form, given, made, over
+from drivetrain.study.model import ContainedDrive, DriveMass, FreeRatio, JointTask, Mount, Stop
 from drivetrain.study.rules import CandidatesForm
 from drivetrain.study.schema import DEFAULT, AmplifierForm, FreeRatioForm, JointForm, StudyForm
 
@@ -95,6 +95,22 @@ def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place
     return found
 
 
+def resolve_stop(around: Surroundings, form: JointForm, place: Place) -> Stop:
+    """The stop of a joint: its own words over those of the study, the current by the basis beside the amplifier's."""
+    own, study = form.stop, around.form.stop
+    both = study if own is None else over(own, study) if isinstance(study, Form) else own
+    stop: Stop = made(both)
+    if stop.current is None:
+        return stop
+    basis = form.amplifier.current_basis or around.form.amplifier.current_basis
+    if basis is None:
+        problem = "needs amplifier.current_basis: dc, rms or peak; they differ by up to 41 %, so it is not guessed"
+        where = (*place, "stop") if own is not None and given(own, "current") else ("stop",)
+        around.ledger.fault((*where, "current"), problem)
+        return stop
+    return replace(stop, current=to_dc(stop.current, basis))
+
+
 def _task(around: Surroundings, name: str, index: int, form: JointForm, place: Place) -> JointTask:
     ledger = around.ledger
     drive = _drive(around, name, form, place)
@@ -125,6 +141,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         travel_per_turn=_travel(around, index, form, place),
         housing_to_ambient=form.housing_to_ambient,
         output_bearing=form.output_bearing,
+        stop=resolve_stop(around, form, place),
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
@@ -15,7 +15,18 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.selection import SelectionOptions, TradeOffs
 from drivetrain.study.simulation import Simulation
 from drivetrain.study.tolerances import EXACT, Tolerances
-from drivetrain.units import Duration, Efficiency, Factor, Length, Name, Share, Temperature, TemperatureStep
+from drivetrain.units import (
+    Current,
+    Duration,
+    Efficiency,
+    Factor,
+    Length,
+    Name,
+    Quantity,
+    Share,
+    Temperature,
+    TemperatureStep,
+)
 
 if TYPE_CHECKING:
     from drivetrain.study.rules import CandidatesForm
@@ -96,6 +107,27 @@ class FreeRatio:
     motor: str | None = None
 
 
+@dataclass(frozen=True)
+class Stop:
+    """The emergency stop, from any state of the cycle, and how often it comes.
+
+    Attributes:
+        current: With which the motor brakes [A], in the convention of the amplifier; None: its peak current.
+        ramp: Time in which every speed falls to 0 on a straight line [s]; None: the motor brakes with that current.
+        rise: Time in which the current comes, without a ramp [s].
+        stops_per_day: How many; None: the permitted number of momentary peaks is not judged.
+        service_life: Of the arm [s]; None: the same.
+        jam: Whether the gear must bear an output that is held fast at full speed; else that is told, not judged.
+    """
+
+    current: Current | None = None
+    ramp: Duration | None = None
+    rise: Annotated[float, Quantity("s", minimum=0.0)] = 0.0
+    stops_per_day: Factor | None = None
+    service_life: Duration | None = None
+    jam: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class JointTask:
     """One joint of the study: its given drive, or the catalogue rows that may drive it.
@@ -118,6 +150,7 @@ class JointTask:
         output_bearing: What carries the joint across its axis: the ``gear``'s output bearing or an ``external`` one.
         load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
             None: not stated.
+        stop: Its emergency stop, the current DC equivalent.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
     """
 
@@ -137,6 +170,7 @@ class JointTask:
     free_ratio: FreeRatio | None = None
     load_inertia: float | None = None
     output_bearing: str = "gear"
+    stop: Stop = Stop()
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from drivetrain import units as f
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
-from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Safety
+from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Safety, Stop
 from drivetrain.study.rules import CandidatesForm, DriveForm, GearRow, MotorRow
 from drivetrain.study.selection import CRITERIA, TERMS, UNITS, CurveWanted, SelectionOptions, read_criterion, read_curve
 from drivetrain.study.simulation import Simulation
@@ -209,6 +209,7 @@ class JointForm(Form):
     output_bearing: Literal["gear", "external"] = Field(
         default="gear", description="what carries the joint across its axis: the gear's own bearing, or one beside it"
     )
+    stop: Entry[Stop] | None = Field(default=None, description="what of the study's stop is another at this joint")
     load_inertia: f.Inertia | None = Field(
         default=None, description="without an arm: what the gear turns, already in the table's torque"
     )
@@ -320,6 +321,7 @@ class StudyForm(Form):
     holding: Literal["least", "lossless", "most"] = Field(
         default="lossless", description="motor torque that counts for heat while a gear's mesh holds a load at rest"
     )
+    stop: Entry[Stop] = Stop()
     objective: Objective = "mass"
     selection: SelectionForm = SelectionForm()
     catalogs: f.Names = ("shipped",)

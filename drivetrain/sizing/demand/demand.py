@@ -14,6 +14,7 @@ from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
+from drivetrain.sizing.demand.stops import StopBasis, stop_basis
 from drivetrain.study.model import Study
 from drivetrain.study.mounting import seat
 
@@ -28,6 +29,25 @@ class Peak(NamedTuple):
 
     value: float
     time: float
+
+
+class StopDemand(NamedTuple):
+    """What stops on a ramp ask of one joint, from every state of the cycle; all (M,), empty where it has no ramp.
+
+    Attributes:
+        first: Sample from which each stop starts, integers.
+        after: Time since then [s].
+        torque: That the gear's output must give to the link, joint friction, which helps, not in it [N m].
+        speed, acceleration: Of the gear's output [rad/s], [rad/s^2].
+        carrier_acceleration: As in the demand.
+    """
+
+    first: Indices
+    after: Array
+    torque: Array
+    speed: Array
+    acceleration: Array
+    carrier_acceleration: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +71,7 @@ class JointDemand:
         load_inertia: What the gear's output accelerates, own rotor excluded [kg m^2]; None where neither an arm nor the
             study tells it.
         cycle: The repeated task, whose parts repeat by themselves.
+        stop: What its stops ask, where they follow a ramp.
     """
 
     time: Array
@@ -65,6 +86,7 @@ class JointDemand:
     wrench: Array | None
     load_inertia: Array | None
     cycle: Cycle
+    stop: StopDemand
 
     @cached_property
     def load_torque(self) -> Array:
@@ -138,14 +160,19 @@ class Workload:
     basis: tuple[JointBasis, ...]
     weights: Array
 
+    @cached_property
+    def stops(self) -> StopBasis | None:
+        """The loads of stops on a ramp; None where the study states none."""
+        return stop_basis(self.study)
+
     def at(self, joint: int, drives: Mapping[int, Drive]) -> JointWork:
         """The work of one joint with the drives after it in place."""
         if not self.basis:
-            return JointWork(self, joint, None)
+            return JointWork(self, joint, None, np.zeros(0))
         basis = self.basis[joint]
         others = {index: drive for index, drive in drives.items() if index != joint}
         numbers = all_numbers(self.study, basis, others)
-        return JointWork(self, joint, _Sums(*_sums(basis, numbers, 0, len(numbers), _bare(basis))))
+        return JointWork(self, joint, _Sums(*_sums(basis, numbers, 0, len(numbers), _bare(basis))), numbers)
 
 
 @lru_cache(maxsize=1)
@@ -171,11 +198,13 @@ class JointWork:
         work: Of all joints.
         joint: Index of this one.
         others: What arm, payload and the other drives ask, SI; None without an arm.
+        numbers: Of the other drives, in the order of the joint's basis, zeros for its own.
     """
 
     work: Workload
     joint: int
     others: _Sums | None
+    numbers: Array
 
     @cached_property
     def own_load(self) -> bool:
@@ -185,7 +214,7 @@ class JointWork:
     @cached_property
     def fixed(self) -> JointDemand:
         """The demand without what the joint's own drive adds."""
-        return self._demand(self.others)
+        return self._demand(self.others, self.numbers)
 
     def demand(self, drive: Drive) -> JointDemand:
         """What the task asks of the joint's own drive."""
@@ -193,12 +222,12 @@ class JointWork:
             return self.fixed
         basis = self.work.basis[self.joint]
         at = NUMBERS * basis.drives.index(self.joint)
-        numbers = np.zeros(len(basis.force))
+        numbers = self.numbers.copy()
         numbers[at : at + NUMBERS] = drive_numbers(self.work.study, self.joint, drive)
         others = (self.others.force, self.others.wrench, self.others.inertia)
-        return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others)))
+        return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others)), numbers)
 
-    def _demand(self, sums: _Sums | None) -> JointDemand:
+    def _demand(self, sums: _Sums | None, numbers: Array) -> JointDemand:
         """At the gear's output, from sums in the joint's own coordinate."""
         cycle, task = self.work.study.cycle, self.work.study.joints[self.joint]
         motions = (cycle.position, cycle.velocity, cycle.acceleration)
@@ -209,25 +238,56 @@ class JointWork:
             told = None if task.load_inertia is None else np.full_like(speed, task.load_inertia)
             return JointDemand(
                 cycle.time, self.work.weights, position, speed, acceleration, nothing, given, task.friction,
-                cycle.payload, None, told, cycle,
+                cycle.payload, None, told, cycle, self._table_stop(speed, acceleration, given),
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
-        at = seat(self.joint, task.mount)
-        carrier = self.work.basis[at].bare.carrier_acceleration
-        if task.mount.carrier == "base":
-            carrier = np.zeros_like(carrier)
-        elif task.mount.carrier == "child" and not self.work.basis[at].slides:
-            carrier = carrier + cycle.acceleration[:, at]
+        carrier = self._carrier(self.work.basis, cycle.acceleration)
         across = None if basis.slides or task.coupled else sums.wrench.reshape(-1, 6)
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
             sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,
+            self._arm_stop(numbers),
         )  # fmt: skip
+
+    def _carrier(self, basis: tuple[JointBasis, ...], acceleration: Array) -> Array:
+        """Acceleration of the stator's link along the rotor's axis; of all joints (N, n) in a motion."""
+        mount = self.work.study.joints[self.joint].mount
+        at = seat(self.joint, mount)
+        carrier = basis[at].bare.carrier_acceleration
+        if mount.carrier == "base":
+            return np.zeros_like(carrier)
+        return carrier + acceleration[:, at] if mount.carrier == "child" and not basis[at].slides else carrier
+
+    def _arm_stop(self, numbers: Array) -> StopDemand:
+        """The stops of an arm."""
+        study, stops = self.work.study, self.work.stops
+        task = study.joints[self.joint]
+        if stops is None or task.stop.ramp is None:
+            return NO_STOP
+        basis, travel = stops.joints[self.joint], task.travel_per_turn or 1.0
+        speed, acceleration = (
+            _column(study, motion, self.joint) / travel for motion in (stops.velocity, stops.acceleration)
+        )
+        force = basis.bare.force + numbers @ basis.force
+        carrier = self._carrier(stops.joints, stops.acceleration)
+        return StopDemand(stops.first, stops.after, force * travel, speed, acceleration, carrier)
+
+    def _table_stop(self, speed: Array, acceleration: Array, torque: Array) -> StopDemand:
+        """The first instants of stops where a table gives torque and speed: the load's inertia answers for the rest."""
+        task, moving = self.work.study.joints[self.joint], np.flatnonzero(speed)
+        if task.stop.ramp is None or task.load_inertia is None:
+            return NO_STOP
+        slowing, nothing = -speed[moving] / task.stop.ramp, np.zeros(len(moving))
+        asked = torque[moving] + task.load_inertia * (slowing - acceleration[moving])
+        return StopDemand(moving, nothing, asked, speed[moving], slowing, nothing)
 
 
 def joint_demand(study: Study, drives: Mapping[int, Drive], joint: int) -> JointDemand:
     """What the task asks of one joint, with the drives that load it in place."""
     return workload(study).at(joint, drives).demand(drives[joint])
+
+
+NO_STOP = StopDemand(np.zeros(0, dtype=np.int64), *np.zeros((5, 0)))
 
 
 def _column(study: Study, motion: Array, joint: int) -> Array:

@@ -8,9 +8,10 @@ as for a search. Where motors are coupled, "joint" means the shaft behind the ge
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -78,8 +79,11 @@ class JointBasis:
         return np.abs(self.force)
 
 
-def load_basis(study: Study) -> tuple[JointBasis, ...]:
+def load_basis(study: Study, *, forces_only: bool = False) -> tuple[JointBasis, ...]:
     """The basis of every joint.
+
+    Args:
+        forces_only: Without wrenches and inertias, which take six of seven runs of the arm: rows of no width.
 
     Returns:
         One a joint [SI]; empty when the study has no arm.
@@ -87,9 +91,10 @@ def load_basis(study: Study) -> tuple[JointBasis, ...]:
     if study.arm is None:
         return ()
     arm = emptied(study)
-    bare = _with_payloads(study, arm)
-    reference = _loads(study, arm)
-    units = [_units(study, arm, reference, joint) for joint in range(arm.n)]
+    loads = _forces if forces_only else _loads
+    bare = _with_payloads(study, arm, loads)
+    reference = loads(study, arm)
+    units = [_units(study, arm, reference, joint, loads) for joint in range(arm.n)]
     return tuple(_of_joint(study, bare, units, joint, not arm.screws[joint, :3].any()) for joint in range(arm.n))
 
 
@@ -117,13 +122,20 @@ def all_numbers(study: Study, basis: JointBasis, drives: Mapping[int, Drive]) ->
     return np.concatenate(rows) if rows else np.zeros(0)
 
 
-def _loads(study: Study, arm: Arm, chosen: Array | None = None) -> Loads:
+def _loads(study: Study, arm: Arm, chosen: Any = slice(None)) -> Loads:
     """What a motion asks of an arm, at all samples or at some."""
     cycle = study.cycle
-    motion = [cycle.position, cycle.velocity, cycle.acceleration]
-    q, qd, qdd = motion if chosen is None else [part[chosen] for part in motion]
+    q, qd, qdd = cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen]
     found = joint_loads(arm, q, qd, qdd)
     return Loads(found.gear.T, np.swapaxes(found.wrench, 0, 1), _inertia(arm, q), found.carrier_acceleration.T)
+
+
+def _forces(study: Study, arm: Arm, chosen: Any = slice(None)) -> Loads:
+    """The same without wrenches and inertias."""
+    cycle = study.cycle
+    found = joint_loads(arm, cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen])
+    nothing = np.zeros((*found.gear.T.shape, 0))
+    return Loads(found.gear.T, nothing, nothing, found.carrier_acceleration.T)
 
 
 def _inertia(arm: Arm, q: Array) -> Array:
@@ -137,19 +149,23 @@ def _inertia(arm: Arm, q: Array) -> Array:
     return np.array([inverse_dynamics(floating, q, rest, unit) @ unit[0] for unit in units])
 
 
-def _with_payloads(study: Study, arm: Arm) -> Loads:
+def _with_payloads(study: Study, arm: Arm, loads: Callable[..., Loads]) -> Loads:
     """What the task asks without drives, each sample with what it carries."""
-    samples, n = study.cycle.position.shape
-    whole = Loads(*(np.empty((n, samples, *extra)) for extra in ((), (6,), (), ())))
+    samples, names = len(study.cycle.time), ("force", "wrench", "inertia", "carrier_acceleration")
+    parts: dict[str, list[Array]] = {name: [] for name in names}
+    order = []
     for payload in np.unique(study.cycle.payload):
-        chosen = study.cycle.payload == payload
-        part = _loads(study, carrying(study, arm, int(payload)), chosen)
-        for name in ("force", "wrench", "inertia", "carrier_acceleration"):
-            getattr(whole, name)[:, chosen] = getattr(part, name)
-    return whole
+        chosen = np.flatnonzero(study.cycle.payload == payload)
+        order.append(chosen)
+        part = loads(study, carrying(study, arm, int(payload)), chosen)
+        for name in names:
+            parts[name].append(getattr(part, name))
+    back = np.empty(samples, dtype=np.int64)
+    back[np.concatenate(order)] = np.arange(samples)
+    return Loads(*(np.concatenate(parts[name], axis=1)[:, back] for name in names))
 
 
-def _units(study: Study, arm: Arm, reference: Loads, joint: int) -> list[Loads]:
+def _units(study: Study, arm: Arm, reference: Loads, joint: int, loads: Callable[..., Loads]) -> list[Loads]:
     """What one unit of each number of one joint's drive adds to all joints."""
     mount = study.joints[joint].mount
     link, point = carrier_link(joint, mount), mount_point(arm, joint, mount)
@@ -159,7 +175,7 @@ def _units(study: Study, arm: Arm, reference: Loads, joint: int) -> list[Loads]:
     def with_rotor(ratio: float) -> Loads:
         """With a rotor of unit inertia."""
         own = seated_rotor(arm, joint, mount, ratio, 1.0)
-        return _loads(study, with_rotors(arm, [own if index == joint else None for index in range(arm.n)]))
+        return loads(study, with_rotors(arm, [own if index == joint else None for index in range(arm.n)]))
 
     forward, backward = with_rotor(1.0), with_rotor(-1.0)
     spinning = [
@@ -170,9 +186,9 @@ def _units(study: Study, arm: Arm, reference: Loads, joint: int) -> list[Loads]:
     if link < 0 or study.drive_mass is DriveMass.INCLUDED:
         return [nothing, nothing, nothing, *spinning]
     # A body of mass 1 with no inertia, with one across its axis, and with one all round: differences are the units.
-    point_mass = _loads(study, with_body(arm, link, 1.0, point, np.zeros((3, 3))))
-    rod = _loads(study, with_body(arm, link, 1.0, point, across))
-    ball = _loads(study, with_body(arm, link, 1.0, point, np.eye(3)))
+    point_mass = loads(study, with_body(arm, link, 1.0, point, np.zeros((3, 3))))
+    rod = loads(study, with_body(arm, link, 1.0, point, across))
+    ball = loads(study, with_body(arm, link, 1.0, point, np.eye(3)))
     moved = [_difference(point_mass, reference), _difference(rod, point_mass), _difference(ball, rod)]
     return [*moved, *spinning]
 
@@ -191,19 +207,18 @@ def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
 def _of_joint(study: Study, bare: Loads, units: list[list[Loads]], joint: int, slides: bool) -> JointBasis:
     drives = loading_drives(study, joint)
     rows = [unit for k in drives for unit in units[k]]
-    samples = bare.force.shape[1]
 
-    def stacked(name: str, width: int) -> Array:
+    def stacked(name: str) -> Array:
         """One row a number."""
-        values = [getattr(unit, name)[joint].reshape(width) for unit in rows]
-        return np.stack(values) if values else np.zeros((0, width))
+        values = [getattr(unit, name)[joint].reshape(-1) for unit in rows]
+        return np.stack(values) if values else np.zeros((0, getattr(bare, name)[joint].size))
 
     own = Loads(bare.force[joint], bare.wrench[joint], bare.inertia[joint], bare.carrier_acceleration[joint])
-    inertia = stacked("inertia", samples)
+    inertia = stacked("inertia")
     if joint in drives:  # the load's inertia leaves the joint's own rotor out
         at = NUMBERS * drives.index(joint)
         inertia[at + 3 : at + NUMBERS] = 0.0
-    return JointBasis(own, slides, drives, stacked("force", samples), stacked("wrench", 6 * samples), inertia)
+    return JointBasis(own, slides, drives, stacked("force"), stacked("wrench"), inertia)
 
 
 def _difference(first: Loads, second: Loads) -> Loads:

@@ -50,11 +50,24 @@ class Load(NamedTuple):
         torque: [N m], (N,).
         wrench: Moment [N m] and force [N] in the joint frame, (6, N) or (6, 0).
         inertia: That the output accelerates [kg m^2], (N,) or (0,).
+        stop: Torque in the states of stops on a ramp [N m], (M,).
     """
 
     torque: Array
     wrench: Array
     inertia: Array
+    stop: Array
+
+
+class Stopping(NamedTuple):
+    """What stops on a ramp ask beside the load's torque, of the gear's output and of the stator's link, (M,) each.
+
+    Attributes:
+        acceleration, carrier_acceleration: [rad/s^2].
+    """
+
+    acceleration: Array
+    carrier_acceleration: Array
 
 
 class Added(NamedTuple):
@@ -62,11 +75,13 @@ class Added(NamedTuple):
 
     Attributes:
         torque, wrench, inertia: As in ``Load``, (K, N), (K, 6, N), (K, N); (0, 0), (0, 6, 0) where K is 0.
+        stop: As in ``Load``, (K, M).
     """
 
     torque: Array
     wrench: Array
     inertia: Array
+    stop: Array
 
 
 class Traces(NamedTuple):
@@ -78,6 +93,7 @@ class Traces(NamedTuple):
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft [W].
+        stop: Torque at the gear's output where a stop at a current limit begins [N m].
         power: Electrical, where nobody asks for it [W].
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
@@ -90,6 +106,7 @@ class Traces(NamedTuple):
     shaft_excess: Array
     starting: Array
     friction_loss: Array
+    stop: Array
     power: Array
     losses: Losses
     parts: Any
@@ -102,6 +119,7 @@ class Work(NamedTuple):
         motion: Series.
         load, added: What it carries, and what amounts add.
         sum, traces: Memory.
+        stopping: Stops on a ramp.
         few: The same at some samples that ask much, for a first look; None of these themselves.
     """
 
@@ -110,6 +128,7 @@ class Work(NamedTuple):
     added: Added
     sum: Load
     traces: Traces
+    stopping: Stopping
     few: Work | None = None
 
 
@@ -123,25 +142,30 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
     motion, load, pick, parts = motion_of(demand), load_of(demand), _sharp(demand), len(demand.cycle.parts)
     if added is None:
         empty = np.zeros((0, len(demand.time)))
-        added = Added(empty, np.zeros((0, 6, load.wrench.shape[1])), np.zeros((0, len(load.inertia))))
+        added = Added(
+            empty, np.zeros((0, 6, load.wrench.shape[1])), np.zeros((0, len(load.inertia))),
+            np.zeros((0, len(load.stop))),
+        )  # fmt: skip
     periods = motion.periods._replace(step=np.zeros(len(pick)))
     rows = {name: np.ascontiguousarray(getattr(motion, name)[pick]) for name in motion._fields[:-2]}
     some = motion._replace(rests=motion.rests[:0], periods=periods, **rows)
-    nothing, count = np.zeros((6, 0)), len(added.torque)
+    nothing, none, count = np.zeros((6, 0)), np.zeros(0), len(added.torque)
     torque = np.ascontiguousarray(added.torque[:, pick])
     few = Work(
-        some, Load(np.ascontiguousarray(load.torque[pick]), nothing, np.zeros(0)),
-        Added(torque, np.zeros((count, 6, 0)), np.zeros((count, 0))), Load(np.zeros(len(pick)), nothing, np.zeros(0)),
-        new_traces(len(pick), parts),
+        some, Load(np.ascontiguousarray(load.torque[pick]), nothing, none, none),
+        Added(torque, np.zeros((count, 6, 0)), np.zeros((count, 0)), np.zeros((count, 0))),
+        Load(np.zeros(len(pick)), nothing, none, none), new_traces(len(pick), parts), Stopping(none, none),
     )  # fmt: skip
-    return Work(motion, load, added, Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts), few)
+    stopping = Stopping(_row(demand.stop.acceleration), _row(demand.stop.carrier_acceleration))
+    memory = Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts)
+    return Work(motion, load, added, *memory, stopping, few)
 
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, starting, friction, power = np.zeros((7, samples))
+    load, joint, loss, shaft, starting, friction, stop, power = np.zeros((8, samples))
     return Traces(
-        load, np.zeros(samples + 2), joint, loss, shaft, starting, friction, power, new_losses(samples),
+        load, np.zeros(samples + 2), joint, loss, shaft, starting, friction, stop, power, new_losses(samples),
         new_parts(parts),
     )  # fmt: skip
 
@@ -164,7 +188,8 @@ def load_of(demand: JointDemand) -> Load:
     """What a joint carries."""
     wrench = np.zeros((6, 0)) if demand.wrench is None else np.array(demand.wrench.T, order="C")
     return Load(
-        _row(demand.gear_torque), wrench, np.zeros(0) if demand.load_inertia is None else _row(demand.load_inertia)
+        _row(demand.gear_torque), wrench, np.zeros(0) if demand.load_inertia is None else _row(demand.load_inertia),
+        _row(demand.stop.torque),
     )
 
 
@@ -176,16 +201,20 @@ def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
     basis, travel = work.basis[joint], work.study.joints[joint].travel_per_turn or 1.0
     samples, rows = len(work.study.cycle.time), NUMBERS * len(drives)
     told = not (basis.slides or work.study.joints[joint].coupled)
+    stops = None if work.study.joints[joint].stop.ramp is None else work.stops
     torque, inertia = np.zeros((rows, samples)), np.zeros((rows, samples))
+    stop = np.zeros((rows, 0 if stops is None else len(stops.first)))
     wrench = np.zeros((rows, 6, samples if told else 0))
     for position, drive in enumerate(drives):
         if drive not in basis.drives:
             continue
         to, at = (slice(NUMBERS * k, NUMBERS * (k + 1)) for k in (position, basis.drives.index(drive)))
         torque[to], inertia[to] = travel * basis.force[at], travel**2 * basis.inertia[at]
+        if stops is not None:
+            stop[to] = travel * stops.joints[joint].force[at]
         if told:
             wrench[to] = basis.wrench[at].reshape(NUMBERS, samples, 6).transpose(0, 2, 1)
-    return Added(torque, wrench, inertia)
+    return Added(torque, wrench, inertia, stop)
 
 
 def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, Work]:

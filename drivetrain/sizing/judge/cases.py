@@ -30,6 +30,11 @@ class Setting:
         bearing: 1 where the joint rests on its gear's own output bearing, else 0.
         moves: 1 where the joint moves at all, else 0.
         duration: Of the cycle [s].
+        stop_current: With which the motor brakes in a stop [A]; NaN: not known.
+        stop_ramp: Time in which the speeds fall to 0 in a stop [s]; NaN: as that current allows.
+        stop_rise: Time in which that current comes [s].
+        ramped, jam: 1 where stops follow a ramp, and where the gear must bear a jam, else 0.
+        stops: In the service life; NaN: not stated.
     """
 
     ambient: float = 0.0
@@ -40,6 +45,12 @@ class Setting:
     bearing: float = 0.0
     moves: float = 0.0
     duration: float = 0.0
+    stop_current: float | None = None
+    stop_ramp: float | None = None
+    stop_rise: float = 0.0
+    ramped: float = 0.0
+    jam: float = 0.0
+    stops: float | None = None
 
 
 @dataclass(frozen=True)
@@ -67,6 +78,13 @@ class Figures:
     Attributes:
         input_speed, mean_input_speed: Of the gear, and so of the motor [rad/s].
         load_torque, average_load_torque: At the gear's output [N m].
+        stop_torque: Largest of the gear in a stop [N m].
+        momentary_torque: The larger of both largest [N m].
+        stop_travel: Longest way of the gear's output in a stop [rad].
+        stop_current: Largest that a stop on a ramp asks [A].
+        stop_motor_torque: The same as torque [N m].
+        permitted_peaks: How many such stops the gear bears in its life.
+        coast_torque, jam_torque: Of the gear where its output is held fast, the motor off and pushing on [N m].
         gear_life: L10 [s].
         tilting_moment, axial_load, radial_load: On the output bearing [N m], [N].
         inertia_ratio: Load over rotor, at its largest.
@@ -84,6 +102,14 @@ class Figures:
     mean_input_speed: float = UNKNOWN
     load_torque: float = UNKNOWN
     average_load_torque: float = UNKNOWN
+    stop_torque: float = UNKNOWN
+    momentary_torque: float = UNKNOWN
+    stop_travel: float = UNKNOWN
+    stop_current: float = UNKNOWN
+    stop_motor_torque: float = UNKNOWN
+    permitted_peaks: float = UNKNOWN
+    coast_torque: float = UNKNOWN
+    jam_torque: float = UNKNOWN
     gear_life: float = UNKNOWN
     tilting_moment: float = UNKNOWN
     axial_load: float = UNKNOWN
@@ -131,17 +157,26 @@ class Case:
 
 
 CASE = record_type(Case)
+DAY = 86400.0  # s
 NOBODY = Drive(Motor("", 1.0, 1.0), Gear("", 1.0, kind="ideal", efficiency=1.0))  # weighs nothing and turns nothing
 
 
 def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     """The numbers of a joint's task."""
-    duration = float(demand.weights.sum())
+    duration, stop = float(demand.weights.sum()), task.stop
+    counted = stop.stops_per_day is not None and stop.service_life is not None
     return Setting(
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
-        duration if duration > 0.0 else 1.0,
+        duration if duration > 0.0 else 1.0, stop_current(task), stop.ramp, stop.rise, float(stop.ramp is not None),
+        float(stop.jam), stop.stops_per_day * stop.service_life / DAY if counted else None,
     )  # fmt: skip
+
+
+def stop_current(task: JointTask) -> float | None:
+    """With which a motor brakes in a stop [A]: the stated one, never more than the amplifier's peak; None: unknown."""
+    found = [one for one in (task.stop.current, task.amplifier.peak_current) if one is not None]
+    return min(found, default=None)
 
 
 def rests_on_gear(task: JointTask, demand: JointDemand) -> bool:

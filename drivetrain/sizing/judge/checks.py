@@ -61,6 +61,8 @@ class Requirement:
     formula: str = ""
 
 
+JAM = "G^2 J w^2 / 2 + G kt i phi(T) = U(T), lossless, w the top speed, the gear 30 % stiffer than printed"
+
 REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear repeated peak torque", "N m", "figures.load_torque", "limits.repeated_peak_torque", GEAR,
@@ -68,9 +70,26 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         words=words.repeated_peak, formula="largest load torque of every cycle, breaking loose from rest included",
     ),
     Requirement(
-        "gear momentary peak torque", "N m", "figures.load_torque", "gear.momentary_torque", GEAR,
-        "momentary peak torque", "safety.peak_torque", peak=True, instant="loosening_torque",
-        formula="largest load torque of every cycle, breaking loose from rest included",
+        "gear momentary peak torque", "N m", "figures.momentary_torque", "gear.momentary_torque", GEAR,
+        "momentary peak torque", "safety.peak_torque", peak=True, instant="momentary_torque", words=words.momentary,
+        formula="larger of the cycle's peak and of a stop from any state: on a ramp q'' = -q'/t; at a current "
+        "T = (G^2 J b - I (G kt i + drag)) / (f I + G^2 J) with the swing of the spring, others following the cycle",
+    ),
+    Requirement(
+        "gear momentary peaks", "1", "setting.stops", "figures.permitted_peaks", GEAR, words=words.peaks,
+        formula="stops a day x service life; permitted N / (2 turns of the input in a stop)",
+    ),
+    Requirement(
+        "gear torque in a jam", "N m", "figures.jam_torque", "gear.momentary_torque", GEAR, "momentary peak torque",
+        "safety.peak_torque", asked="setting.jam", words=words.jam, formula=JAM,
+    ),
+    Requirement(
+        "gear ratcheting in a jam", "N m", "figures.jam_torque", "gear.ratcheting_torque", GEAR, "ratcheting torque",
+        "safety.peak_torque", asked="setting.jam", words=words.jam, formula=JAM,
+    ),
+    Requirement(
+        "gear buckling in a jam", "N m", "figures.jam_torque", "gear.buckling_torque", GEAR, "buckling torque",
+        "safety.peak_torque", asked="setting.jam", words=words.jam, formula=JAM,
     ),
     Requirement(
         "gear average torque", "N m", "figures.average_load_torque", "limits.average_torque", GEAR,
@@ -126,6 +145,11 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "amplifier peak current", "A", "figures.motor_current", "amplifier.peak_current", HEAT, "peak current",
         "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
+    ),
+    Requirement(
+        "current to stop", "A", "figures.stop_current", "setting.stop_current", HEAT, "current for a stop",
+        "safety.peak_torque", words=words.stop_current, formula="on a ramp the largest |T / G + J (G a + a_carrier)| of "
+        "the stops, at a current limit the largest |b| / G that holds the load; no loss helping, / kt(magnets)",
     ),
     Requirement(
         "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,

@@ -12,11 +12,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.drive.drive import rotor_torque, starting_torque
-from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
-from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
+from drivetrain.drive.friction import (
+    breakaway_friction,
+    direction,
+    friction_curve,
+    sliding_friction,
+    static_excess,
+)
+from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, permitted_peaks, running_torque, wear
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
 from drivetrain.drive.periodic_heat import copper_of, interval_means, periodic_heat, thermal_nodes
+from drivetrain.drive.stops import braked, jam_torque, overshoot, stiff_spring, struck
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work
@@ -73,6 +80,7 @@ def judge_all(
 ) -> None:  # fmt: skip
     """``judge_cases``; with ``screen`` the peaks of some samples alone, than which those of all samples are no less."""
     motion, traces, torque, still = work.motion, work.traces, work.load.torque, still_figures(work.load)
+    inertia, stop = work.load.inertia, work.load.stop
     for i in range(len(cases)):
         case, row = cases[i], numbers[i]
         figures, ambient, unknown = case.figures, case.setting.ambient, unknown_torque(case)
@@ -84,9 +92,14 @@ def judge_all(
         if len(work.added.torque) > 0:
             torque = work.sum.torque
             add_rows(work.load.torque, work.added.torque, amounts[i], torque)
-            if bearing_asked(case):
-                still = still_figures(added_up(work.load, work.added, amounts[i], work.sum))
+            if bearing_asked(case) or case.setting.ramped == 0.0:
+                still, inertia = still_figures(added_up(work.load, work.added, amounts[i], work.sum)), work.sum.inertia
+            stop = work.sum.stop
+            add_rows(work.load.stop, work.added.stop, amounts[i], stop)
         set_mechanics(case, mechanical(case, motion, torque, traces), still)
+        if not screen:
+            set_jam(case)
+            set_stop(case, motion, torque, inertia, stop, work.stopping, traces.stop)
         found[i], binding[i] = 0.0, NOTHING
         for stage in (GEAR, SPEED, TORQUE):
             if found[i] <= until:
@@ -117,12 +130,49 @@ def set_mechanics(case: Any, found: Any, still: Any) -> None:
     """The figures that need no temperature."""
     gear, figures, unknown = case.gear, case.figures, unknown_torque(case)
     figures.load_torque, figures.average_load_torque = found.load, found.average_load
+    figures.momentary_torque = found.load
     figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
     figures.tilting_moment, figures.axial_load, figures.radial_load = still.tilting, still.axial, still.radial
     inertia = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
     figures.inertia_ratio = still.inertia / (gear.ratio * gear.ratio * inertia)
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / case.setting.duration) + unknown
+
+
+@law
+def set_jam(case: Any) -> None:
+    """What an output that is held fast at top speed makes of the gear."""
+    gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
+    spring, push = stiff_spring(gear), abs(gear.ratio) * motor.torque_constant * setting.stop_current
+    energy = 0.5 * (motor.rotor_inertia + known_or(gear.inertia, 0.0)) * (gear.ratio * setting.fastest) ** 2
+    if known(energy + spring.slope_3):
+        figures.coast_torque, figures.jam_torque = jam_torque(spring, energy, 0.0), np.nan
+        if known(push):
+            figures.jam_torque = jam_torque(spring, energy, push)
+
+
+@law
+def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stopping: Any, trace: Any) -> None:
+    """What stops from every state of the cycle ask of the gear; NaN where that is not known."""
+    gear, setting, figures = case.gear, case.setting, case.figures
+    figures.stop_torque = np.nan
+    if setting.moves == 0.0:
+        figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = 0.0, 0.0, 0.0
+    elif setting.ramped != 0.0:
+        figures.stop_travel = 0.5 * setting.fastest * setting.stop_ramp
+        if len(stop) > 0:
+            figures.stop_torque, figures.stop_motor_torque = ramped_stop(case, stop, stopping)
+    elif len(inertia) > 0 and known(setting.stop_current + unknown_torque(case)):
+        found = hard_stop(case, motion, torque, inertia, trace)
+        figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = found
+    load, factor, momentary = figures.load_torque, case.safety.peak_torque, known(figures.stop_torque)
+    if momentary:
+        figures.momentary_torque = max(load, figures.stop_torque)
+    elif not load * factor > gear.momentary_torque:
+        figures.momentary_torque = np.nan
+    figures.permitted_peaks = permitted_peaks(gear.momentary_waves, gear.ratio, figures.stop_travel)
+    if momentary and figures.stop_torque * factor <= case.limits.repeated_peak_torque:
+        figures.permitted_peaks = np.inf  # no more than in every cycle
 
 
 @law
@@ -149,6 +199,7 @@ def set_currents(figures: Any, constant: Any) -> None:
     """Peak and RMS current with a torque constant [N m/A]."""
     figures.motor_current = figures.motor_torque / abs(constant)
     figures.rms_current = figures.rms_torque / abs(constant)
+    figures.stop_current = figures.stop_motor_torque / abs(constant)
 
 
 @law(fastmath=FAST)
@@ -281,6 +332,49 @@ def still_figures(load: Any) -> Any:
     if len(load.inertia) == 0:
         most = np.nan
     return Still(across, push, math.sqrt(side), most)
+
+
+@law(fastmath=FAST)
+def ramped_stop(case: Any, stop: Any, stopping: Any) -> Any:
+    """Largest torque of the gear and of the motor in stops on a ramp, no loss helping the motor to brake."""
+    ratio, load, motor, unknown = case.gear.ratio, 0.0, 0.0, unknown_torque(case)
+    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    for t in range(len(stop)):
+        rotor = rotor_torque(inertia, ratio, stopping.acceleration[t], stopping.carrier_acceleration[t])
+        load, motor = larger(load, abs(stop[t])), larger(motor, abs(stop[t] / ratio + rotor))
+    return load, motor + unknown
+
+
+@law
+def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any) -> Any:
+    """Stops at the current limit, the other joints at their work: largest torque of the gear, the motor's torque that
+    holds the load, and longest way.
+
+    The way is that of a lossless mesh, the longest. Friction of the joint, which helps, is left out, and magnets are as
+    the sheet has them: warm ones brake less.
+    """
+    mesh, shaft, ratio = mesh_of(case.gear), friction_curve(case.shaft), case.gear.ratio
+    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    rotor, limit = ratio * ratio * inertia, case.motor.torque_constant * case.setting.stop_current
+    stiff = stiff_spring(case.gear).slope_3
+    largest, holding, longest = 0.0, 0.0, 0.0
+    for t in range(len(torque)):
+        speed, load = motion.loss_speed[t], load_inertia[t]
+        static = torque[t] - load * motion.acceleration[t]
+        holding = max(holding, abs(static / ratio))
+        way, trace[t] = direction(speed), 0.0
+        if way == 0.0:
+            continue
+        drag = abs(sliding_friction(shaft, ratio * speed) + running_torque(mesh, speed))
+        push = -way * abs(ratio) * (limit + drag) - ratio * inertia * motion.carrier_acceleration[t]
+        found = braked(mesh.driving, mesh.driven, rotor, push, static, load, way)
+        swing = overshoot(case.gear.stiffness_1, load, rotor, case.setting.stop_rise)
+        swung = abs(found.torque + swing * (found.torque - torque[t]))
+        trace[t] = min(swung, struck(stiff, load, motion.speed[t], static, torque[t]))
+        slowing = -way * braked(1.0, 1.0, rotor, push, static, load, way).acceleration
+        largest = max(largest, trace[t])
+        longest = max(longest, 0.5 * speed * speed / slowing) if slowing > 0.0 else np.inf
+    return largest, holding, longest
 
 
 class Mechanical(NamedTuple):

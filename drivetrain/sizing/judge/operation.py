@@ -125,6 +125,13 @@ class Operation:
         """Torque to be held against peak limits [N m], (N,): with what it takes to start, if the joint ever starts."""
         return np.where(self.demand.at_rest, self.judgement.work.traces.starting, np.abs(self.motor_torque))
 
+    @cached_property
+    def momentary_torque(self) -> Array:
+        """Magnitude to be held against the gear's limit of rare peaks [N m], (N,): of the cycle, and of stops."""
+        worst, stop = np.maximum(np.abs(self.demand.loosening_torque), self.judgement.work.traces.stop), self.demand.stop
+        np.maximum.at(worst, stop.first, np.abs(stop.torque))
+        return worst
+
     @property
     def power(self) -> Array:
         """Electrical [W], (N,), inductance left out."""

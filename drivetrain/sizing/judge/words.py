@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.gear import Gear, torque_exponent
+from drivetrain.drive.friction import friction_curve, sliding_friction
+from drivetrain.drive.gear import Gear, mesh_of, running_torque, torque_exponent
 from drivetrain.drive.heat import rms_rule_validity
 from drivetrain.drive.motor import Motor
+from drivetrain.drive.stops import braked, braking_limit, overshoot, stiff_spring, struck
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear
@@ -52,6 +54,147 @@ def repeated_peak(op: Any, row: Any) -> Words:
         return Words(f"continuous torque of {sheet_name(gear)}", remark)
     lack = "" if gear.repeated_peak_torque is not None else "repeated peak torque is not in the catalogue row"
     return Words(f"repeated peak torque of {sheet_name(gear)}", lack)
+
+
+def momentary(op: Any, row: Any) -> Words:
+    """The stop that is judged, and with the current limit what would keep the gear safe, and what holds the load."""
+    said, case = printed(op, row), op.judgement.case
+    lack = f"; {said.remark}" if said.remark else ""
+    if not known(case.figures.stop_torque):
+        return said._replace(remark=_no_stop(op) + lack)
+    cycle = f"the cycle alone asks {case.figures.load_torque:.4g} N m"
+    if case.setting.moves == 0.0:
+        return said._replace(remark=f"the joint never moves: there is nothing to stop; {cycle}{lack}")
+    if case.setting.ramped != 0.0:
+        stop = op.demand.stop
+        worst = int(np.argmax(np.abs(stop.torque)))
+        begin, speed = op.demand.time[stop.first[worst]], abs(op.demand.speed[stop.first[worst]])
+        return said._replace(
+            remark=f"stop of all joints on a ramp of {case.setting.stop_ramp:.3g} s: {abs(stop.torque[worst]):.4g} N m, "
+            f"{stop.after[worst]:.3g} s after its start at t = {begin:.4g} s from {math.degrees(speed):.3g} deg/s, over "
+            f"at most {math.degrees(case.figures.stop_travel):.3g} deg of travel; {cycle}{lack}"
+        )
+    return said._replace(remark=f"{_hard_stop(op)}; {cycle}{_safe_current(op)}{lack}")
+
+
+def _no_stop(op: Any) -> str:
+    """Why nothing is known of a stop."""
+    task = op.task
+    if task.stop.ramp is None and not known(op.number("setting.stop_current")):
+        return "no stop is known: state stop: {ramp: 0.3 s}, stop: {current: ...} or the amplifier's peak_current"
+    if op.demand.load_inertia is None:
+        return "what a stop asks is not known: the joint's load_inertia is not stated"
+    return f"what a stop asks is not known without {op.missing or 'a motion'}"
+
+
+def _hard_stop(op: Any) -> str:
+    """The worst stop at the current limit in words."""
+    case, demand = op.judgement.case, op.demand
+    at = int(np.argmax(op.judgement.work.traces.stop))
+    mesh, way = mesh_of(case.gear), float(np.sign(demand.speed[at]) or 1.0)
+    rotor, push, static = (float(series[at]) for series in _braking(op))
+    found = braked(mesh.driving, mesh.driven, rotor, push, static, float(demand.load_inertia[at]), way)
+    speed = abs(float(demand.speed[at]))
+    slowing = -way * found.acceleration
+    ends = f"in {1e3 * speed / slowing:.3g} ms" if slowing > 0.0 else "never, as the load is stronger"
+    swing = overshoot(
+        case.gear.stiffness_1, float(demand.load_inertia[at]), rotor, case.setting.stop_rise
+    )
+    peak = op.judgement.work.traces.stop[at]
+    return (
+        f"stop of this joint at {case.setting.stop_current:.3g} A (DC) from t = {demand.time[at]:.4g} s at "
+        f"{math.degrees(speed):.3g} deg/s: {abs(found.torque):.4g} N m rigid, {peak:.4g} N m with the "
+        f"swing of the spring (at most {100 * swing:.3g} %); at rest {ends}; {_travel(op)}"
+    )
+
+
+def _travel(op: Any) -> str:
+    """The longest way of a stop in words."""
+    travel = math.degrees(op.number("figures.stop_travel"))
+    return f"travel at most {travel:.3g} deg" if math.isfinite(travel) else "in some state it does not stop the load"
+
+
+def _braking(op: Any) -> tuple[Any, Any, Any]:
+    """Of stops at the current limit: rotor [kg m^2], push on it [N m] and static torque [N m] at the output, (N,)."""
+    case, demand = op.judgement.case, op.demand
+    ratio, mesh = float(case.gear.ratio), mesh_of(case.gear)
+    inertia = float(case.motor.rotor_inertia) + (op.drive.gear.inertia or 0.0)
+    limit = float(case.motor.torque_constant * case.setting.stop_current)
+    shaft, way = friction_curve(case.shaft), np.sign(demand.speed)
+    drag = np.abs(sliding_friction(shaft, ratio * demand.speed) + running_torque(mesh, demand.speed))
+    push = -way * abs(ratio) * (limit + drag) - ratio * inertia * demand.carrier_acceleration
+    static = demand.gear_torque - demand.load_inertia * demand.acceleration
+    return np.full(len(way), ratio**2 * inertia), push, static
+
+
+def _safe_current(op: Any) -> str:
+    """The largest current limit with which no stop passes what the gear may bear, and what it takes to hold the load."""
+    if op.drive.gear.momentary_torque is None:
+        return ""
+    safe, holding = safe_stop_current(op)
+    if safe >= op.number("setting.stop_current"):
+        return ""
+    told = f"; a stop current up to {safe:.3g} A keeps the gear safe" if safe > 0.0 else "; no stop current keeps it safe"
+    told += f", {holding:.3g} A hold the load"
+    return told if safe >= holding else f"{told}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
+
+
+def safe_stop_current(op: Any) -> tuple[float, float]:
+    """Largest current limit [A] with which no stop of this joint passes the gear's limit of rare peaks, and the current
+    that holds its load without help of the mesh's friction.
+    """
+    case, demand = op.judgement.case, op.demand
+    mesh, way = mesh_of(case.gear), np.sign(demand.speed)
+    rotor, push, static = _braking(op)
+    inertia, allowed = demand.load_inertia, op.drive.gear.momentary_torque / case.safety.peak_torque
+    rise, stiffness = case.setting.stop_rise, case.gear.stiffness_1
+    swing = np.array([overshoot(stiffness, float(i), float(rotor[0]), rise) for i in inertia])
+    torque = (-way * allowed + swing * demand.gear_torque) / (1.0 + swing)
+    stiff, speed = stiff_spring(case.gear).slope_3, demand.speed
+    safe = np.array([struck(stiff, *row) for row in zip(inertia, speed, static, demand.gear_torque, strict=True)])
+    most = braking_limit(mesh.driving, mesh.driven, rotor, torque, static, inertia, way)
+    per_ampere = abs(float(case.gear.ratio * case.motor.torque_constant))
+    spare = np.where((way == 0.0) | (safe <= allowed), np.inf, -way * (most - push)) / per_ampere
+    holding = float(np.abs(static).max()) / per_ampere
+    return float(case.setting.stop_current + spare.min()), holding
+
+
+def peaks(op: Any, row: Any) -> Words:
+    """How often such stops may come."""
+    task, permitted = op.task, op.number(row.limit)
+    if not known(op.number(row.required)):
+        told = "" if not known(permitted) else f"the gear permits {permitted:.4g}; "
+        return Words("", f"{told}told, not judged: the study states no stops_per_day and service_life")
+    if permitted == math.inf:
+        return Words("", "a stop asks no more than the repeated peak torque, so it is no momentary peak")
+    if not known(permitted):
+        return Words("", "how many momentary peaks this kind of gear permits is not known, or not what a stop asks")
+    travel = math.degrees(op.number("figures.stop_travel"))
+    source = "10^4 waves of the flexspline, Harmonic Drive catalogue SHG, p. 30"
+    return Words(source, f"{task.stop.stops_per_day:g} stops a day, each over at most {travel:.3g} deg of travel")
+
+
+def jam(op: Any, row: Any) -> Words:
+    """Judged only where the study asks for it."""
+    said, coast = printed(op, row), op.number("figures.coast_torque")
+    if not known(coast):
+        return said._replace(remark="not known without the gear's stiffness and the rotor's inertia")
+    told = f"{coast:.4g} N m with the motor off"
+    if not known(op.number(row.required)):
+        told += "; with it on not known: no current of a stop is stated"
+    if op.number(row.asked) == 0.0:
+        told += "; told, not judged: stop: {jam: true} asks for it"
+    return said._replace(remark=f"{told}; {said.remark}" if said.remark else told)
+
+
+def stop_current(op: Any, row: Any) -> Words:
+    """On a ramp what the stop asks, else what holds the load."""
+    asked = "what the ramp asks" if op.number("setting.ramped") != 0.0 else "what holds the load"
+    if not known(op.number(row.limit)):
+        asked = "neither stop: {current: ...} nor an amplifier peak_current is stated"
+    elif not known(op.number(row.required)):
+        asked = _no_stop(op)
+    return Words("current for a stop: the study's, or the amplifier's peak", asked)
 
 
 def average_torque(op: Any, row: Any) -> Words:

@@ -26,6 +26,7 @@ from drivetrain.drive.friction import (
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.periodic_heat import thermal_nodes
+from drivetrain.drive.stops import braked, stiff_spring
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
 from drivetrain.sizing.demand.series import Motion
@@ -38,7 +39,9 @@ from drivetrain.sizing.judge.judge import (
     excess_series,
     first_lacking,
     set_currents,
+    set_jam,
     set_limits,
+    unknown_torque,
     worst,
 )
 from drivetrain.vector import larger, smaller
@@ -48,6 +51,27 @@ ENOUGH = 1e-3  # of the rise: a step that adds less is the last
 SAMPLED = 8  # candidates whose power the line of energy is taken from
 WIDER = 1e-12  # of an interval's width and middle: rounding of the sums that make it
 BELOW = 1.0 - 2e-9  # a bound stays a bound though it is rounded
+
+
+class Brake(NamedTuple):
+    """What open choices leave possible at one joint where a stop at the current limit begins, at a few samples, B.
+
+    Attributes:
+        speed, loss_speed, acceleration, carrier_acceleration: As in ``Motion``, (B,).
+        added_torque, added_inertia: What a unit of each number of the joint's own drive adds, (K, B).
+        torque, static, inertia: Memory: ends of the load's torque, of that without what its own acceleration asks
+            [N m], and of its inertia [kg m^2], own drive not in them, (2, B) each.
+    """
+
+    speed: Array
+    loss_speed: Array
+    acceleration: Array
+    carrier_acceleration: Array
+    added_torque: Array
+    added_inertia: Array
+    torque: Array
+    static: Array
+    inertia: Array
 
 
 class Span(NamedTuple):
@@ -63,7 +87,9 @@ class Span(NamedTuple):
         least, most: Memory: ends of the motor's torque [N m], (N,).
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
         excess: Memory: of falling friction at the shaft [N m], (N,).
-        bearing: Least tilting moment, axial and radial load on the output bearing [N m], [N]; NaN: nobody knows, (3,).
+        bearing: Least tilting moment, axial and radial load on the output bearing [N m], [N], and largest torque of stops
+            on a ramp [N m]; NaN: nobody knows, (4,).
+        brake: Stops at the current limit.
     """
 
     motion: Motion
@@ -80,6 +106,7 @@ class Span(NamedTuple):
     shaft: Array
     excess: Array
     bearing: Array
+    brake: Brake
 
 
 class Offer(NamedTuple):
@@ -119,11 +146,11 @@ class Offer(NamedTuple):
     whole: Span
 
 
-def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
+def span_of(motion: Motion, friction: Friction, added: Array, share: Array, brake: Brake) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((8, len(share))), np.full(3, np.nan))
-    return Span(motion, shown, lossy, added, share, *memory)
+    memory: Any = (*np.zeros((8, len(share))), np.full(4, np.nan))
+    return Span(motion, shown, lossy, added, share, *memory, brake)
 
 
 @kernel(fastmath=FAST)
@@ -266,10 +293,16 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
     found = least_mechanical(case, span, amounts)
     figures.load_torque = found.load
+    if setting.jam != 0.0:
+        set_jam(case)
+    stop = least_hard_stop(case, span.brake, amounts)
+    figures.momentary_torque, figures.stop_motor_torque = larger(found.load, stop.load), stop.torque
     if not peaks:
+        if known(span.bearing[3]):
+            figures.momentary_torque = larger(figures.momentary_torque, span.bearing[3])
         figures.average_load_torque = least_average(case, span)
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
-        figures.tilting_moment, figures.axial_load, figures.radial_load = span.bearing
+        figures.tilting_moment, figures.axial_load, figures.radial_load = span.bearing[0], span.bearing[1], span.bearing[2]
     used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks)
     used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
     unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess
@@ -293,6 +326,54 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     figures.voltage = volts + unknown
     used, _ = worst(case, row, checks, HEAT, used, NOTHING, NO)
     return used, heat
+
+
+class LeastStop(NamedTuple):
+    """Least largest torque of the gear in stops at a current limit, and of the motor to hold the load; NaN: unknown."""
+
+    load: float
+    torque: float
+
+
+@law
+def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
+    """The least largest torque of stops at the current limit, and of the motor that holds the load, at a few samples.
+
+    See ``judge.hard_stop``. The torque rises with the static one and never turns with the inertia, so its ends lie at the ends of both.
+    """
+    setting, gear = case.setting, case.gear
+    if len(brake.speed) == 0 or setting.ramped != 0.0 or not known(setting.stop_current + unknown_torque(case)):
+        return LeastStop(0.0, np.nan)
+    mesh, shaft, ratio, found, holding = mesh_of(gear), friction_curve(case.shaft), gear.ratio, 0.0, 0.0
+    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(gear.inertia, 0.0)
+    rotor, limit = ratio * ratio * inertia, case.motor.torque_constant * setting.stop_current
+    stiff, swings = stiff_spring(gear).slope_3, 1.0 if setting.stop_rise <= 0.0 else 0.0
+    for t in range(len(brake.speed)):
+        speed, acceleration, own_torque, own = brake.loss_speed[t], brake.acceleration[t], 0.0, 0.0
+        for k in range(len(amounts)):
+            own_torque += amounts[k] * brake.added_torque[k, t]
+            own += amounts[k] * brake.added_inertia[k, t]
+        way, low, high = direction(speed), np.inf, -np.inf
+        drag = abs(sliding_friction(shaft, ratio * speed) + running_torque(mesh, speed))
+        push = -way * abs(ratio) * (limit + drag) - ratio * inertia * brake.carrier_acceleration[t]
+        least = max(brake.inertia[0, t] + own, 0.0)
+        for i in range(2):
+            static = brake.static[i, t] + own_torque - own * acceleration
+            for j in range(2):
+                load = max(brake.inertia[j, t] + own, 0.0)
+                torque = braked(mesh.driving, mesh.driven, rotor, push, static, load, way).torque
+                for k in range(2):
+                    swung = torque + (torque - brake.torque[k, t] - own_torque)
+                    low, high = min(low, swung), max(high, swung)
+                    if swings == 0.0:
+                        low, high = min(low, torque), max(high, torque)
+        below, above = brake.static[0, t] + own_torque - own * acceleration, brake.static[1, t]
+        still = max(below, -(above + own_torque - own * acceleration), 0.0)
+        holding = max(holding, still / abs(ratio))
+        most = still + least * abs(acceleration) + abs(brake.speed[t]) * math.sqrt((stiff if known(stiff) else 0.0) * least)
+        swung = max(low, -high, 0.0) if high < np.inf else 0.0
+        found = max(found, min(swung, most) if known(stiff) else swung)
+    return LeastStop(found, holding)
 
 
 class LeastMechanical(NamedTuple):

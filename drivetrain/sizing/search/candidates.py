@@ -25,7 +25,7 @@ from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.fill import DIRECT
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.parts import Parts, parts_of
-from drivetrain.sizing.search.bounds import WIDER, Offer, bound_candidates, open_span, span_of
+from drivetrain.sizing.search.bounds import WIDER, Brake, Offer, bound_candidates, open_span, span_of
 from drivetrain.sizing.search.domains import Indices, Mask
 from drivetrain.study.model import Study
 
@@ -64,6 +64,9 @@ class JointOffer:
         rows: What a unit of each number of each of their drives adds.
         heavy: Load of the output bearing without drives where it is largest in each stretch, (6, M) or (6, 0).
         heavy_rows: What a unit of each number of the others' and the own drive adds to it, (K, 6, M).
+        stops, stop_rows: The same of the torque in stops on a ramp, (S,), (K, S).
+        brake: Torque, static torque and inertia without drives where stops at a current limit are looked at, (3, B).
+        brake_rows: What a unit of each number of the others adds to them, (3, K, B).
         few: The work at a few samples, with its memory.
         records: The candidates for the bounds, with their memory.
         given: Whether the study gives the drive: it stays, whatever is known of it.
@@ -76,6 +79,10 @@ class JointOffer:
     rows: Added
     heavy: Array
     heavy_rows: Array
+    stops: Array
+    stop_rows: Array
+    brake: Array
+    brake_rows: Array
     few: Work
     records: Offer
     given: bool
@@ -101,18 +108,29 @@ class JointOffer:
         """
         open_span(self.records, low, high)
         if self.heavy.size:
-            self.records.whole.bearing[:] = self._bearing(low, high)
+            least = self._least(self.heavy, self.heavy_rows, low, high)
+            self.records.whole.bearing[:3] = [series.max() for series in _bearing_loads(least)]
+        if self.stops.size:
+            self.records.whole.bearing[3] = self._least(self.stops, self.stop_rows, low, high).max()
+        memory = self.records.whole.brake
+        every = (memory.torque, memory.static, memory.inertia) if self.brake.size else ()
+        for start, rows, ends in zip(self.brake, self.brake_rows, every, strict=False):
+            ends[:] = self._ends(start, rows, list(self.others), low, high)
         return self.records.whole.low, self.records.whole.high
 
-    def _bearing(self, low: Array, high: Array) -> list[float]:
-        """The least that open choices leave on the output bearing: tilting moment, axial and radial load."""
-        drives = [*self.others, *([self.joint] if len(self.work.added.wrench) else [])]
+    def _least(self, start: Array, rows: Array, low: Array, high: Array) -> Array:
+        """The least magnitudes that open choices leave of some loads, the joint's own drive among them."""
+        drives = [*self.others, *([self.joint] if len(self.work.added.torque) else [])]
+        least, most = self._ends(start, rows, drives, low, high)
+        return np.maximum(np.maximum(least, -most), 0.0)
+
+    def _ends(self, start: Array, rows: Array, drives: list[int], low: Array, high: Array) -> tuple[Array, Array]:
+        """Both ends of some loads that open choices of some drives leave, with what each number of each of them adds."""
         middle = 0.5 * (low[drives] + high[drives]).ravel()
         half = 0.5 * (high[drives] - low[drives]).ravel()
         half = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
-        centre = self.heavy + np.tensordot(middle, self.heavy_rows, 1)
-        least = np.maximum(np.abs(centre) - np.tensordot(half, np.abs(self.heavy_rows), 1), 0.0)
-        return [float(series.max()) for series in _bearing_loads(least)]
+        centre, wide = start + np.tensordot(middle, rows, 1), np.tensordot(half, np.abs(rows), 1)
+        return centre - wide, centre + wide
 
     def bounded(
         self, pairs: Indices, base: Array, cost: Array, exact: Mask, *, until: float, energies: bool,
@@ -152,6 +170,7 @@ class JointOffer:
             bare.torque + amounts @ self.rows.torque,
             bare.wrench + np.tensordot(amounts, self.rows.wrench, 1) if bare.wrench.size else bare.wrench,
             bare.inertia + amounts @ self.rows.inertia if bare.inertia.size else bare.inertia,
+            bare.stop + amounts @ self.rows.stop if bare.stop.size else bare.stop,
         )
         few = self._few(load.torque, load.torque) if quick else None
         work = self.work._replace(load=load, few=None if few is None else self._at(load, few))
@@ -264,7 +283,8 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     added = {k: added_by(work, joint, [k]) for k in loading}
     others = [k for k in loading if k != joint and any(row.any() for row in added[k])]
     told = 0 if demand.load_inertia is None else len(cycle.time)
-    nothing = Added(np.zeros((0, len(cycle.time))), np.zeros((0, 6, 0)), np.zeros((0, told)))
+    states = len(demand.stop.torque)
+    nothing = Added(np.zeros((0, len(cycle.time))), np.zeros((0, 6, 0)), np.zeros((0, told)), np.zeros((0, states)))
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
@@ -273,6 +293,12 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         at = np.unique([_peaks(series) for series in _bearing_loads(offered.load.wrench)])
         heavy = offered.load.wrench[:, at]
         heavy_rows = np.concatenate([rows.wrench[:, :, at], offered.added.wrench[:, :, at]])
+    stops, stop_rows = np.zeros(0), np.zeros((0, 0))
+    if states:
+        at = np.unique(_peaks(np.abs(offered.load.stop)))
+        stops = offered.load.stop[at]
+        stop_rows = np.concatenate([rows.stop[:, at], offered.added.stop[:, at]])
+    brake, braking, brake_rows = _brakes(offered, rows)
     few, size = offered.few, 2 * STRETCHES
     assert few is not None
     nowhere = {name: np.zeros(size) for name in few.motion._fields[:-2]}
@@ -293,11 +319,38 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         plain, case, as_numbers(case), parts.motor_rows, shafts, sheets, direct, *every, offered.load.torque,
         np.array(others, dtype=np.int64), rows.torque.reshape(len(others), NUMBERS, len(cycle.time)),
         np.zeros((len(others), NUMBERS)), _peaks(np.abs(demand.acceleration)),
-        span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size)),
-        span_of(offered.motion, friction, own.torque, share),
+        span_of(few.motion, friction, np.zeros((len(own.torque), size)), np.zeros(size), brake),
+        span_of(offered.motion, friction, own.torque, share, brake),
     )  # fmt: skip
     given = study.joints[joint].drive is not None
-    return JointOffer(joint, demand, offered, tuple(others), rows, heavy, heavy_rows, few, records, given)
+    return JointOffer(joint, demand, offered, tuple(others), rows, heavy, heavy_rows, stops, stop_rows, braking, brake_rows, few, records, given)
+
+
+def _brakes(work: Work, rows: Added) -> tuple[Brake, Array, Array]:
+    """Where stops at a current limit are looked at: of each stretch the fastest sample, and the one of most torque."""
+    motion, load, own = work.motion, work.load, work.added
+    at = np.zeros(0, dtype=np.int64)
+    if load.inertia.size and motion.speed.any():
+        moves = motion.loss_speed != 0.0
+        swing = motion.speed**2 * np.abs(load.inertia)
+        at = np.unique([_peaks(swing), _peaks(moves * np.abs(load.torque)), _peaks(np.abs(motion.speed))])
+        at = at[moves[at]]
+    acceleration = motion.acceleration[at]
+
+    def three(torque: Array, inertia: Array) -> Array:
+        """Torque, static torque and inertia."""
+        return np.stack([torque, torque - inertia * acceleration, inertia])
+
+    if not len(at):
+        empty, nothing = np.zeros(0), np.zeros((len(own.torque), 0))
+        ends = (np.zeros((2, 0)), np.zeros((2, 0)), np.zeros((2, 0)))
+        return Brake(empty, empty, empty, empty, nothing, nothing, *ends), np.zeros((3, 0)), np.zeros((3, 0, 0))
+    brake = Brake(
+        motion.speed[at], motion.loss_speed[at], acceleration, motion.carrier_acceleration[at],
+        np.ascontiguousarray(own.torque[:, at]), np.ascontiguousarray(own.inertia[:, at]), *np.zeros((3, 2, len(at))),
+    )  # fmt: skip
+    start = three(load.torque[at], load.inertia[at])
+    return brake, start, three(rows.torque[:, at], rows.inertia[:, at])
 
 
 def _bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:

@@ -13,6 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.demand.load_basis import load_basis
+from drivetrain.sizing.demand.stops import stop_basis
 from drivetrain.sizing.demand.series import Added, Load, Work, new_traces, work_of
 from drivetrain.sizing.judge.cases import cases_of
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
@@ -104,20 +105,29 @@ def _payload_rows(study: Study, work: Workload) -> Iterator[Added]:
     """What the whole of each payload asks of each joint; nothing where payloads are known exactly."""
     bodies = [body for body in study.payloads if body.mass > 0.0 and "payload" in study.tolerances.given]
     without = {body.name: load_basis(changed(study, TaskChange(payload=0.0, payloads=(body.name,)))) for body in bodies}
+    lighter = {name: stop_basis(changed(study, TaskChange(payload=0.0, payloads=(name,)))) for name in without}
     samples, rows = len(study.cycle.time), len(study.payloads) if without and work.basis else 0
     for joint, task in enumerate(study.joints):
+        stops = None if task.stop.ramp is None else work.stops
+        states = 0 if stops is None else len(stops.first)
         if not rows:
-            yield Added(np.zeros((0, samples)), np.zeros((0, 6, 0)), np.zeros((0, 0)))
+            yield Added(np.zeros((0, samples)), np.zeros((0, 6, 0)), np.zeros((0, 0)), np.zeros((0, states)))
             continue
         full, travel = work.basis[joint], task.travel_per_turn or 1.0
         told = not (full.slides or task.coupled)
-        added = Added(np.zeros((rows, samples)), np.zeros((rows, 6, samples if told else 0)), np.zeros((rows, samples)))
+        added = Added(
+            np.zeros((rows, samples)), np.zeros((rows, 6, samples if told else 0)), np.zeros((rows, samples)),
+            np.zeros((rows, states)),
+        )  # fmt: skip
         for row, body in enumerate(study.payloads):
             if body.name not in without:
                 continue
             empty = without[body.name][joint].bare
             added.torque[row] = travel * (full.bare.force - empty.force)
             added.inertia[row] = travel**2 * (full.bare.inertia - empty.inertia)
+            less = lighter[body.name]
+            if stops is not None and less is not None:
+                added.stop[row] = travel * (stops.joints[joint].bare.force - less.joints[joint].bare.force)
             if told:
                 added.wrench[row] = (full.bare.wrench - empty.wrench).T
         yield added

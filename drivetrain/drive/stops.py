@@ -1,0 +1,130 @@
+"""What a stop does to a gear: braking at a current limit, the spring's overshoot, an output that jams.
+
+T is the torque at the gear's output, w its speed, J the inertia at the gear's input, G the ratio. A joint whose load
+turns as T = I w' + b stops by a motor that pushes against its motion as hard as its current allows:
+G tau = f T + G^2 J w' with f = 1/eta where the motor drives the load and eta_back where the load drives the motor.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drivetrain.jit import law
+from drivetrain.records import known, known_or
+
+STIFFER = 1.3  # of the printed stiffness: makers tell a mean, and a stiff gear is struck harder in a jam
+
+
+class StiffSpring(NamedTuple):
+    """Slopes of the pieces [N m/rad], and where the first two end [N m]."""
+
+    slope_1: float
+    slope_2: float
+    slope_3: float
+    torque_1: float
+    torque_2: float
+
+
+class Braking(NamedTuple):
+    """The first instant of a stop.
+
+    Attributes:
+        torque: At the gear's output [N m].
+        acceleration: Of the gear's output [rad/s^2].
+    """
+
+    torque: float
+    acceleration: float
+
+
+@law
+def braked(driving: Any, driven: Any, rotor: Any, push: Any, static: Any, inertia: Any, way: Any) -> Any:
+    """The torque of a gear while its motor brakes, and how the joint slows down; one sample.
+
+    Args:
+        driving, driven: Of the mesh (``gear.mesh_of``); 1 and 1 leave its losses out.
+        rotor: G^2 J [kg m^2].
+        push: On the rotor beside what crosses the mesh, at the output: motor, friction, its carrier's turning [N m].
+        static: Torque at the output that holds the load's speed, b [N m].
+        inertia: Of the load, I [kg m^2].
+        way: Direction of motion, 1 or -1.
+
+    Returns:
+        Torque infinite where the mesh locks itself so that no acceleration solves it.
+    """
+    through = rotor * static + inertia * push
+    factor = driving if through * way > 0.0 else driven
+    whole = factor * inertia + rotor
+    if whole <= 0.0:
+        return Braking(math.inf, 0.0)
+    return Braking(through / whole, (push - factor * static) / whole)
+
+
+def braking_limit(
+    driving: Any, driven: Any, rotor: Any, torque: Any, static: Any, inertia: Any, way: Any
+) -> Any:
+    """The push on the rotor with which the gear's torque is a wanted one: ``braked`` the other way round; arrays."""
+    factor = np.where(torque * way > 0.0, driving, driven)
+    return (torque * (factor * inertia + rotor) - rotor * static) / inertia
+
+
+@law
+def overshoot(stiffness: Any, inertia: Any, rotor: Any, rise: Any) -> Any:
+    """By what share of a step of torque a gear's spring swings beyond it: |sin(x)/x|, x = pi f rise; undamped.
+
+    f is that of load and rotor on the spring, free at both ends. 1 where the torque comes at once, or the stiffness is
+    unknown.
+    """
+    if not known(stiffness) or rise <= 0.0 or inertia <= 0.0 or rotor <= 0.0:
+        return 1.0
+    turns = 0.5 * math.sqrt(stiffness * (1.0 / inertia + 1.0 / rotor)) * rise
+    return abs(math.sin(turns) / turns)
+
+
+@law
+def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -> Any:
+    """Most that a gear's spring bears when its rotor, turning with the load, comes to rest however quickly [N m].
+
+    The load swings on the spring about b with the amplitude w sqrt(K I), as if the rotor stood at once, on top of what
+    it swung already. Infinite where the stiffness is unknown.
+    """
+    if not known(stiffness):
+        return math.inf
+    return abs(static) + abs(torque - static) + abs(speed) * math.sqrt(stiffness * inertia)
+
+
+@law
+def jam_torque(spring: Any, energy: Any, push: Any) -> Any:
+    """Largest torque of a gear whose output is held fast: ``energy`` of the rotor [J] and ``push`` of its motor, at the
+    output [N m], into the spring: U(T) = energy + push phi(T). Lossless, from no torque.
+
+    On a piece of slope K that begins at T0 with the rest E of the energy, T = P + sqrt((P - T0)^2 + 2 K E).
+    """
+    begin, rest = 0.0, energy
+    for slope, end in (
+        (spring.slope_1, spring.torque_1), (spring.slope_2, spring.torque_2), (spring.slope_3, math.inf),
+    ):  # fmt: skip
+        torque = push + math.sqrt(max((push - begin) * (push - begin) + 2.0 * slope * rest, 0.0))
+        if torque <= end:
+            return torque
+        rest += (push * (end - begin) - 0.5 * (end * end - begin * begin)) / slope
+        begin = end
+    return torque
+
+
+@law
+def stiff_spring(gear: Any) -> Any:
+    """The spring of a gear as stiff as it may be: STIFFER than printed, and where a bend is unknown stiff from 0 on.
+
+    NaN slopes where the sheet prints no stiffness.
+    """
+    first = known_or(gear.stiffness_1, known_or(gear.stiffness_2, gear.stiffness_3))
+    second = known_or(gear.stiffness_2, first)
+    third = known_or(gear.stiffness_3, second)
+    lower, upper = known_or(gear.torque_1, 0.0), known_or(gear.torque_2, 0.0)
+    upper = max(upper, lower)
+    return StiffSpring(STIFFER * first, STIFFER * second, STIFFER * third, lower, upper)
+

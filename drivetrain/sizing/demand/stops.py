@@ -1,0 +1,60 @@
+"""What a stop on a ramp asks of the joints: from every state of the cycle, all speeds falling to 0 on straight lines.
+
+The drives are known by the same numbers as in the cycle, so the loads of a stop are weighted sums over these too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.sizing.demand.load_basis import JointBasis, load_basis
+from drivetrain.study.model import Study
+
+STAGES = 2  # into which the longest ramp is parted; torques are taken at their ends
+
+
+@dataclass(frozen=True, eq=False)
+class StopBasis:
+    """The states of all stops, and what they ask of every joint; M of them, n joints.
+
+    Attributes:
+        first: Sample of the cycle from which each stop starts, (M,), integers.
+        after: Time since then [s], (M,).
+        velocity, acceleration: [rad/s or m/s], [rad/s^2 or m/s^2], (M, n).
+        joints: One a joint, forces only.
+    """
+
+    first: Any
+    after: Array
+    velocity: Array
+    acceleration: Array
+    joints: tuple[JointBasis, ...]
+
+
+@lru_cache(maxsize=2)
+def stop_basis(study: Study) -> StopBasis | None:
+    """The loads of the stops of a study; None where no joint has a ramp, or there is no arm."""
+    ramps = np.array([np.nan if task.stop.ramp is None else task.stop.ramp for task in study.joints])
+    if study.arm is None or np.isnan(ramps).all():
+        return None
+    cycle, longest = study.cycle, np.nanmax(ramps)
+    moving = np.flatnonzero(cycle.velocity.any(axis=1))
+    times = np.unique([*np.linspace(0.0, longest, STAGES + 1), *ramps[~np.isnan(ramps)]])
+    first, after = np.repeat(moving, len(times)), np.tile(times, len(moving))
+    speed, left = cycle.velocity[first], np.minimum(after[:, np.newaxis], ramps)
+    left = np.where(np.isnan(left), after[:, np.newaxis], left)  # a joint without a ramp keeps its speed
+    slowing = np.where(np.isnan(ramps) | (after[:, np.newaxis] > ramps), 0.0, -1.0 / ramps)
+    share = np.where(np.isnan(ramps), 0.0, 1.0 / ramps)
+    position = cycle.position[first] + speed * left * (1.0 - 0.5 * left * share)
+    velocity, acceleration = speed * (1.0 - left * share), speed * slowing
+    states = replace(
+        cycle, time=np.arange(len(first), dtype=np.float64), position=position, velocity=velocity,
+        acceleration=acceleration, payload=cycle.payload[first], segment=cycle.segment[first], parts=(), shares=(1.0,),
+        part_names=("",),
+    )  # fmt: skip
+    return StopBasis(first, after, velocity, acceleration, load_basis(replace(study, cycle=states), forces_only=True))
