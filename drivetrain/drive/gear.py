@@ -264,7 +264,7 @@ def permitted_peaks(waves: Any, ratio: Any, travel: Any) -> Any:
     N / (2 |G| travel / 2 pi), two waves of the flexspline a turn of the input; Harmonic Drive catalogue SHG, p. 30.
     """
     turns = abs(ratio * travel) / (2.0 * math.pi)
-    return waves / (2.0 * turns) if turns > 0.0 else math.inf
+    return math.inf if turns == 0.0 else waves / (2.0 * turns)
 
 
 def complete(gear: Gear) -> Gear:

@@ -17,7 +17,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.study.model import DriveMass, JointTask, Mount, Payload, Safety, Study
+from drivetrain.study.model import DriveMass, JointTask, Mount, Payload, Safety, Stop, Study
 
 MOTOR = Motor(
     "m1", resistance=0.3, torque_constant=0.05, inductance=2e-4, rotor_inertia=2e-5, mass=0.5, nominal_voltage=48.0,
@@ -91,7 +91,7 @@ def task(name: str = "j1", **changes: Any) -> JointTask:
     """A joint with the first motor and gear given."""
     plain = JointTask(
         name, ("m1", "g1"), (), (), Mount(), None, Friction(), None,
-        Amplifier(peak_current=40.0, continuous_current=20.0),
+        Amplifier(peak_current=40.0, continuous_current=20.0), stop=Stop(ramp=1.0),
     )  # fmt: skip
     return replace(plain, **changes)
 

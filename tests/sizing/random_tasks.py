@@ -14,7 +14,7 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.friction import Friction
 from drivetrain.motion.mix import build_mix
-from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Study
+from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
 
 KINDS = ("table", "arm", "sliding", "coupled", "mix", "dwell")
 
@@ -101,11 +101,36 @@ def moved(make, rng, kind, samples=41):
     return cycle
 
 
+def elastic(rng, gear):
+    """A gear with what a stop and a jam ask of its sheet."""
+    stiff = float(rng.choice([2e3, 2e4]))
+    row = replace(
+        gear, stiffness_1=stiff, stiffness_2=1.3 * stiff, stiffness_3=1.6 * stiff, torque_1=5.0, torque_2=20.0,
+        momentary_torque=gear.momentary_torque and gear.momentary_torque * float(rng.choice([0.5, 1.0, 3.0])),
+        ratcheting_torque=float(rng.choice([50.0, 500.0])), buckling_torque=float(rng.choice([100.0, 1000.0])),
+    )  # fmt: skip
+    optional = ("stiffness_1", "stiffness_3", "torque_1", "torque_2", "ratcheting_torque", "buckling_torque")
+    return blanked(rng, row, optional, 0.15)
+
+
+def random_stop(rng):
+    """On a ramp, at a current, or at the amplifier's."""
+    ramp = float(rng.choice([0.05, 0.3])) if rng.random() < 0.4 else None
+    current = float(rng.uniform(2.0, 30.0)) if rng.random() < 0.6 else None
+    counted = rng.random() < 0.5
+    return Stop(
+        current, ramp, float(rng.choice([0.0, 0.02])), 3.0 if counted else None,
+        float(rng.choice([1e7, 3e8])) if counted else None, bool(rng.random() < 0.3),
+    )  # fmt: skip
+
+
 def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
     """A study of a kind, with random rows and a random task."""
     rng = np.random.default_rng(seed)
     motors = {f"m{i}": random_motor(make, rng, f"m{i}") for i in range(6)}
     gears = {f"g{i}": random_gear(make, rng, f"g{i}") for i in range(6)}
+    rare = np.random.default_rng((seed, 11))
+    gears = {key: elastic(rare, row) for key, row in gears.items()}
     pairs = (*itertools.product(motors, gears), *((key, "") for key in motors))
     cycle = moved(make, rng, kind)
     arm = None
@@ -126,7 +151,7 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
                 travel_per_turn=0.02 if kind == "sliding" and i == 1 else None,
                 housing_to_ambient=float(rng.uniform(0.5, 4.0)) if rng.random() < 0.5 else None,
                 coupled=("j2", "j3") if kind == "coupled" and i > 0 else (),
-                contained=ContainedDrive(0.05, Mount()) if mass is DriveMass.REPLACED else None,
+                stop=random_stop(rare), contained=ContainedDrive(0.05, Mount()) if mass is DriveMass.REPLACED else None,
             )
         )  # fmt: skip
     safety = Safety(

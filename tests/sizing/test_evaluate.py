@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.errors import InputError
@@ -17,7 +18,7 @@ from drivetrain.sizing.judge.evaluate import evaluate, evaluated, holding_figure
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.sizing.search.search import select
-from drivetrain.study.model import GearAssumption, MotorAssumption, Safety
+from drivetrain.study.model import GearAssumption, MotorAssumption, Safety, Stop
 from drivetrain.study.verdicts import Check, Verdict
 
 LOAD = 0.4  # kg m^2 at the gear's output
@@ -108,6 +109,11 @@ SHRUNK = {
     "output bearing tilting moment": ("gear", "tilting_moment_limit", 1e-3),
     "output bearing axial load": ("gear", "axial_load_limit", 1e-3),
     "output bearing radial load": ("gear", "radial_load_limit", 1e-3),
+    "gear momentary peaks": ("gear", "momentary_waves", 1e-3),
+    "gear torque in a jam": ("gear", "momentary_torque", 1e-3),
+    "gear ratcheting in a jam": ("gear", "ratcheting_torque", 1e-3),
+    "gear buckling in a jam": ("gear", "buckling_torque", 1e-3),
+    "current to stop": ("stop", "current", 1e-5),
     "motor speed": ("motor", "max_speed", 1e-3),
     "motor peak torque": ("motor", "peak_torque", 1e-5),
     "motor peak current": ("motor", "peak_current", 1e-5),
@@ -121,6 +127,7 @@ SHRUNK = {
     "supply mean power": ("supply", "mean_power", 1e-6),
     "supply regenerated power": ("supply", "regenerated_power", 0.0),
 }
+ALSO = {"current to stop": ("amplifier", "peak_current")}
 REMOVED_WITH = {  # what else must go before nobody states the limit
     "gear repeated peak torque": ("continuous_torque",),
     "gear average torque": ("continuous_torque",),
@@ -134,7 +141,16 @@ def swinging(make):
     """A two-link arm whose joints turn about horizontal axes, tilted so that no bearing load is zero."""
     arm = make.planar_arm([0.3, 0.3], [2.0, 1.0])
     arm = replace(arm, gravity=np.array([0.5, 3.0, -9.2]))
-    return make.study(make.sines(2, size=0.8), arm=arm, safety=Safety(life=3.6e6, inertia_ratio=1e6))
+    gear = replace(
+        make.gear, momentary_torque=2000.0, momentary_waves=1e6, stiffness_1=1e4, ratcheting_torque=2000.0,
+        buckling_torque=2000.0,
+    )  # fmt: skip
+    study = make.study(
+        make.sines(2, size=0.8), arm=arm, safety=Safety(life=3.6e6, inertia_ratio=1e6),
+        catalog=Catalog({"m1": make.motor}, {"g1": gear}),
+    )  # fmt: skip
+    stop = Stop(ramp=0.03, stops_per_day=2.0, service_life=10 * 365 * 86400.0, jam=True)
+    return replace(study, joints=tuple(replace(task, stop=stop) for task in study.joints))
 
 
 def changed(study, where, field, value):
@@ -143,6 +159,8 @@ def changed(study, where, field, value):
         key = next(iter(rows))
         row = {key: replace(rows[key], **{field: value})}
         return replace(study, catalog=replace(study.catalog, **{f"{where}s": row}))
+    if where == "stop":
+        return replace(study, joints=tuple(replace(t, stop=replace(t.stop, **{field: value})) for t in study.joints))
     if where == "amplifier":
         tasks = tuple(replace(t, amplifier=replace(t.amplifier, **{field: value})) for t in study.joints)
         return replace(study, joints=tasks)
@@ -168,6 +186,8 @@ def test_every_check_can_fail_and_can_be_missing(swinging, name):
     without = changed(swinging, where, field, None)
     for other in REMOVED_WITH.get(name, ()):
         without = changed(without, where, other, None)
+    if name in ALSO:
+        without = changed(without, *ALSO[name], None)
     missing = found(evaluate(without), name)
     assert missing.verdict is Verdict.NOT_CHECKED
     assert missing.utilisation is None

@@ -27,16 +27,20 @@ MOTOR_LIMITS = (
 )
 GEAR_LIMITS = (
     "average_torque_limit", "repeated_peak_torque", "momentary_torque", "max_input_speed", "average_input_speed_limit",
-    "rated_life", "tilting_moment_limit", "axial_load_limit", "radial_load_limit",
+    "rated_life", "tilting_moment_limit", "axial_load_limit", "radial_load_limit", "momentary_waves",
+    "ratcheting_torque", "buckling_torque",
 )  # fmt: skip
 # Without them a sheet says less, and no other number of it stands in.
 ALONE = (
     "max_speed rotor_inertia",
     "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
-    "axial_load_limit radial_load_limit efficiency",
+    "axial_load_limit radial_load_limit efficiency ratcheting_torque buckling_torque stiffness_1 torque_1",
 )  # fmt: skip
 # A hot or resistive winding asks for less voltage where it brakes, weak magnets wherever it turns: that is physics.
 # So only what changes no temperature, no winding and no torque is held against it.
+# A motor brakes and pushes less with a smaller current: a stop and a jam ask less of the gear then.
+STOPS = ("gear momentary peak torque", "gear momentary peaks", "gear torque in a jam", "gear ratcheting in a jam",
+         "gear buckling in a jam")  # fmt: skip
 HEAT, VOLTS = "winding temperature", "motor voltage"
 
 
@@ -137,6 +141,8 @@ def test_worse_data_never_make_a_verdict_better(make, change):
             for check in joint.checks:
                 changed += later[check.name].verdict is not check.verdict
                 if check.name == VOLTS and change not in (lower_supply, weaker_amplifier):
+                    continue
+                if check.name in STOPS and change is weaker_amplifier:
                     continue
                 if check.verdict in (Verdict.FAIL, Verdict.NOT_CHECKED):
                     assert later[check.name].verdict not in GOOD, (seed, name, check, later[check.name])
