@@ -38,7 +38,10 @@ def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
         cells: Of the row, numbers in SI, as printed.
     """
     values = {name: value for name, value in cells.items() if isinstance(value, float)}
-    rules = (_losses, _torque_order, _torques_present, _speeds, _stiffness, _efficiencies, _no_load, _pitch, _bearing)
+    rules = (
+        _losses, _torque_order, _rare_torques, _torques_present, _speeds, _stiffness, _efficiencies, _no_load, _pitch,
+        _bearing,
+    )  # fmt: skip
     findings = [finding for rule in rules for finding in rule(values)]
     kind = cells.get("kind")
     if any(name in values for name in LOSSES) and not cells.get("loss_basis"):
@@ -53,6 +56,13 @@ def _torque_order(values: Values) -> Iterator[Finding]:
             words = f"is larger than the {larger.replace('_', ' ')}"
             hint = slip(values[smaller] / values[larger])
             yield error(smaller, words + (f"; {hint}" if hint else ""))
+
+
+def _rare_torques(values: Values) -> Iterator[Finding]:
+    peak = values.get("momentary_torque")
+    for name in ("ratcheting_torque", "buckling_torque"):
+        if name in values and peak is not None and values[name] < peak:
+            yield error(name, "is smaller than the momentary torque")
 
 
 def _torques_present(values: Values) -> Iterator[Finding]:

@@ -268,7 +268,7 @@ def permitted_peaks(waves: Any, ratio: Any, travel: Any) -> Any:
 
 
 def complete(gear: Gear) -> Gear:
-    """The gear with what its kind tells: life exponent, waves of momentary peaks, an ideal one's efficiency, inertia."""
+    """The gear with what its kind tells: life exponent, momentary waves; an ideal one's efficiency, inertia."""
     if gear.kind == "strain_wave" and gear.momentary_waves is None:
         return replace(gear, life_exponent=torque_exponent(gear), momentary_waves=MOMENTARY_WAVES)
     if gear.kind != "ideal":

@@ -63,9 +63,7 @@ def braked(driving: Any, driven: Any, rotor: Any, push: Any, static: Any, inerti
     return Braking(through / whole, (push - factor * static) / whole)
 
 
-def braking_limit(
-    driving: Any, driven: Any, rotor: Any, torque: Any, static: Any, inertia: Any, way: Any
-) -> Any:
+def braking_limit(driving: Any, driven: Any, rotor: Any, torque: Any, static: Any, inertia: Any, way: Any) -> Any:
     """The push on the rotor with which the gear's torque is a wanted one: ``braked`` the other way round; arrays."""
     factor = np.where(torque * way > 0.0, driving, driven)
     return (torque * (factor * inertia + rotor) - rotor * static) / inertia
@@ -127,4 +125,3 @@ def stiff_spring(gear: Any) -> Any:
     lower, upper = known_or(gear.torque_1, 0.0), known_or(gear.torque_2, 0.0)
     upper = max(upper, lower)
     return StiffSpring(STIFFER * first, STIFFER * second, STIFFER * third, lower, upper)
-

@@ -43,7 +43,8 @@ def stronger(study: Study, rng) -> Study:
     gears = {
         key: replace(
             row, mass=row.mass or 0.5, efficiency=row.efficiency or 0.7, inertia=row.inertia or 1e-6,
-            repeated_peak_torque=4.0 * (row.repeated_peak_torque or 50.0), momentary_torque=row.momentary_torque and 8.0 * row.momentary_torque,
+            repeated_peak_torque=4.0 * (row.repeated_peak_torque or 50.0),
+            momentary_torque=row.momentary_torque and 8.0 * row.momentary_torque,
             ratcheting_torque=None, buckling_torque=row.buckling_torque and 4.0 * row.buckling_torque,
             average_torque_limit=None if row.average_torque_limit is None else 4.0 * row.average_torque_limit,
             tilting_moment_limit=None, series=f"t{rng.integers(2)}",

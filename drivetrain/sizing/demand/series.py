@@ -188,7 +188,9 @@ def load_of(demand: JointDemand) -> Load:
     """What a joint carries."""
     wrench = np.zeros((6, 0)) if demand.wrench is None else np.array(demand.wrench.T, order="C")
     return Load(
-        _row(demand.gear_torque), wrench, np.zeros(0) if demand.load_inertia is None else _row(demand.load_inertia),
+        _row(demand.gear_torque),
+        wrench,
+        np.zeros(0) if demand.load_inertia is None else _row(demand.load_inertia),
         _row(demand.stop.torque),
     )
 

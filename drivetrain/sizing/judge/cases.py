@@ -77,23 +77,27 @@ class Figures:
 
     Attributes:
         input_speed, mean_input_speed: Of the gear, and so of the motor [rad/s].
-        load_torque, average_load_torque: At the gear's output [N m].
+        load_torque, average_load_torque: At the gear's output [N m]; the average of a joint that never moves is the
+            largest that it holds.
         stop_torque: Largest of the gear in a stop [N m].
         momentary_torque: The larger of both largest [N m].
         stop_travel: Longest way of the gear's output in a stop [rad].
-        stop_current: Largest that a stop on a ramp asks [A].
+        stop_current: Largest that a stop asks: on a ramp, else to hold the load [A].
         stop_motor_torque: The same as torque [N m].
         permitted_peaks: How many such stops the gear bears in its life.
         coast_torque, jam_torque: Of the gear where its output is held fast, the motor off and pushing on [N m].
         gear_life: L10 [s].
         tilting_moment, axial_load, radial_load: On the output bearing [N m], [N].
+        bearing_static_load: That stands for the largest of each [N].
+        bearing_life: L10 of the output bearing [s].
         inertia_ratio: Load over rotor, at its largest.
         motor_torque: Largest electromagnetic, starting from rest included [N m].
         rms_torque: [N m].
         magnet_temperature, winding_temperature: Mean of the magnets, largest of the winding [C].
         hottest_part, hottest_time: Part in which the winding is hottest, and when, from its start [s].
         heat_converged: 1 where magnet and housing temperature could be matched.
-        motor_current, rms_current: [A].
+        motor_current, rms_current: [A]; of a joint that never moves what one phase may carry, see
+            ``standstill_current``.
         voltage: Largest at the terminals [V].
         energy, mean_power: Electrical, over a cycle [J], [W].
     """
@@ -114,6 +118,8 @@ class Figures:
     tilting_moment: float = UNKNOWN
     axial_load: float = UNKNOWN
     radial_load: float = UNKNOWN
+    bearing_static_load: float = UNKNOWN
+    bearing_life: float = UNKNOWN
     inertia_ratio: float = UNKNOWN
     motor_torque: float = UNKNOWN
     rms_torque: float = UNKNOWN
@@ -164,12 +170,14 @@ NOBODY = Drive(Motor("", 1.0, 1.0), Gear("", 1.0, kind="ideal", efficiency=1.0))
 def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     """The numbers of a joint's task."""
     duration, stop = float(demand.weights.sum()), task.stop
-    counted = stop.stops_per_day is not None and stop.service_life is not None
+    stops = None
+    if stop.stops_per_day is not None and stop.service_life is not None:
+        stops = stop.stops_per_day * stop.service_life / DAY
     return Setting(
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, stop_current(task), stop.ramp, stop.rise, float(stop.ramp is not None),
-        float(stop.jam), stop.stops_per_day * stop.service_life / DAY if counted else None,
+        float(stop.jam), stops,
     )  # fmt: skip
 
 

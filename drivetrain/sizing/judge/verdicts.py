@@ -20,8 +20,10 @@ from drivetrain.study.verdicts import Check, Verdict
 
 
 def checks_of(op: Operation) -> tuple[Check, ...]:
-    """Every check of one drive; those of the gear only where there is one."""
-    return tuple(told(op, row) for row in CHECKS if not (row.stage == GEAR and op.direct))
+    """Every check of one drive; of the gear only where there is one, of a jam only where the study asks."""
+    jam = op.number("setting.jam") != 0.0
+    asked = [row for row in CHECKS if (jam or row.asked != "setting.jam") and not (row.stage == GEAR and op.direct)]
+    return tuple(told(op, row) for row in asked)
 
 
 def check_of(op: Operation, name: str) -> Check:

@@ -16,6 +16,7 @@ from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear
 
+STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
 NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
 
@@ -59,7 +60,9 @@ def repeated_peak(op: Any, row: Any) -> Words:
 def momentary(op: Any, row: Any) -> Words:
     """The stop that is judged, and with the current limit what would keep the gear safe, and what holds the load."""
     said, case = printed(op, row), op.judgement.case
-    lack = f"; {said.remark}" if said.remark else ""
+    lack, jam_torque = f"; {said.remark}" if said.remark else "", case.figures.jam_torque
+    if known(jam_torque) and case.setting.jam == 0.0:
+        lack = f"; held fast at top speed it would bear {jam_torque:.4g} N m (stop: {{jam: true}} judges that){lack}"
     if not known(case.figures.stop_torque):
         return said._replace(remark=_no_stop(op) + lack)
     cycle = f"the cycle alone asks {case.figures.load_torque:.4g} N m"
@@ -70,9 +73,9 @@ def momentary(op: Any, row: Any) -> Words:
         worst = int(np.argmax(np.abs(stop.torque)))
         begin, speed = op.demand.time[stop.first[worst]], abs(op.demand.speed[stop.first[worst]])
         return said._replace(
-            remark=f"stop of all joints on a ramp of {case.setting.stop_ramp:.3g} s: {abs(stop.torque[worst]):.4g} N m, "
-            f"{stop.after[worst]:.3g} s after its start at t = {begin:.4g} s from {math.degrees(speed):.3g} deg/s, over "
-            f"at most {math.degrees(case.figures.stop_travel):.3g} deg of travel; {cycle}{lack}"
+            remark=f"stop of all joints on a ramp of {case.setting.stop_ramp:.3g} s: "
+            f"{abs(stop.torque[worst]):.4g} N m, {stop.after[worst]:.3g} s after its start at t = {begin:.4g} s from "
+            f"{math.degrees(speed):.3g} deg/s, {_travel(op)}; {cycle}{lack}"
         )
     return said._replace(remark=f"{_hard_stop(op)}; {cycle}{_safe_current(op)}{lack}")
 
@@ -97,9 +100,7 @@ def _hard_stop(op: Any) -> str:
     speed = abs(float(demand.speed[at]))
     slowing = -way * found.acceleration
     ends = f"in {1e3 * speed / slowing:.3g} ms" if slowing > 0.0 else "never, as the load is stronger"
-    swing = overshoot(
-        case.gear.stiffness_1, float(demand.load_inertia[at]), rotor, case.setting.stop_rise
-    )
+    swing = overshoot(case.gear.stiffness_1, float(demand.load_inertia[at]), rotor, case.setting.stop_rise)
     peak = op.judgement.work.traces.stop[at]
     return (
         f"stop of this joint at {case.setting.stop_current:.3g} A (DC) from t = {demand.time[at]:.4g} s at "
@@ -128,15 +129,19 @@ def _braking(op: Any) -> tuple[Any, Any, Any]:
 
 
 def _safe_current(op: Any) -> str:
-    """The largest current limit with which no stop passes what the gear may bear, and what it takes to hold the load."""
+    """The largest current limit with which no stop passes what the gear may bear, and what holds the load."""
     if op.drive.gear.momentary_torque is None:
         return ""
     safe, holding = safe_stop_current(op)
     if safe >= op.number("setting.stop_current"):
         return ""
-    told = f"; a stop current up to {safe:.3g} A keeps the gear safe" if safe > 0.0 else "; no stop current keeps it safe"
+    told = (
+        f"; a stop current up to {safe:.3g} A keeps the gear safe" if safe > 0.0 else "; no stop current keeps it safe"
+    )
     told += f", {holding:.3g} A hold the load"
-    return told if safe >= holding else f"{told}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
+    return (
+        told if safe >= holding else f"{told}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
+    )
 
 
 def safe_stop_current(op: Any) -> tuple[float, float]:
@@ -175,15 +180,13 @@ def peaks(op: Any, row: Any) -> Words:
 
 
 def jam(op: Any, row: Any) -> Words:
-    """Judged only where the study asks for it."""
+    """Beside what the motor makes of it, what the rotor alone does."""
     said, coast = printed(op, row), op.number("figures.coast_torque")
     if not known(coast):
         return said._replace(remark="not known without the gear's stiffness and the rotor's inertia")
     told = f"{coast:.4g} N m with the motor off"
     if not known(op.number(row.required)):
         told += "; with it on not known: no current of a stop is stated"
-    if op.number(row.asked) == 0.0:
-        told += "; told, not judged: stop: {jam: true} asks for it"
     return said._replace(remark=f"{told}; {said.remark}" if said.remark else told)
 
 
@@ -201,6 +204,8 @@ def average_torque(op: Any, row: Any) -> Words:
     """The same of the average, with the exponent by which it is made."""
     gear = op.drive.gear
     source, remark = f"average torque limit of {sheet_name(gear)}", f"average with exponent {torque_exponent(gear):.3g}"
+    if not op.demand.moves:
+        remark = "the joint never moves: the largest torque that it holds"
     if gear.average_torque_limit is not None:
         return Words(source, remark)
     if gear.continuous_torque is None:
@@ -219,10 +224,59 @@ def gear_life(op: Any, row: Any) -> Words:
 
 def bearing(op: Any, row: Any) -> Words:
     """Only where the loads across the axis are known."""
+    elsewhere = _carried_elsewhere(op)
+    if elsewhere is not None:
+        return elsewhere
+    said = printed(op, row)
+    hint = "; if the joint has a bearing of its own, state output_bearing: external"
+    return said._replace(remark=said.remark + hint) if said.remark else said
+
+
+def tilting(op: Any, row: Any) -> Words:
+    """The moment is about the bearing's centre, where the sheet says where that is."""
+    said, gear = bearing(op, row), op.drive.gear
+    if said.silent or said.remark or gear.bearing_offset is not None:
+        return said
+    if gear.bearing_pitch_diameter is not None:
+        return said._replace(remark="bearing offset is not in the catalogue row")
+    return said._replace(remark="the bearing's centre is not in the catalogue row: the moment about the joint's point")
+
+
+def bearing_rating(op: Any, row: Any) -> Words:
+    """Of the rollers; few makers of planetary gears print it."""
+    said = _carried_elsewhere(op) or printed(op, row)
+    return said if said.remark else said._replace(remark=_bearing_lack(op))
+
+
+def bearing_life(op: Any, row: Any) -> Words:
+    """Only told when the study wants none."""
+    elsewhere, gear, lack = _carried_elsewhere(op), op.drive.gear, _bearing_lack(op)
+    if elsewhere is not None:
+        return elsewhere
+    if gear.bearing_dynamic_rating is None:
+        lack = "dynamic rating of the output bearing is not in the catalogue row"
+    if lack:
+        return Words("", lack)
+    rating = f"dynamic rating {gear.bearing_dynamic_rating:g} N of {sheet_name(gear)}"
+    remark = "told, not judged: the study asks no life" if op.safety.life is None else ""
+    return Words(f"{rating}, load factor {op.safety.bearing_load_factor:g}", remark)
+
+
+def _bearing_lack(op: Any) -> str:
+    """What of the bearing's shape is unknown, in words."""
+    gear = op.drive.gear
+    lacks = [
+        name
+        for name, value in (("pitch diameter", gear.bearing_pitch_diameter), ("offset", gear.bearing_offset))
+        if value is None
+    ]
+    return f"bearing {' and '.join(lacks)} not in the catalogue row" if lacks else ""
+
+
+def _carried_elsewhere(op: Any) -> Words | None:
+    """Why the gear's output bearing is not asked; None where it is."""
     if rests_on_gear(op.task, op.demand):
-        said = printed(op, row)
-        hint = "; if the joint has a bearing of its own, state output_bearing: external"
-        return said._replace(remark=said.remark + hint) if said.remark else said
+        return None
     if op.task.output_bearing == "external":
         return Words("", "the joint has a bearing of its own, as the study states", silent=True)
     reason = "the joint slides: its guide carries the loads across"
@@ -264,6 +318,9 @@ def short_time(op: Any, row: Any) -> Words:
 def voltage(op: Any, row: Any) -> Words:
     """What reaches the terminals."""
     remark = "" if op.drive.motor.inductance is not None else "inductance unknown: its share is left out"
+    if op.safety.peak_torque > 1.0:
+        held = f"R i and L di/dt also with {op.safety.peak_torque:g} times the torque, the factor on peak torque"
+        remark = f"{held}; {remark}" if remark else held
     return Words(f"supply {op.supply.voltage:g} V x modulation {op.task.amplifier.modulation:g}", remark)
 
 
@@ -274,9 +331,17 @@ def rms_current(op: Any, row: Any) -> Words:
         return Words(limit.source, limit.source)
     if op.network is None:
         return Words(limit.source, "no thermal data in the catalogue row to tell whether the RMS rule holds")
+    if not op.demand.moves:
+        return Words(limit.source, STANDS)
     cycle = op.demand.cycle
     said = rms_rule_validity(op.network, op.demand.time, op.current, limit.value, parts=cycle.parts)
     return Words(limit.source, said or _hot_parts(op, limit.value))
+
+
+def amplifier_lasting(op: Any, row: Any) -> Words:
+    """The same of the amplifier."""
+    said = printed(op, row)
+    return said if said.remark or op.demand.moves else said._replace(remark=STANDS)
 
 
 def _hot_parts(op: Any, continuous: float) -> str:

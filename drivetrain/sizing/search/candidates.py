@@ -125,7 +125,7 @@ class JointOffer:
         return np.maximum(np.maximum(least, -most), 0.0)
 
     def _ends(self, start: Array, rows: Array, drives: list[int], low: Array, high: Array) -> tuple[Array, Array]:
-        """Both ends of some loads that open choices of some drives leave, with what each number of each of them adds."""
+        """Both ends of some loads that open choices of some drives leave; rows: what each number of each adds."""
         middle = 0.5 * (low[drives] + high[drives]).ravel()
         half = 0.5 * (high[drives] - low[drives]).ravel()
         half = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
@@ -323,7 +323,22 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         span_of(offered.motion, friction, own.torque, share, brake),
     )  # fmt: skip
     given = study.joints[joint].drive is not None
-    return JointOffer(joint, demand, offered, tuple(others), rows, heavy, heavy_rows, stops, stop_rows, braking, brake_rows, few, records, given)
+    return JointOffer(
+        joint,
+        demand,
+        offered,
+        tuple(others),
+        rows,
+        heavy,
+        heavy_rows,
+        stops,
+        stop_rows,
+        braking,
+        brake_rows,
+        few,
+        records,
+        given,
+    )
 
 
 def _brakes(work: Work, rows: Added) -> tuple[Brake, Array, Array]:

@@ -13,8 +13,8 @@ from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.demand.load_basis import load_basis
-from drivetrain.sizing.demand.stops import stop_basis
 from drivetrain.sizing.demand.series import Added, Load, Work, new_traces, work_of
+from drivetrain.sizing.demand.stops import stop_basis
 from drivetrain.sizing.judge.cases import cases_of
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
