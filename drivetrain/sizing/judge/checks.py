@@ -161,7 +161,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "current to stop", "A", "figures.stop_current", "setting.stop_current", HEAT, "current for a stop",
         "safety.peak_torque", words=words.stop_current,
-        formula="on a ramp the largest |T / G + J (G a + a_carrier)|, at a current limit the largest |b| / G that holds "
+        formula="on a ramp largest |T / G + J (G a + a_carrier)|, at a current limit largest |b| / G that holds "
         "the load, no loss helping; / kt(magnets)",
     ),
     Requirement(
