@@ -12,7 +12,9 @@ from drivetrain.drive.amplifier import Amplifier, available_voltage
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear, complete
+from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.drive.motor import Motor
+from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_records, record_type
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.study.model import JointTask, Safety, Study
@@ -35,6 +37,11 @@ class Setting:
         stop_rise: Time in which that current comes [s].
         ramped, jam: 1 where stops follow a ramp, and where the gear must bear a jam, else 0.
         stops: In the service life; NaN: not stated.
+        counted: 1 where they are stated, else 0.
+        gear_temperature: At which the gear's drag is taken [C].
+        gear_heat: Share of the gear's loss that warms the motor's housing.
+        cold_start: Of gear and motor when the machine starts cold [C].
+        cold: 1 where the study asks for a cold start, else 0.
     """
 
     ambient: float = 0.0
@@ -51,6 +58,11 @@ class Setting:
     ramped: float = 0.0
     jam: float = 0.0
     stops: float | None = None
+    counted: float = 0.0
+    gear_temperature: float = DRAG_REFERENCE
+    gear_heat: float = 1.0
+    cold_start: float | None = None
+    cold: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -60,6 +72,7 @@ class Limits:
     Attributes:
         repeated_peak_torque, average_torque: Of the gear [N m].
         short_time_torque: Of the motor [N m].
+        peak_current: The smaller of the motor's and the amplifier's [A].
         continuous_current: Of the motor in this air and mounting [A].
         winding_temperature: [C].
     """
@@ -67,6 +80,7 @@ class Limits:
     repeated_peak_torque: float = UNKNOWN
     average_torque: float = UNKNOWN
     short_time_torque: float = UNKNOWN
+    peak_current: float = UNKNOWN
     continuous_current: float = UNKNOWN
     winding_temperature: float = UNKNOWN
 
@@ -99,6 +113,9 @@ class Figures:
         motor_current, rms_current: [A]; of a joint that never moves what one phase may carry, see
             ``standstill_current``.
         voltage: Largest at the terminals [V].
+        cold_torque, cold_current, cold_voltage: The same of a cold start [N m], [A], [V].
+        gear_loss: Mean power that the gear takes while it turns [W].
+        housing_temperature: Mean [C].
         energy, mean_power: Electrical, over a cycle [J], [W].
     """
 
@@ -131,6 +148,11 @@ class Figures:
     motor_current: float = UNKNOWN
     rms_current: float = UNKNOWN
     voltage: float = UNKNOWN
+    cold_torque: float = UNKNOWN
+    cold_current: float = UNKNOWN
+    cold_voltage: float = UNKNOWN
+    gear_loss: float = UNKNOWN
+    housing_temperature: float = UNKNOWN
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
 
@@ -177,8 +199,16 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, stop_current(task), stop.ramp, stop.rise, float(stop.ramp is not None),
-        float(stop.jam), stops,
+        float(stop.jam), stops, float(stops is not None), float(study.drag_temperature(study.ambient)), task.gear_heat,
+        study.cold_start, float(study.cold_start is not None),
     )  # fmt: skip
+
+
+@law
+def stop_temperature(case: Any) -> Any:
+    """Of a gear that is stopped [C]: its drag brakes the rotor too, so the coldest."""
+    setting = case.setting
+    return min(setting.gear_temperature, setting.cold_start) if setting.cold != 0.0 else setting.gear_temperature
 
 
 def stop_current(task: JointTask) -> float | None:

@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.drive.friction import friction_curve, sliding_friction
-from drivetrain.drive.gear import Gear, mesh_of, running_torque, torque_exponent
+from drivetrain.drive.gear import Gear, mesh_of, torque_exponent
+from drivetrain.drive.gear_loss import drag_torque
 from drivetrain.drive.heat import rms_rule_validity
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stops import braked, braking_limit, overshoot, stiff_spring, struck
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
-from drivetrain.sizing.judge.cases import rests_on_gear
+from drivetrain.sizing.judge.cases import rests_on_gear, stop_temperature
 
 STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
 NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
@@ -122,7 +123,8 @@ def _braking(op: Any) -> tuple[Any, Any, Any]:
     inertia = float(case.motor.rotor_inertia) + (op.drive.gear.inertia or 0.0)
     limit = float(case.motor.torque_constant * case.setting.stop_current)
     shaft, way = friction_curve(case.shaft), np.sign(demand.speed)
-    drag = np.abs(sliding_friction(shaft, ratio * demand.speed) + running_torque(mesh, demand.speed))
+    cold = float(stop_temperature(case))
+    drag = np.abs(sliding_friction(shaft, ratio * demand.speed) + drag_torque(mesh, ratio * demand.speed, cold))
     push = -way * abs(ratio) * (limit + drag) - ratio * inertia * demand.carrier_acceleration
     static = demand.gear_torque - demand.load_inertia * demand.acceleration
     return np.full(len(way), ratio**2 * inertia), push, static
@@ -167,9 +169,6 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
 def peaks(op: Any, row: Any) -> Words:
     """How often such stops may come."""
     task, permitted = op.task, op.number(row.limit)
-    if not known(op.number(row.required)):
-        told = "" if not known(permitted) else f"the gear permits {permitted:.4g}; "
-        return Words("", f"{told}told, not judged: the study states no stops_per_day and service_life")
     if permitted == math.inf:
         return Words("", "a stop asks no more than the repeated peak torque, so it is no momentary peak")
     if not known(permitted):
@@ -313,6 +312,32 @@ def short_time(op: Any, row: Any) -> Words:
         return Words("", f"{NO_SHORT_TIME} and no nominal voltage")
     remark = f"{NO_SHORT_TIME}: the stall torque at nominal voltage holds, heat and voltage are judged apart"
     return Words(f"stall torque of {sheet_name(motor)}", remark)
+
+
+def cold_torque(op: Any, row: Any) -> Words:
+    """As of the warm motor, and how cold."""
+    said = short_time(op, row)
+    return said._replace(remark="; ".join(text for text in (_cold(op), said.remark) if text))
+
+
+def cold_current(op: Any, row: Any) -> Words:
+    """Of motor and amplifier the smaller one."""
+    motor, amplifier = op.drive.motor, op.task.amplifier.peak_current
+    limits = {
+        f"peak current of {sheet_name(motor)}": motor.peak_current,
+        "amplifier peak current of the study": amplifier,
+    }
+    given = {name: value for name, value in limits.items() if value is not None}
+    if not given:
+        return Words("", "neither the motor's row nor the study's amplifier has a peak current")
+    return Words(min(given, key=lambda name: given[name]), _cold(op))
+
+
+def _cold(op: Any) -> str:
+    """What is cold; a gear without a law says so."""
+    gear, cold = op.drive.gear, op.study.cold_start
+    lawless = "" if gear.drag_temperature_1 or op.direct else "; the gear's sheet tells no drag over temperature"
+    return f"gear and motor at {cold:g} °C{lawless}"
 
 
 def voltage(op: Any, row: Any) -> Words:
