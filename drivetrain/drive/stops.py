@@ -119,7 +119,7 @@ def stiff_spring(gear: Any) -> Any:
 
     NaN slopes where the sheet prints no stiffness.
     """
-    first = known_or(gear.stiffness_1, known_or(gear.stiffness_2, gear.stiffness_3))
+    first = known_or(gear.stiffness_1, known_or(gear.stiffness_2, known_or(gear.stiffness_3, math.nan)))
     second = known_or(gear.stiffness_2, first)
     third = known_or(gear.stiffness_3, second)
     lower, upper = known_or(gear.torque_1, 0.0), known_or(gear.torque_2, 0.0)

@@ -44,7 +44,7 @@ def stronger(study: Study, rng) -> Study:
         key: replace(
             row, mass=row.mass or 0.5, efficiency=row.efficiency or 0.7, inertia=row.inertia or 1e-6,
             repeated_peak_torque=4.0 * (row.repeated_peak_torque or 50.0),
-            momentary_torque=row.momentary_torque and 8.0 * row.momentary_torque,
+            momentary_torque=row.momentary_torque and 12.0 * row.momentary_torque,
             ratcheting_torque=None, buckling_torque=row.buckling_torque and 4.0 * row.buckling_torque,
             average_torque_limit=None if row.average_torque_limit is None else 4.0 * row.average_torque_limit,
             tilting_moment_limit=None, series=f"t{rng.integers(2)}",
@@ -57,6 +57,10 @@ def stronger(study: Study, rng) -> Study:
             task, pairs=(*task.pairs, *(("m0x", key) for key in gears)),
             amplifier=task.amplifier if rng.random() < 0.3 else Amplifier(None, None),
             motor_friction=task.motor_friction if rng.random() < 0.3 else None,
+            stop=replace(
+                task.stop, current=task.stop.current and 6.0 * task.stop.current, jam=False,
+                stops_per_day=task.stop.stops_per_day and 0.1,
+            ),
         )
         for task in study.joints
     )  # fmt: skip
