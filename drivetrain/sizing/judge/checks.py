@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -203,6 +204,7 @@ def factors(safety: Safety) -> dict[str, float]:
     }
 
 
+@cache
 def table(checks: tuple[Requirement, ...] | None = None) -> Any:
     """The checks for compiled code: places of the named numbers among a case's floats, (checks,)."""
     place = columns(CASE)
