@@ -10,6 +10,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.selection import SelectionOptions, TradeOffs
@@ -119,6 +120,7 @@ class JointTask:
         load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
             None: not stated.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
+        brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
     """
 
     name: str
@@ -137,6 +139,7 @@ class JointTask:
     free_ratio: FreeRatio | None = None
     load_inertia: float | None = None
     output_bearing: str = "gear"
+    brakes: tuple[Brake, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -152,6 +155,7 @@ class Safety:
         temperature_margin: Kept below the winding's limit [K].
         inertia_ratio: Largest reflected load inertia over rotor inertia; None: reported, not judged.
         life: Wanted gear life [s]; None: reported, not judged.
+        brake: On the torque that a holding brake must hold; B&R asks 2 for the brakes of its 8JSA motors.
     """
 
     peak_torque: Factor = 1.0
@@ -162,6 +166,7 @@ class Safety:
     temperature_margin: TemperatureStep = 0.0
     inertia_ratio: Factor | None = None
     life: Duration | None = None
+    brake: Factor = 2.0
 
 
 @dataclass(frozen=True)

@@ -103,6 +103,11 @@ def lower_supply(study, rng):
     return study, replace(study, supply=replace(study.supply, voltage=0.4 * study.supply.voltage))
 
 
+def weaker_brakes(study, rng):
+    names, factor = ("static_torque", "energy_per_stop"), float(rng.choice([0.1, 0.6]))
+    return study, with_parts(study, lambda row: replace(row, brake=times(row.brake, names, factor)))
+
+
 def a_datum_less(study, rng):
     motor, gear = (str(rng.choice(names.split())) for names in ALONE)
     if rng.random() < 0.5:
@@ -112,7 +117,7 @@ def a_datum_less(study, rng):
 
 WORSE = (
     hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, lower_limits, weaker_amplifier,
-    lower_supply, a_datum_less,
+    lower_supply, a_datum_less, weaker_brakes,
 )  # fmt: skip
 
 

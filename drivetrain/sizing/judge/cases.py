@@ -30,6 +30,7 @@ class Setting:
         bearing: 1 where the joint rests on its gear's own output bearing, else 0.
         moves: 1 where the joint moves at all, else 0.
         duration: Of the cycle [s].
+        brake: 1 where a brake must hold the joint, else 0.
     """
 
     ambient: float = 0.0
@@ -40,6 +41,7 @@ class Setting:
     bearing: float = 0.0
     moves: float = 0.0
     duration: float = 0.0
+    brake: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,8 @@ class Figures:
         motor_current, rms_current: [A].
         voltage: Largest at the terminals [V].
         energy, mean_power: Electrical, over a cycle [J], [W].
+        holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
+        stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
     """
 
     input_speed: float = UNKNOWN
@@ -101,6 +105,8 @@ class Figures:
     voltage: float = UNKNOWN
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
+    holding_torque: float = UNKNOWN
+    stopping_energy: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -140,7 +146,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     return Setting(
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
-        duration if duration > 0.0 else 1.0,
+        duration if duration > 0.0 else 1.0, float(bool(task.brakes)),
     )  # fmt: skip
 
 

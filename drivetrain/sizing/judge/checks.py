@@ -38,6 +38,7 @@ class Requirement:
         peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
         essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
         asked: Number that is 0 where a drive is not asked this.
+        quiet: Whether a drive that is not asked this is told nothing of it.
         scale: From SI to the unit.
         instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
         words: Source and remark, where ``words.printed`` does not say enough.
@@ -57,6 +58,7 @@ class Requirement:
     scale: float = 1.0
     instant: str = ""
     asked: str = "one"
+    quiet: bool = False
     words: Callable[[Any, Any], words.Words] = words.printed
     formula: str = ""
 
@@ -109,6 +111,16 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",
         peak=True, instant="speed", formula="|G| max |w|",
+    ),
+    Requirement(
+        "holding brake torque", "N m", "figures.holding_torque", "motor.brake.static_torque", SPEED, "static torque",
+        "safety.brake", essential=True, asked="setting.brake", quiet=True, instant="static_torque", words=words.brake,
+        formula="largest |T| / |G| that holds a position of the cycle still, without help of the mesh",
+    ),
+    Requirement(
+        "holding brake energy", "J", "figures.stopping_energy", "motor.brake.energy_per_stop", SPEED,
+        "energy per stop", asked="setting.brake", quiet=True, words=words.brake,
+        formula="J w^2 / 2 x T / (T - T_load): largest speed and inertia, the worst position driving on",
     ),
     Requirement(
         "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED, instant="load_inertia",

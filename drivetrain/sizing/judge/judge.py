@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drivetrain.drive.brake import holding_torque, stopping_energy
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
@@ -84,7 +85,7 @@ def judge_all(
         if len(work.added.torque) > 0:
             torque = work.sum.torque
             add_rows(work.load.torque, work.added.torque, amounts[i], torque)
-            if bearing_asked(case):
+            if still_asked(case):
                 still = still_figures(added_up(work.load, work.added, amounts[i], work.sum))
         set_mechanics(case, mechanical(case, motion, torque, traces), still)
         found[i], binding[i] = 0.0, NOTHING
@@ -119,8 +120,11 @@ def set_mechanics(case: Any, found: Any, still: Any) -> None:
     figures.load_torque, figures.average_load_torque = found.load, found.average_load
     figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
     figures.tilting_moment, figures.axial_load, figures.radial_load = still.tilting, still.axial, still.radial
-    inertia = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
+    inertia, brake = case.motor.rotor_inertia + known_or(gear.inertia, 0.0), case.motor.brake.static_torque
     figures.inertia_ratio = still.inertia / (gear.ratio * gear.ratio * inertia)
+    figures.holding_torque = holding_torque(still.static, gear.ratio)
+    turning = inertia + still.inertia / (gear.ratio * gear.ratio)
+    figures.stopping_energy = stopping_energy(brake, figures.holding_torque, turning, figures.input_speed)
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / case.setting.duration) + unknown
 
@@ -215,6 +219,7 @@ def utilisation(required: Any, available: Any) -> Any:
 def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
     """A load with so much of each series on top: the joint's own drive, or a heavier payload; its torque is there."""
     add_rows(load.inertia, added.inertia, amounts, total.inertia)
+    add_rows(load.static, added.static, amounts, total.static)
     for component in range(6):
         start, out = load.wrench[component], total.wrench[component]
         for t in range(len(out)):
@@ -227,9 +232,9 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
 
 
 @law
-def bearing_asked(case: Any) -> Any:
-    """Whether the gear's output bearing carries the joint, or the study limits the inertia."""
-    return case.setting.bearing != 0.0 or known(case.safety.inertia_ratio)
+def still_asked(case: Any) -> Any:
+    """Whether the gear's output bearing carries the joint, a brake holds it, or the study limits the inertia."""
+    return case.setting.bearing != 0.0 or case.setting.brake != 0.0 or known(case.safety.inertia_ratio)
 
 
 @law(fastmath=FAST)
@@ -255,12 +260,14 @@ class Still(NamedTuple):
     Attributes:
         tilting, axial, radial: Largest loads on the output bearing [N m], [N].
         inertia: Largest at the output [kg m^2].
+        static: Largest torque at the output that holds a position still [N m].
     """
 
     tilting: float
     axial: float
     radial: float
     inertia: float
+    static: float
 
 
 @law(fastmath=FAST)
@@ -268,19 +275,23 @@ def still_figures(load: Any) -> Any:
     """Of one load."""
     wrench = load.wrench
     mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
-    tilt, side, push, inertia = 0.0, 0.0, 0.0, 0.0
+    tilt, side, push, inertia, static = 0.0, 0.0, 0.0, 0.0, 0.0
     for t in range(len(mx)):
         tilt = larger(tilt, mx[t] * mx[t] + my[t] * my[t])
         side = larger(side, fx[t] * fx[t] + fy[t] * fy[t])
         push = larger(push, abs(fz[t]))
     for t in range(len(load.inertia)):
         inertia = larger(inertia, abs(load.inertia[t]))
-    across, most = math.sqrt(tilt), inertia
+    for t in range(len(load.static)):
+        static = larger(static, abs(load.static[t]))
+    across, most, held = math.sqrt(tilt), inertia, static
     if len(mx) == 0:
         across, push, side = np.nan, np.nan, np.nan
     if len(load.inertia) == 0:
         most = np.nan
-    return Still(across, push, math.sqrt(side), most)
+    if len(load.static) == 0:
+        held = np.nan
+    return Still(across, push, math.sqrt(side), most, held)
 
 
 class Mechanical(NamedTuple):
@@ -425,17 +436,18 @@ def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
 def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
     """Largest voltage at the temperatures of the cycle [V]; adds the power, inductance left out, to what is there [W].
 
-    The figures take the energy.
+    The coil of a brake takes its power all the time that it is open. The figures take the energy.
     """
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
     ratio, inductance, largest, energy = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 0.0
     constant, ohms = torque_constant(case.motor, case.figures.magnet_temperature), winding_resistance(case.motor, 0.0)
     slope, inverse = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant
+    coil = known_or(case.motor.brake.power, 0.0)
     for t in range(len(torque)):
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
         speed, current, hot = ratio * motion.speed[t], torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
         volts = winding_voltage(constant, hot, inductance, speed, current, rate * inverse)
-        drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current
+        drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current + coil
         largest = larger(largest, abs(volts))
         energy += motion.weight[t] * drawn
         power[t] += drawn

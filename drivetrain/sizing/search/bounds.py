@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.brake import holding_torque
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
     Friction,
@@ -63,7 +64,8 @@ class Span(NamedTuple):
         least, most: Memory: ends of the motor's torque [N m], (N,).
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
         excess: Memory: of falling friction at the shaft [N m], (N,).
-        bearing: Least tilting moment, axial and radial load on the output bearing [N m], [N]; NaN: nobody knows, (3,).
+        still: Least tilting moment, axial and radial load on the output bearing [N m], [N], and least torque that holds
+            the worst position still [N m]; NaN: nobody knows, (4,).
     """
 
     motion: Motion
@@ -79,7 +81,7 @@ class Span(NamedTuple):
     most: Array
     shaft: Array
     excess: Array
-    bearing: Array
+    still: Array
 
 
 class Offer(NamedTuple):
@@ -122,7 +124,7 @@ class Offer(NamedTuple):
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((8, len(share))), np.full(3, np.nan))
+    memory: Any = (*np.zeros((8, len(share))), np.full(4, np.nan))
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -269,7 +271,8 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     if not peaks:
         figures.average_load_torque = least_average(case, span)
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
-        figures.tilting_moment, figures.axial_load, figures.radial_load = span.bearing
+        figures.tilting_moment, figures.axial_load, figures.radial_load, static = span.still
+        figures.holding_torque = holding_torque(static, gear.ratio)
     used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks)
     used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
     unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess
@@ -507,7 +510,7 @@ def least_energy(case: Any, span: Span, heat: LeastHeat, line: Any) -> Any:
     parabola on each side, least at its vertex or at an end.
     """
     motion, low, high, shaft, lossy = span.motion, span.own_low, span.own_high, span.shaft, span.lossy
-    mesh, total = mesh_of(case.gear), 0.0
+    mesh, total = mesh_of(case.gear), known_or(case.motor.brake.power, 0.0) * case.setting.duration
     loss = certain_loss(case.motor, heat.magnets, heat.coolest, heat.hottest > -np.inf)
     for t in range(len(line)):
         speed, turning, own, steep = motion.loss_speed[t], mesh.ratio * motion.speed[t], shaft[t], line[t]
@@ -553,10 +556,11 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
         weakest = torque_constant(motor, hottest if heated and motor.magnet_coefficient < 0.0 else ambient)
         loss = winding_resistance(motor, hottest) / (weakest * weakest)
         bounded = weakest > 0.0 and not math.isnan(limit if heated else ambient)
+        coil = known_or(motor.brake.power, 0.0)
         for t in range(len(least)):
             low, high, turning = whole.least[t], whole.most[t], case.gear.ratio * motion.speed[t]
             best = (low if turning > 0.0 else high) if certain == 0.0 else -0.5 * turning / certain
             best = larger(low, smaller(high, best))
-            least[t] = smaller(least[t], best * (turning + certain * best))
+            least[t] = smaller(least[t], best * (turning + certain * best) + coil)
             ends = larger(low * (turning + loss * low), high * (turning + loss * high)) if bounded else np.inf
-            most[t] = larger(most[t], ends)
+            most[t] = larger(most[t], ends + coil)
