@@ -38,7 +38,6 @@ from drivetrain.report.views import (
 )
 from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
 from drivetrain.sizing.answers.spread import Spread
-from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import JointTask, Study
 from drivetrain.version import __version__
@@ -151,7 +150,7 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "sets": [] if selection is None else set_rows(selection),
         "share_heading": HEADINGS[evaluation.study.objective],
         "is_selection": selection is not None,
-        "factored": any(factor != 1.0 for factor in factors(evaluation.study.safety).values()),
+        "factored": any(check.factor != 1.0 for one in evaluation.joints.values() for check in one.checks),
         "feasible": evaluation.feasible,
         "felling_checks": checks,
         "fallen_counts": counts,

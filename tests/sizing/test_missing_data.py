@@ -142,8 +142,9 @@ def test_the_law_in_a_table():
     assert [one.name for one in lacking([bare, check("x", Verdict.NOT_CHECKED)])] == ["needed"]
     essential = {"gear repeated peak torque", "motor peak torque", "motor voltage", "motor RMS current"}
     bearing = {row.name for row in CHECKS if row.name.startswith("output bearing")}
-    assert {row.name for row in CHECKS if row.essential} == essential | bearing
-    assert {row.name for row in CHECKS if row.asked != "one"} == bearing
+    brake = {"holding brake torque"}
+    assert {row.name for row in CHECKS if row.essential} == essential | bearing | brake
+    assert {row.name for row in CHECKS if row.asked != "one"} == bearing | brake | {"holding brake energy"}
     assert verdict_of([check("gear life L10", Verdict.NOT_CHECKED), check("x", Verdict.PASS)]) is Verdict.PASS
 
 
