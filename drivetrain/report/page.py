@@ -38,6 +38,7 @@ from drivetrain.report.views import (
 )
 from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
 from drivetrain.sizing.answers.spread import Spread
+from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import JointTask, Study
 from drivetrain.version import __version__
@@ -129,6 +130,7 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
     """The content, section by section."""
     rows = check_rows(evaluation)
     tasks = {task.name: task for task in evaluation.study.joints}
+    told = {row.name for row in rows}
     joints = [_joint(joint, tasks[name], evaluation) for name, joint in evaluation.joints.items()]
     if selection is not None and fallen is not None:
         joints = [one | _others(selection, fallen, name) for one, name in zip(joints, evaluation.joints, strict=True)]
@@ -150,7 +152,7 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "sets": [] if selection is None else set_rows(selection),
         "share_heading": HEADINGS[evaluation.study.objective],
         "is_selection": selection is not None,
-        "factored": any(check.factor != 1.0 for one in evaluation.joints.values() for check in one.checks),
+        "factored": any(factor != 1.0 for name, factor in factors(evaluation.study.safety).items() if name in told),
         "feasible": evaluation.feasible,
         "felling_checks": checks,
         "fallen_counts": counts,
