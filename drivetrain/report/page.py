@@ -130,7 +130,6 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
     """The content, section by section."""
     rows = check_rows(evaluation)
     tasks = {task.name: task for task in evaluation.study.joints}
-    told = {row.name for row in rows}
     joints = [_joint(joint, tasks[name], evaluation) for name, joint in evaluation.joints.items()]
     if selection is not None and fallen is not None:
         joints = [one | _others(selection, fallen, name) for one, name in zip(joints, evaluation.joints, strict=True)]
@@ -152,7 +151,12 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "sets": [] if selection is None else set_rows(selection),
         "share_heading": HEADINGS[evaluation.study.objective],
         "is_selection": selection is not None,
-        "factored": any(factor != 1.0 for name, factor in factors(evaluation.study.safety).items() if name in told),
+        "factored": any(
+            factors(evaluation.study.safety)[check.name] != 1.0
+            for joint in evaluation.joints.values()
+            for check in joint.checks
+            if check.utilisation is not None
+        ),
         "feasible": evaluation.feasible,
         "felling_checks": checks,
         "fallen_counts": counts,

@@ -59,15 +59,26 @@ def random_gear(make, rng, key):
         "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
         "axial_load_limit radial_load_limit diameter"
     ).split()
+    row = with_bearing(row, np.random.default_rng((int(1e6 * size), 3)))
     row = blanked(rng, row, optional, 0.15)
     return blanked(rng, row, ("efficiency", "inertia"), 0.05)
 
 
-def random_brakes(rng, torque):
-    """Two that may hold a joint, the stronger one heavier; one may state no mass, one the energy of a stop."""
+def with_bearing(row, rng):
+    """A gear whose sheet mostly prints the rollers of its output bearing, some of them too weak."""
+    row = replace(
+        row, bearing_dynamic_rating=float(rng.choice([600.0, 3e4])), bearing_pitch_diameter=0.05,
+        bearing_static_rating=float(rng.choice([100.0, 2e4])), bearing_offset=float(rng.uniform(0.0, 0.03)),
+    )  # fmt: skip
+    ratings = ("bearing_dynamic_rating", "bearing_static_rating", "bearing_pitch_diameter", "bearing_offset")
+    return blanked(rng, row, ratings, 0.1)
+
+
+def random_brakes(rng, torque, silent):
+    """Two that may hold a joint, the stronger one heavier; some state no mass, some the energy of a stop."""
     rows = []
     for i, size in enumerate(np.sort(rng.uniform(0.1, 3.0, 2))):
-        mass = float(0.1 + 0.2 * size) if rng.random() < 0.9 else None
+        mass = float(0.1 + 0.2 * size) if rng.random() >= silent else None
         energy = float(rng.uniform(0.1, 20.0)) if rng.random() < 0.5 else None
         rows.append(Brake(
             f"b{i}", "motor", static_torque=float(size * torque), inertia=float(1e-6 * size),
@@ -76,11 +87,11 @@ def random_brakes(rng, torque):
     return tuple(rows)
 
 
-def held_by_brakes(study, seed, torque=0.3, share=0.3):
+def held_by_brakes(study, seed, torque=0.3, share=0.3, silent=0.1):
     """The study with brakes that some of its joints must have, all else as it was."""
     rng, motors, tasks = np.random.default_rng((seed, 99)), dict(study.catalog.motors), []
     for task in study.joints:
-        brakes = random_brakes(rng, torque) if rng.random() < share else ()
+        brakes = random_brakes(rng, torque, silent) if rng.random() < share else ()
         if brakes:
             brakes = tuple(replace(brake, key=f"{brake.key}_{task.name}") for brake in brakes)
             pairs, rows = with_brakes(study.catalog, task.pairs, brakes)

@@ -27,13 +27,15 @@ MOTOR_LIMITS = (
 )
 GEAR_LIMITS = (
     "average_torque_limit", "repeated_peak_torque", "momentary_torque", "max_input_speed", "average_input_speed_limit",
-    "rated_life", "tilting_moment_limit", "axial_load_limit", "radial_load_limit",
+    "rated_life", "tilting_moment_limit", "axial_load_limit", "radial_load_limit", "bearing_dynamic_rating",
+    "bearing_static_rating",
 )  # fmt: skip
 # Without them a sheet says less, and no other number of it stands in.
 ALONE = (
     "max_speed rotor_inertia",
     "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
-    "axial_load_limit radial_load_limit efficiency",
+    "axial_load_limit radial_load_limit efficiency bearing_dynamic_rating bearing_static_rating bearing_offset "
+    "bearing_pitch_diameter",
 )  # fmt: skip
 # A hot or resistive winding asks for less voltage where it brakes, weak magnets wherever it turns: that is physics.
 # So only what changes no temperature, no winding and no torque is held against it.
@@ -103,9 +105,18 @@ def lower_supply(study, rng):
     return study, replace(study, supply=replace(study.supply, voltage=0.4 * study.supply.voltage))
 
 
+FACTORS = ("peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor", "brake")
+
+
 def weaker_brakes(study, rng):
     names, factor = ("static_torque", "energy_per_stop"), float(rng.choice([0.1, 0.6]))
     return study, with_parts(study, lambda row: replace(row, brake=times(row.brake, names, factor)))
+
+
+def higher_factors(study, rng):
+    asked = study.safety
+    name = str(rng.choice(FACTORS))
+    return study, replace(study, safety=replace(asked, **{name: 1.6 * getattr(asked, name)}))
 
 
 def a_datum_less(study, rng):
@@ -117,7 +128,7 @@ def a_datum_less(study, rng):
 
 WORSE = (
     hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, lower_limits, weaker_amplifier,
-    lower_supply, a_datum_less, weaker_brakes,
+    lower_supply, higher_factors, a_datum_less, weaker_brakes,
 )  # fmt: skip
 
 
@@ -141,7 +152,7 @@ def test_worse_data_never_make_a_verdict_better(make, change):
                 continue
             for check in joint.checks:
                 changed += later[check.name].verdict is not check.verdict
-                if check.name == VOLTS and change not in (lower_supply, weaker_amplifier):
+                if check.name == VOLTS and change not in (lower_supply, weaker_amplifier, higher_factors):
                     continue
                 if check.verdict in (Verdict.FAIL, Verdict.NOT_CHECKED):
                     assert later[check.name].verdict not in GOOD, (seed, name, check, later[check.name])

@@ -78,7 +78,7 @@ def random_study(make, seed: int, wanted: Wanted) -> Study:
         cycle, arm=arm, joints=tasks, catalog=parts, supply=Supply(48.0, *limits), safety=safety, wanted=wanted,
         drive_mass=DriveMass.INCLUDED if rng.random() < 0.2 else DriveMass.ADDED,
     )  # fmt: skip
-    return TASKS.held_by_brakes(study, seed)
+    return TASKS.held_by_brakes(study, seed, silent=0.0)
 
 
 def joint_task(make, rng, name: str, pairs) -> JointTask:
