@@ -83,13 +83,16 @@ def make_plain(study: Study) -> Study:
     return replace(study, joints=(study.joints[0], replace(study.joints[1], brakes=(), drive=("m1", "g1"))))
 
 
-def test_the_coil_takes_its_power_from_the_supply(make):
+def test_the_coil_takes_its_power_from_the_supply_and_warms_the_housing(make):
     study = held_study(make, (STRONG,))
     light = replace(study.catalog.motors["m1+strong"], brake=replace(STRONG, power=1e-9))
     idle = replace(study, catalog=replace(study.catalog, motors={**study.catalog.motors, "m1+strong": light}))
     found, without = (evaluate(one, {"j2": ("m1+strong", "g1")}) for one in (study, idle))
-    assert found.criteria["energy"] - without.criteria["energy"] == pytest.approx(12.0 * 3.0)
-    assert found.shared[0].required - without.shared[0].required == pytest.approx(12.0)
+    # Little more than 12 W over 3 s: the warmer housing adds some copper loss.
+    assert 36.0 <= found.criteria["energy"] - without.criteria["energy"] < 37.0
+    assert 12.0 <= found.shared[0].required - without.shared[0].required < 13.0
+    warm, cold = (one.joints["j2"].series.housing_temperature.mean() for one in (found, without))
+    assert 12.0 * 4.0 <= warm - cold < 1.05 * 12.0 * 4.0  # 4 K/W from housing to ambient
 
 
 def test_the_energy_of_a_stop_is_that_of_a_simulated_one(make):

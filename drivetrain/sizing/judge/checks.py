@@ -38,7 +38,7 @@ class Requirement:
         peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
         essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
         asked: Number that is 0 where a drive is not asked this.
-        quiet: Whether a drive that is not asked this is told nothing of it.
+        wish: Whether it is told only where it is asked.
         scale: From SI to the unit.
         instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
         words: Source and remark, where ``words.printed`` does not say enough.
@@ -58,7 +58,7 @@ class Requirement:
     scale: float = 1.0
     instant: str = ""
     asked: str = "one"
-    quiet: bool = False
+    wish: bool = False
     words: Callable[[Any, Any], words.Words] = words.printed
     formula: str = ""
 
@@ -126,12 +126,12 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "holding brake torque", "N m", "figures.holding_torque", "motor.brake.static_torque", SPEED, "static torque",
-        "safety.brake", essential=True, asked="setting.brake", quiet=True, instant="static_torque", words=words.brake,
+        "safety.brake", essential=True, asked="setting.brake", wish=True, instant="static_torque", words=words.brake,
         formula="largest |T| / |G| that holds a position of the cycle still, without help of the mesh",
     ),
     Requirement(
         "holding brake energy", "J", "figures.stopping_energy", "motor.brake.energy_per_stop", SPEED,
-        "energy per stop", asked="setting.brake", quiet=True, words=words.brake,
+        "energy per stop", asked="setting.brake", wish=True, words=words.brake,
         formula="J w^2 / 2 x T / (T - T_load): largest speed and inertia, the worst position driving on",
     ),
     Requirement(
@@ -142,6 +142,16 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "",
         "safety.peak_torque", peak=True, essential=True, instant="peak_torque", words=words.short_time,
         formula="largest electromagnetic torque, starting from rest included",
+    ),
+    Requirement(
+        "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "",
+        "safety.peak_torque", peak=True, essential=True, asked="setting.cold", wish=True, words=words.cold_torque,
+        formula="largest electromagnetic torque with the gear's drag cold, starting from rest included",
+    ),
+    Requirement(
+        "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "",
+        "safety.peak_torque", peak=True, asked="setting.cold", wish=True, words=words.cold_current,
+        formula="that torque / kt(cold)",
     ),
     Requirement(
         "motor peak current", "A", "figures.motor_current", "motor.peak_current", HEAT, "peak current",
@@ -156,6 +166,11 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         instant="largest_voltage", words=words.voltage,
         formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest; i plain, and times "
         "the factor on peak torque",
+    ),
+    Requirement(
+        "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,
+        asked="setting.cold", wish=True, words=words.voltage,
+        formula="largest of |kt w + R i + L di/dt|, all of it cold, and of R i to start from rest",
     ),
     Requirement(
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "", "safety.rms",
