@@ -57,8 +57,30 @@ def random_gear(make, rng, key):
         "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
         "axial_load_limit radial_load_limit diameter"
     ).split()
+    row = with_bearing(row, np.random.default_rng((int(1e6 * size), 3)))
     row = blanked(rng, row, optional, 0.15)
-    return blanked(rng, row, ("efficiency", "inertia"), 0.05)
+    row = blanked(rng, row, ("efficiency", "inertia"), 0.05)
+    return dragging(rng, row, size) if rng.random() < 0.5 else row
+
+
+def dragging(rng, row, size):
+    """A gear whose sheet tells mesh and drag apart; some of them incompletely."""
+    row = replace(
+        row, mesh_efficiency=float(rng.choice([0.45, 0.9])), drag_torque=0.02 * size, drag_speed=200.0,
+        drag_speed_exponent=float(rng.choice([0.0, 0.72])), drag_temperature_1=float(rng.choice([0.0, 0.0436])),
+        drag_temperature_2=0.00037, seal_drag_torque=float(rng.choice([0.0, 0.03])), starting_torque=0.015 * size,
+    )  # fmt: skip
+    return blanked(rng, row, ("mesh_efficiency", "drag_speed", "seal_drag_torque", "starting_torque"), 0.05)
+
+
+def with_bearing(row, rng):
+    """A gear whose sheet mostly prints the rollers of its output bearing, some of them too weak."""
+    row = replace(
+        row, bearing_dynamic_rating=float(rng.choice([600.0, 3e4])), bearing_pitch_diameter=0.05,
+        bearing_static_rating=float(rng.choice([100.0, 2e4])), bearing_offset=float(rng.uniform(0.0, 0.03)),
+    )  # fmt: skip
+    ratings = ("bearing_dynamic_rating", "bearing_static_rating", "bearing_pitch_diameter", "bearing_offset")
+    return blanked(rng, row, ratings, 0.1)
 
 
 def random_friction(rng, curved):
@@ -125,6 +147,7 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
                 amplifier=Amplifier(*(float(x) if rng.random() < 0.8 else None for x in rng.uniform(10, 60, 2))),
                 travel_per_turn=0.02 if kind == "sliding" and i == 1 else None,
                 housing_to_ambient=float(rng.uniform(0.5, 4.0)) if rng.random() < 0.5 else None,
+                gear_heat=float(rng.choice([0.0, 0.4, 1.0])),
                 coupled=("j2", "j3") if kind == "coupled" and i > 0 else (),
                 contained=ContainedDrive(0.05, Mount()) if mass is DriveMass.REPLACED else None,
             )
@@ -135,5 +158,6 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
     )  # fmt: skip
     return make.study(
         cycle, arm=arm, drive_mass=mass, joints=tuple(tasks), catalog=Catalog(motors, gears), safety=safety,
-        ambient=float(rng.choice([25.0, 40.0])),
+        ambient=float(rng.choice([25.0, 40.0])), holding=str(rng.choice(["least", "lossless", "most"])),
+        cold_start=float(rng.choice([-30.0, 0.0])) if rng.random() < 0.5 else None,
     )  # fmt: skip

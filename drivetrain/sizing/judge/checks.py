@@ -38,6 +38,7 @@ class Requirement:
         peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
         essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
         asked: Number that is 0 where a drive is not asked this.
+        wish: Whether it is told only where it is asked.
         scale: From SI to the unit.
         instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
         words: Source and remark, where ``words.printed`` does not say enough.
@@ -57,6 +58,7 @@ class Requirement:
     scale: float = 1.0
     instant: str = ""
     asked: str = "one"
+    wish: bool = False
     words: Callable[[Any, Any], words.Words] = words.printed
     formula: str = ""
 
@@ -74,7 +76,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "gear average torque", "N m", "figures.average_load_torque", "limits.average_torque", GEAR,
-        "average torque limit", words=words.average_torque, formula="(sum |n| |T|^e t / sum |n| t)^(1/e)",
+        "average torque limit", words=words.average_torque,
+        formula="(sum |n| |T|^e t / sum |n| t)^(1/e); of a joint that never moves the largest torque that it holds",
     ),
     Requirement(
         "gear maximum input speed", "rad/s", "figures.input_speed", "gear.max_input_speed", GEAR,
@@ -91,8 +94,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "output bearing tilting moment", "N m", "figures.tilting_moment", "gear.tilting_moment_limit", GEAR,
         "output bearing tilting moment limit", "safety.peak_torque", essential=True, asked="setting.bearing",
-        instant="tilting_moment", words=words.bearing,
-        formula="largest moment across the output axis",
+        instant="tilting_moment", words=words.tilting,
+        formula="largest moment across the output axis, about the bearing's centre on its worse side",
     ),
     Requirement(
         "output bearing axial load", "N", "figures.axial_load", "gear.axial_load_limit", GEAR,
@@ -105,6 +108,17 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "output bearing radial load limit", "safety.peak_torque", essential=True, asked="setting.bearing",
         instant="radial_load", words=words.bearing,
         formula="largest force across the output axis",
+    ),
+    Requirement(
+        "output bearing static load", "N", "figures.bearing_static_load", "gear.bearing_static_rating", GEAR,
+        "static rating of the output bearing", "safety.bearing_static_safety", asked="setting.bearing",
+        words=words.bearing_rating, formula="P0 = Fr + 2 M/dp + 0.44 Fa, of the largest of each; the factor is C0/P0",
+    ),
+    Requirement(
+        "output bearing life L10", "h", "safety.life", "figures.bearing_life", GEAR, asked="setting.bearing",
+        scale=1.0 / 3600.0, words=words.bearing_life,
+        formula="10^6 turns (C/(fw P))^(10/3); P: mean over the travel of Fr + 2 M/dp + 0.45 Fa, or if that is more of "
+        "0.67 (Fr + 2 M/dp + Fa)",
     ),
     Requirement(
         "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",
@@ -120,6 +134,16 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="largest electromagnetic torque, starting from rest included",
     ),
     Requirement(
+        "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "",
+        "safety.peak_torque", peak=True, essential=True, asked="setting.cold", wish=True, words=words.cold_torque,
+        formula="largest electromagnetic torque with the gear's drag cold, starting from rest included",
+    ),
+    Requirement(
+        "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "",
+        "safety.peak_torque", peak=True, asked="setting.cold", wish=True, words=words.cold_current,
+        formula="that torque / kt(cold)",
+    ),
+    Requirement(
         "motor peak current", "A", "figures.motor_current", "motor.peak_current", HEAT, "peak current",
         "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
     ),
@@ -130,11 +154,18 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,
         instant="largest_voltage", words=words.voltage,
-        formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest",
+        formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest; i plain, and times "
+        "the factor on peak torque",
+    ),
+    Requirement(
+        "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,
+        asked="setting.cold", wish=True, words=words.voltage,
+        formula="largest of |kt w + R i + L di/dt|, all of it cold, and of R i to start from rest",
     ),
     Requirement(
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "", "safety.rms",
-        essential=True, words=words.rms_current, formula="RMS torque / kt(magnets)",
+        essential=True, words=words.rms_current,
+        formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
         "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT, "",
@@ -143,7 +174,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
-        "continuous current", "safety.rms", formula="RMS torque / kt(magnets)",
+        "continuous current", "safety.rms", words=words.amplifier_lasting,
+        formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
         "supply peak power", "W", "peak_power", "peak_power", SUPPLY, instant="power",

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.gear import Gear
+from drivetrain.drive.gear import Gear, unknown_loss
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.records import as_record, known
@@ -21,7 +21,9 @@ from drivetrain.study.verdicts import lacking
 
 REPEATED, PEAK, RMS = "gear repeated peak torque", "motor peak torque", "motor RMS current"
 SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
-BEARING = {row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing"}
+BEARING = {
+    row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing" and row.essential
+}
 LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
 
@@ -91,9 +93,23 @@ def torque_lacks(drive: Drive) -> str:
     """What the sheets of a drive lack to compute the motor's torque, in words; empty when nothing does."""
     geared = drive.gear.kind != "ideal"
     lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
-    lacks += ["the gear's efficiency"] if geared and drive.gear.efficiency is None else []
+    lacks += ["the gear's efficiency"] if geared and not _loss_known(drive.gear) else []
     lacks += ["the gear's input inertia"] if geared and drive.gear.inertia is None else []
     return " and ".join(lacks)
+
+
+def _loss_known(gear: Gear) -> bool:
+    """Whether the gear's efficiency, or its mesh and drag, are told."""
+    return bool(known(unknown_loss(as_record(gear))))
+
+
+def _loss_columns(gear: Gear) -> tuple[str, ...]:
+    """What tells the loss: where some columns of mesh and drag are there, the rest of them."""
+    if gear.mesh_efficiency is None and gear.drag_torque is None:
+        return "efficiency", f"assumptions.gears.{gear.kind}.efficiency in the study"
+    names = ("mesh_efficiency", "drag_torque", "drag_speed_exponent", "drag_temperature_1", "drag_temperature_2")
+    lacks = [name for name in names if getattr(gear, name) is None]
+    return (" and ".join(lacks or ["drag_speed"]),)
 
 
 def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
@@ -127,7 +143,8 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, gear, ("repeated_peak_torque", "continuous_torque"), (REPEATED,))
     bearing = tuple(name for name in lacks if name in BEARING)
     if bearing:
-        columns = ", ".join(BEARING[name] for name in bearing)
+        columns = ", ".join(BEARING[name] for name in bearing if getattr(gear, BEARING[name]) is None)
+        columns = columns or "bearing_offset"
         beside = "(where the joint has a bearing of its own) output_bearing: external in the study"
         yield _gap(study, joint, gear, (columns, beside), bearing)
     others = tuple(name for name in lacks if name != REPEATED and name not in BEARING)
@@ -135,9 +152,8 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         return
     if motor.rotor_inertia is None:
         yield _gap(study, joint, motor, ("rotor_inertia",), others)
-    if gear.kind != "ideal" and gear.efficiency is None:
-        assumed = f"assumptions.gears.{gear.kind}.efficiency in the study"
-        yield _gap(study, joint, gear, ("efficiency", assumed), others)
+    if gear.kind != "ideal" and not _loss_known(gear):
+        yield _gap(study, joint, gear, _loss_columns(gear), others)
     if gear.kind != "ideal" and gear.inertia is None:
         yield _gap(study, joint, gear, ("inertia",), others)
     if not known(short_time_torque(as_record(motor))):
