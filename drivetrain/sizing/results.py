@@ -74,6 +74,11 @@ class JointResult:
     remarks: tuple[str, ...] = ()
 
     @property
+    def brake(self) -> str:
+        """Catalogue key of its holding brake; empty where it has none."""
+        return self.drive.motor.brake.key
+
+    @property
     def verdict(self) -> Verdict:
         """Of its checks, see ``verdict_of``."""
         return verdict_of(self.checks)
