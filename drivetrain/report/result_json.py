@@ -135,6 +135,7 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
     return {
         "proof": selection.proof,
         "bound": _finite(selection.bound),
+        "equals": {"count": selection.equals, "all": selection.all_equals},
         "sets": [_set(one) for one in selection.sets],
         "alternatives": {
             joint: [{"motor": motor, "gear": gear, "objective": _finite(share)} for motor, gear, share in found]
