@@ -12,6 +12,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.motion.duty_cycle import Cycle
@@ -156,6 +157,7 @@ class JointTask:
             None: not stated.
         stop: Its emergency stop, the current DC equivalent.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
+        brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
     """
 
     name: str
@@ -176,6 +178,7 @@ class JointTask:
     output_bearing: str = "gear"
     stop: Stop = Stop()
     gear_heat: float = 1.0
+    brakes: tuple[Brake, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -194,6 +197,7 @@ class Safety:
         bearing_static_safety: On the static load of an output bearing: 1.5 is usual, 2 with shocks, 3 for precision.
         bearing_load_factor: On the mean load of an output bearing in its life: up to 1.2 smooth, up to 1.5 usual, up
             to 3 with shocks.
+        brake: On the torque that a holding brake must hold; B&R asks 2 for the brakes of its 8JSA motors.
     """
 
     peak_torque: Factor = 1.0
@@ -206,6 +210,7 @@ class Safety:
     life: Duration | None = None
     bearing_static_safety: Factor = 1.5
     bearing_load_factor: Factor = 1.2
+    brake: Factor = 2.0
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,17 @@ from drivetrain.drive.gear import unknown_loss
 from drivetrain.records import as_numbers, as_records
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.demand.series import STRETCHES, Added, Load, Work, added_by, new_traces, work_of
+from drivetrain.sizing.demand.series import (
+    STRETCHES,
+    Added,
+    Load,
+    Work,
+    added_by,
+    load_of,
+    new_traces,
+    nothing_added,
+    work_of,
+)
 from drivetrain.sizing.judge.cases import paired, rests_on_gear
 from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.fill import DIRECT
@@ -65,7 +75,8 @@ class JointOffer:
         rows: What a unit of each number of each of their drives adds.
         heavy: Load of the output bearing without drives where it is largest in each stretch, (6, M) or (6, 0).
         heavy_rows: What a unit of each number of the others' and the own drive adds to it, (K, 6, M).
-        stops, stop_rows: The same of the torque in stops on a ramp, (S,), (K, S).
+        held, held_rows: The same of the torque that holds a position still, (M,) or (0,), (K, M).
+        stops, stop_rows: The same of the torque in stops on a ramp.
         brake: Torque, static torque and inertia without drives where stops at a current limit are looked at, (3, B).
         brake_rows: What a unit of each number of the others adds to them, (3, K, B).
         few: The work at a few samples, with its memory.
@@ -80,6 +91,8 @@ class JointOffer:
     rows: Added
     heavy: Array
     heavy_rows: Array
+    held: Array
+    held_rows: Array
     stops: Array
     stop_rows: Array
     brake: Array
@@ -108,11 +121,14 @@ class JointOffer:
             low, high: Numbers of all joints' drives, (n, NUMBERS).
         """
         open_span(self.records, low, high)
+        found = self.records.whole.still
         if self.heavy.size:
             least = self._least(self.heavy, self.heavy_rows, low, high)
-            self.records.whole.bearing[:3] = [series.max() for series in _bearing_loads(least)]
+            found[:3] = [series.max() for series in _bearing_loads(least)]
+        if self.held.size:
+            found[3] = self._least(self.held, self.held_rows, low, high).max()
         if self.stops.size:
-            self.records.whole.bearing[3] = self._least(self.stops, self.stop_rows, low, high).max()
+            found[4] = self._least(self.stops, self.stop_rows, low, high).max()
         memory = self.records.whole.brake
         every = (memory.torque, memory.static, memory.inertia) if self.brake.size else ()
         for start, rows, ends in zip(self.brake, self.brake_rows, every, strict=False):
@@ -172,6 +188,7 @@ class JointOffer:
             bare.wrench + np.tensordot(amounts, self.rows.wrench, 1) if bare.wrench.size else bare.wrench,
             bare.inertia + amounts @ self.rows.inertia if bare.inertia.size else bare.inertia,
             bare.stop + amounts @ self.rows.stop if bare.stop.size else bare.stop,
+            bare.static + amounts @ self.rows.static if bare.static.size else bare.static,
         )
         few = self._few(load.torque, load.torque) if quick else None
         work = self.work._replace(load=load, few=None if few is None else self._at(load, few))
@@ -282,9 +299,7 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     loading = () if basis is None else basis.drives
     added = {k: added_by(work, joint, [k]) for k in loading}
     others = [k for k in loading if k != joint and any(row.any() for row in added[k])]
-    told = 0 if demand.load_inertia is None else len(cycle.time)
-    states = len(demand.stop.torque)
-    nothing = Added(np.zeros((0, len(cycle.time))), np.zeros((0, 6, 0)), np.zeros((0, told)), np.zeros((0, states)))
+    nothing = nothing_added(load_of(replace(demand, wrench=None)))
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
@@ -293,11 +308,14 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         at = np.unique([_peaks(series) for series in _bearing_loads(offered.load.wrench)])
         heavy = offered.load.wrench[:, at]
         heavy_rows = np.concatenate([rows.wrench[:, :, at], offered.added.wrench[:, :, at]])
+    held, held_rows = np.zeros(0), np.zeros((0, 0))
+    if demand.static_torque is not None:
+        at = _peaks(np.abs(demand.static_torque))
+        held, held_rows = offered.load.static[at], np.concatenate([rows.static[:, at], offered.added.static[:, at]])
     stops, stop_rows = np.zeros(0), np.zeros((0, 0))
-    if states:
+    if len(demand.stop.torque):
         at = np.unique(_peaks(np.abs(offered.load.stop)))
-        stops = offered.load.stop[at]
-        stop_rows = np.concatenate([rows.stop[:, at], offered.added.stop[:, at]])
+        stops, stop_rows = offered.load.stop[at], np.concatenate([rows.stop[:, at], offered.added.stop[:, at]])
     brake, braking, brake_rows = _brakes(offered, rows)
     few, size = offered.few, 2 * STRETCHES
     assert few is not None
@@ -324,21 +342,9 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     )  # fmt: skip
     given = study.joints[joint].drive is not None
     return JointOffer(
-        joint,
-        demand,
-        offered,
-        tuple(others),
-        rows,
-        heavy,
-        heavy_rows,
-        stops,
-        stop_rows,
-        braking,
-        brake_rows,
-        few,
-        records,
-        given,
-    )
+        joint, demand, offered, tuple(others), rows, heavy, heavy_rows, held, held_rows, stops, stop_rows, braking,
+        brake_rows, few, records, given,
+    )  # fmt: skip
 
 
 def _brakes(work: Work, rows: Added) -> tuple[Brake, Array, Array]:

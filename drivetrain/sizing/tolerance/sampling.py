@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
-from drivetrain.sizing.demand.demand import Workload, workload
+from drivetrain.sizing.demand.demand import Workload, at_rest, workload
 from drivetrain.sizing.demand.load_basis import load_basis
 from drivetrain.sizing.demand.series import Added, Load, Work, new_traces, work_of
 from drivetrain.sizing.demand.stops import stop_basis
@@ -105,20 +105,29 @@ def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
 def _payload_rows(study: Study, work: Workload) -> Iterator[Added]:
     """What the whole of each payload asks of each joint; nothing where payloads are known exactly."""
     bodies = [body for body in study.payloads if body.mass > 0.0 and "payload" in study.tolerances.given]
-    without = {body.name: load_basis(changed(study, TaskChange(payload=0.0, payloads=(body.name,)))) for body in bodies}
-    lighter = {name: stop_basis(changed(study, TaskChange(payload=0.0, payloads=(name,)))) for name in without}
+    bare = {body.name: changed(study, TaskChange(payload=0.0, payloads=(body.name,))) for body in bodies}
+    without = {name: load_basis(one) for name, one in bare.items()}
+    still = {name: load_basis(at_rest(one), forces_only=True) for name, one in bare.items() if work.resting}
+    lighter = {name: stop_basis(one) for name, one in bare.items()}
     samples, rows = len(study.cycle.time), len(study.payloads) if without and work.basis else 0
     for joint, task in enumerate(study.joints):
         stops = None if task.stop.ramp is None else work.stops
         states = 0 if stops is None else len(stops.first)
         if not rows:
-            yield Added(np.zeros((0, samples)), np.zeros((0, 6, 0)), np.zeros((0, 0)), np.zeros((0, states)))
+            nothing = (
+                np.zeros((0, samples)),
+                np.zeros((0, 6, 0)),
+                np.zeros((0, 0)),
+                np.zeros((0, states)),
+                np.zeros((0, 0)),
+            )
+            yield Added(*nothing)
             continue
         full, travel = work.basis[joint], task.travel_per_turn or 1.0
         told = not (full.slides or task.coupled)
         added = Added(
             np.zeros((rows, samples)), np.zeros((rows, 6, samples if told else 0)), np.zeros((rows, samples)),
-            np.zeros((rows, states)),
+            np.zeros((rows, states)), np.zeros((rows, samples if task.brakes else 0)),
         )  # fmt: skip
         for row, body in enumerate(study.payloads):
             if body.name not in without:
@@ -129,6 +138,9 @@ def _payload_rows(study: Study, work: Workload) -> Iterator[Added]:
             less = lighter[body.name]
             if stops is not None and less is not None:
                 added.stop[row] = travel * (stops.joints[joint].bare.force - less.joints[joint].bare.force)
+            if task.brakes:
+                full_still, empty_still = work.resting[joint].bare, still[body.name][joint].bare
+                added.static[row] = travel * (full_still.force - empty_still.force)
             if told:
                 added.wrench[row] = (full.bare.wrench - empty.wrench).T
         yield added
