@@ -54,9 +54,10 @@ def stronger(study: Study, rng) -> Study:
     motors["m0x"] = replace(motors["m0"], key="m0x", resistance=1.1 * motors["m0"].resistance)
     tasks = tuple(
         replace(
-            task, pairs=(*task.pairs, *(("m0x", key) for key in gears)),
+            task, pairs=(*task.pairs, *(("m0x", key) for key in gears if not task.brakes)),
             amplifier=task.amplifier if rng.random() < 0.3 else Amplifier(None, None),
             motor_friction=task.motor_friction if rng.random() < 0.3 else None,
+            output_bearing="external" if rng.random() < 0.8 else task.output_bearing,
             stop=replace(
                 task.stop, current=task.stop.current and 6.0 * task.stop.current, jam=False,
                 stops_per_day=task.stop.stops_per_day and 0.1,
