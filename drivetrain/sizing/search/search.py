@@ -160,8 +160,8 @@ def _nothing_fits(tree: Tree, tell: Tell, advise: bool) -> Selection:
     advice = tuple(f"{reason} ({mend})." if mend else f"{reason}." for reason, mend in reasons)
     return Selection(
         study, {}, evaluation, math.nan, proof, Rejected(tree.problem, near.pairs), {},
-        advice or _impossible(tree.problem) or (advice_on(evaluation, near) if advise else ()), dict(tree.counters), (), tree.bound,
-        None if tree.finished else tree,
+        advice or _impossible(tree.problem) or (advice_on(evaluation, near) if advise else ()), dict(tree.counters), (),
+        tree.bound, None if tree.finished else tree,
     )  # fmt: skip
 
 
