@@ -156,6 +156,10 @@ class World:
         size: Of the memory, in numbers [-].
         joints, coordinates: How many there are [-].
         kinetic_energy, potential_energy: [J], at instants only.
+        payload_energy: That payloads have brought or taken [J].
+        tries: How often this step has been solved before [-].
+        again: Set by an effect that must tell something else for this step.
+        longest: Set by an effect: the step that it can follow [s].
     """
 
     size: int
@@ -163,6 +167,10 @@ class World:
     coordinates: int
     kinetic_energy: float
     potential_energy: float
+    payload_energy: float
+    tries: int
+    again: int
+    longest: float
     tip: Tip
 
 

@@ -112,6 +112,7 @@ SHAFT_COMMANDS = (SHAFT_COMMAND_POSITION, SHAFT_COMMAND_SPEED, SHAFT_COMMAND_ACC
 # Of the whole mechanics, told at instants only.
 KINETIC_ENERGY = Signal("scene.kinetic_energy", "J", path="kinetic_energy")
 POTENTIAL_ENERGY = Signal("scene.potential_energy", "J", path="potential_energy")
+PAYLOAD_ENERGY = Signal("scene.payload_energy", "J", path="payload_energy")  # that payloads have brought so far
 
 # Of the tip, along the axes of the base: known before; and what the surroundings do to it.
 TIP_GIVEN = (

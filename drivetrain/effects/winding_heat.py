@@ -1,6 +1,7 @@
-"""Temperatures of winding and housing, on a clock of their own: never integrated with what is fast.
+"""Temperatures of winding and housing: states of engines that control their error, on a clock of their own in others.
 
-Losses are gathered over a share of the winding's time constant, then both nodes take one exact step under their mean.
+In fixed steps losses are gathered over a share of the winding's time constant, then both nodes take one exact step
+under their mean.
 """
 
 from __future__ import annotations
@@ -44,10 +45,22 @@ class Own:
     inverse: Annotated[Array, 4]
     decay: Annotated[Array, 2]
     winding_temperature: float = 0.0
+    winding_temperature_rate: float = 0.0
     housing_temperature: float = 0.0
+    housing_temperature_rate: float = 0.0
     copper: float = 0.0
     iron: float = 0.0
     clock: float = 0.0
+
+
+@law
+def _off(own: Any, p: float, q: float) -> tuple[float, float, float, float]:
+    """Where losses p and q [W] would bring both nodes, and how far these are from there along the two exponentials."""
+    inverse = own.inverse
+    end_h = own.ambient + own.outer * (p + q)
+    end_w = own.ambient + own.inner * p + own.outer * (p + q)
+    a, b = own.winding_temperature - end_w, own.housing_temperature - end_h
+    return end_w, end_h, inverse[0] * a + inverse[1] * b, inverse[2] * a + inverse[3] * b
 
 
 @law
@@ -55,23 +68,33 @@ def _warmed(own: Any) -> tuple[float, float]:
     """Both temperatures after the time gathered, under the mean losses gathered in it."""
     if own.clock == 0.0:
         return own.winding_temperature, own.housing_temperature
-    # Rises over the state that these mean losses would reach decay along two exponentials.
-    p, q, modes, inverse = own.copper / own.clock, own.iron / own.clock, own.modes, own.inverse
-    end_h = own.ambient + own.outer * (p + q)
-    end_w = own.ambient + own.inner * p + own.outer * (p + q)
-    a, b = own.winding_temperature - end_w, own.housing_temperature - end_h
-    u = (inverse[0] * a + inverse[1] * b) * math.exp(own.decay[0] * own.clock)
-    v = (inverse[2] * a + inverse[3] * b) * math.exp(own.decay[1] * own.clock)
+    modes = own.modes
+    end_w, end_h, u, v = _off(own, own.copper / own.clock, own.iron / own.clock)
+    u *= math.exp(own.decay[0] * own.clock)
+    v *= math.exp(own.decay[1] * own.clock)
     return end_w + modes[0] * u + modes[1] * v, end_h + modes[2] * u + modes[3] * v
 
 
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
-    heat = joint.heat
-    if h <= 0.0:
-        # What is recorded does not wait for the next step of the temperatures.
-        heat.winding, heat.housing = _warmed(own)
+    heat, modes = joint.heat, own.modes
+    if h > 0.0:
         return
+    _, _, u, v = _off(own, heat.copper_loss, joint.motor.friction_power + heat.viscous_power)
+    u *= own.decay[0]
+    v *= own.decay[1]
+    own.winding_temperature_rate, own.housing_temperature_rate = (
+        modes[0] * u + modes[1] * v,
+        modes[2] * u + modes[3] * v,
+    )
+    # What is recorded does not wait for the next step of the temperatures.
+    heat.winding, heat.housing = _warmed(own)
+
+
+@joint_law(Own)
+def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
+    heat = joint.heat
+    own.winding_temperature_rate = own.housing_temperature_rate = 0.0  # it moves by steps of its own
     own.copper += h * heat.copper_loss
     own.iron += h * (joint.motor.friction_power + heat.viscous_power)
     own.clock += h
@@ -81,9 +104,6 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
     own.copper = own.iron = own.clock = 0.0
 
 
-AT_ONCE = 1e-9  # [s]
-
-
 @dataclass(frozen=True)
 class WindingHeat(Effect):
     """Two thermal nodes, heated by the copper loss and by friction at the motor's shaft.
@@ -91,7 +111,8 @@ class WindingHeat(Effect):
     Attributes:
         network: Resistances and capacities; the winding's must be known.
         winding, housing: Temperatures at the start [C]; None: those of the air.
-        every: Time between two steps of the temperatures [s]; None: a two-hundredth of the winding's time constant.
+        every: Time between two steps of the temperatures under fixed steps [s]; None: a two-hundredth of the winding's
+            time constant.
     """
 
     network: ThermalNetwork
@@ -100,6 +121,7 @@ class WindingHeat(Effect):
     every: float | None = None
 
     account = _account
+    accept = _accept
 
     def __post_init__(self) -> None:
         if self.network.winding_capacity is None:
@@ -108,14 +130,11 @@ class WindingHeat(Effect):
         if self.every is not None and not 0.0 < self.every < math.inf:
             raise InputError(Fault("WindingHeat.every", "must be positive [s]", self.every))
 
-    def refined(self) -> WindingHeat:
-        return replace(self, every=AT_ONCE)
-
     def ports(self, place: Place) -> Ports:
         return Ports(
             states=(
-                State("winding_temperature", "C", 1e-3, memory=True),
-                State("housing_temperature", "C", 1e-3, memory=True),
+                State("winding_temperature", "C", 1e-3, late=True),
+                State("housing_temperature", "C", 1e-3, late=True),
                 State("gathered_copper_loss", "J", 1.0, memory=True, path="copper"),
                 State("gathered_housing_loss", "J", 1.0, memory=True, path="iron"),
                 State("gathered_time", "s", 1.0, memory=True, path="clock"),
