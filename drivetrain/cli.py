@@ -1,4 +1,4 @@
-"""The command line. Exit codes: 0 it fits, 1 it does not fit, 2 the input is wrong.
+"""The command line. Exit codes: 0 it fits, 1 it does not fit, 2 the input is wrong, 3 it failed, 130 interrupted.
 
 Everything heavy is imported inside the command that needs it, so that ``--help`` is there at once.
 """
@@ -6,12 +6,14 @@ Everything heavy is imported inside the command that needs it, so that ``--help`
 from __future__ import annotations
 
 import gc
+import os
+import sys
 from typing import Annotated
 
 import typer
 
 from drivetrain.commands import accuracy, answers, arm, catalog, sizing, sweep, warm
-from drivetrain.commands.shared import FITS
+from drivetrain.commands.shared import DEBUG, FITS, TRUST_XACRO, failure
 from drivetrain.version import __version__
 
 app = typer.Typer(
@@ -37,7 +39,17 @@ COLLECT_AFTER = 100_000  # new objects
 def main() -> None:
     """Run the command that the command line names."""
     gc.set_threshold(COLLECT_AFTER, 20, 100)  # a tenth of the time to compile goes into looking for garbage otherwise
-    app()
+    try:
+        app()
+    except SystemExit as end:
+        code = end.code
+    except Exception as error:  # a broken installation, mostly: commands tell their own
+        code = failure(error)
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        code = failure(error)
+    sys.exit(code)
 
 
 def _show_version(wanted: bool) -> None:
@@ -52,5 +64,12 @@ def _options(
     version: Annotated[
         bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_show_version)
     ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback where something fails.")] = False,
+    trust_xacro: Annotated[
+        bool, typer.Option("--trust-xacro", help="Let the expressions of xacro files run anything.")
+    ] = False,
 ) -> None:
     """What stands before the command's name."""
+    for name, wanted in ((DEBUG, debug), (TRUST_XACRO, trust_xacro)):
+        if wanted:
+            os.environ[name] = "1"  # also for the processes that a command starts

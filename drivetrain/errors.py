@@ -6,9 +6,13 @@ Every error that a user can cause is an ``InputError`` and lists all faults foun
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+# Characters that command a terminal or turn text round, and halves of characters that no encoding knows.
+_COMMANDS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+_LONGEST = 200  # characters of a value, as told
 LARGEST = 1e60  # of any number that comes in, in SI: far beyond all machines, and its fifth power is still a number
 
 
@@ -40,9 +44,20 @@ class Fault:
 
     def __str__(self) -> str:
         where = f"{self.file}: {self.place}" if self.file else self.place
-        found = "" if self.value is None else f" (found {self.value!r})"
+        found = "" if self.value is None else f" (found {self.shown})"
         mend = f"; {self.hint}" if self.hint else ""
-        return f"{where}: {self.problem}{found}{mend}"
+        return plain(f"{where}: {self.problem}{found}{mend}")
+
+    @property
+    def shown(self) -> str:
+        """What was found, cut where it is long."""
+        text = repr(self.value)
+        return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ... {len(text)} characters"
+
+
+def plain(text: str) -> str:
+    """A text with its control characters spelled out: none reaches a terminal."""
+    return _COMMANDS.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 class InputError(DrivetrainError, ValueError):

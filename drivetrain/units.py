@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import pint
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
+LONGEST = 200  # characters of a unit
 PURE = ("", "1", "-")
 
 # What a reader calls a dimension, by its SI unit; the first of each is also the unit shown in errors.
@@ -80,6 +81,8 @@ def _unit(text: str) -> _Unit:
 
     if text.strip() in PURE:
         return _Unit(1.0, {}, "")
+    if len(text) > LONGEST:
+        raise NotAUnitError(f"its unit has {len(text)} characters, more than {LONGEST}")
     expression = pint_expression(text)
     registry = _registry()
     try:

@@ -1,4 +1,4 @@
-"""Files written beside their place and then renamed, so that a failure leaves the old one as it was."""
+"""Files as a whole: read within bounds; written beside their place, then renamed, so that a failure changes nothing."""
 
 from __future__ import annotations
 
@@ -7,6 +7,24 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import IO
+
+from drivetrain.errors import Fault, InputError, plain
+
+LARGEST_TEXT = 256 << 20  # bytes: a day of six joints at 100 Hz is 0.5 GB as text, and nobody sizes with that
+
+
+def read_text(path: Path) -> str:
+    """The UTF-8 text of a file that a user names, its control characters spelled out."""
+    try:
+        if path.stat().st_size > LARGEST_TEXT:
+            problem = f"has {path.stat().st_size / 1e6:.0f} MB; at most {LARGEST_TEXT >> 20} MB are read"
+            raise InputError(Fault("the file", problem, hint="keep what the study needs", file=str(path)))
+        return plain(path.read_text(encoding="utf-8-sig"))
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
+        problem = error.strerror if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
+        raise InputError(Fault("the file", f"cannot be read: {problem}", file=str(path))) from None
 
 
 def written_beside(place: Path, write: Callable[[IO[bytes]], object]) -> Path:

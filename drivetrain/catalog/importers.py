@@ -28,6 +28,7 @@ from drivetrain.catalog.schema import (
     Column,
 )
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.whole_files import read_text
 
 Record = dict[str, str]
 Basis = str | Mapping[str, str]
@@ -156,11 +157,9 @@ def _read(form: Format, folder: Path, bases: Mapping[str, tuple[str, str]], refu
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """Every record with the line it ends on."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault("file", f"cannot be read as UTF-8 text: {error}", file=str(path))) from None
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)  # else an open quote swallows the rest unseen
+    reader = csv.reader(
+        io.StringIO(read_text(path), newline=""), strict=True
+    )  # else an open quote swallows the rest unseen
     try:
         return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except csv.Error as error:

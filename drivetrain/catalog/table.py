@@ -14,6 +14,7 @@ import numpy as np
 from drivetrain.catalog.schema import CHOICE, NUMBER, Column, by_name
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.units import from_si, split_header, to_si
+from drivetrain.whole_files import read_text
 
 Cell = float | str | None
 NEVER_ZERO = ("ratio",)  # may be negative, so its range does not say it
@@ -142,11 +143,9 @@ def read_table(path: Path, columns: Sequence[Column]) -> Table:
 
 def _csv_lines(path: Path) -> list[tuple[int, list[str]]]:
     """Each record with the line it starts on."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault("file", f"cannot be read as UTF-8 text: {error}", file=str(path))) from None
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)  # else an open quote swallows the rest unseen
+    reader = csv.reader(
+        io.StringIO(read_text(path), newline=""), strict=True
+    )  # else an open quote swallows the rest unseen
     records: list[tuple[int, list[str]]] = []
     start = 1
     try:

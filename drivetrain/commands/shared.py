@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import re
+import sys
+import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -17,12 +19,13 @@ if TYPE_CHECKING:
     from drivetrain.errors import Fault
 
 COMPILING = "compiling to machine code, some half a minute: a first run; later ones find it done ..."
-FITS, DOES_NOT_FIT, BAD_INPUT, STOPPED = 0, 1, 2, 130
+FITS, DOES_NOT_FIT, BAD_INPUT, FAILED, STOPPED, NOBODY_READS = 0, 1, 2, 3, 130, 141
+DEBUG, TRUST_XACRO = "DRIVETRAIN_DEBUG", "DRIVETRAIN_TRUST_XACRO"  # in the environment
 
 
 @contextmanager
 def told() -> Iterator[None]:
-    """Wrong input ends as a list of faults, Ctrl-C in one line; warnings become notes."""
+    """Wrong input ends as a list of faults, Ctrl-C and failures in one line; warnings become notes."""
     from drivetrain.errors import DrivetrainError
 
     with warnings.catch_warnings():
@@ -38,6 +41,26 @@ def told() -> Iterator[None]:
         except KeyboardInterrupt:
             say("stopped", errors=True)
             raise typer.Exit(STOPPED) from None
+        except (typer.Exit, typer.Abort):
+            raise
+        except Exception as error:
+            raise typer.Exit(failure(error)) from None
+
+
+def failure(error: Exception) -> int:
+    """One line about what nobody expected, or the traceback where it is wanted; the exit code."""
+    if isinstance(error, BrokenPipeError):  # such as `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return NOBODY_READS
+    if os.environ.get(DEBUG):
+        traceback.print_exception(error)
+    elif isinstance(error, OSError):
+        place = f"{error.filename}: " if error.filename else ""
+        say(f"failed: {place}{error.strerror or error}", errors=True)
+    else:
+        hint = "drivetrain --debug COMMAND shows where; please report it with the study"
+        say(f"failed: {type(error).__name__}: {error}; this is a fault of the program ({hint})", errors=True)
+    return FAILED
 
 
 class Together:
@@ -119,7 +142,9 @@ def say(text: str, *, errors: bool = False) -> None:
         text: The line.
         errors: To standard error instead of standard output.
     """
-    typer.echo(text, err=errors)
+    from drivetrain.errors import plain
+
+    typer.echo(plain(text), err=errors)
 
 
 def lines(texts: Iterable[str]) -> None:

@@ -12,11 +12,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.jit import law
 from drivetrain.units import Current, Efficiency, Power, Voltage
 
 Values = TypeVar("Values", float, Array)
@@ -141,6 +142,16 @@ def limits_of(sheet: AmplifierSheet) -> Amplifier:
     """What an amplifier of the catalogue allows one joint; where its sheet has no modulation, that of ``Amplifier``."""
     modulation = Amplifier.modulation if sheet.modulation is None else sheet.modulation
     return Amplifier(sheet.peak_current, sheet.continuous_current, modulation)
+
+
+@law
+def standstill_current(current: Any) -> Any:
+    """What a motor that stands still may ask of one phase for ever, as an RMS current [A].
+
+    Turning, every phase carries the amplitude for an instant; at rest one of them may carry it all the time, sqrt(2)
+    times its RMS. Brushed motors, whose brushes then load the same bars, are counted alike.
+    """
+    return math.sqrt(2.0) * current
 
 
 def available_voltage(amplifier: Amplifier, supply_voltage: float) -> float:

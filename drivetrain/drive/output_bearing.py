@@ -1,76 +1,76 @@
 """The output bearing of a gear: one load that stands for a tilting moment, a radial and an axial force, and its life.
 
-Crossed rollers carry all three, the moment as a couple of radial forces on the pitch circle of the rollers. It is the
-moment about the bearing's centre, ``gear.bearing_offset`` behind the flange. Source: Harmonic Drive CSF/CSG catalogue.
+Crossed rollers carry all three, the moment as a couple of radial forces on the pitch circle of the rollers. Source:
+Harmonic Drive CSF/CSG catalogue; the cases of the equivalent load as for any crossed roller bearing.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array
-from drivetrain.drive.gear import Gear, average_torque
+from drivetrain.jit import law
+from drivetrain.records import known, known_or
 
 ROLLER_EXPONENT = 10.0 / 3.0
 
 
-def equivalent_load(gear: Gear, moment: Array, radial: Array, axial: Array) -> Array | None:
-    """P = x A + y |Fa|, A = Fr + 2 M/dp; x = 1, y = 0.45 where |Fa| <= 1.5 A, else both 0.67.
+@law
+def bearing_arm(gear: Any) -> Any:
+    """From the output flange to the bearing's centre [m]; NaN where the sheet tells the bearing's diameter without it.
 
-    Both lines meet at 1.5 A, so it is the larger of them.
-
-    Args:
-        gear: The sheet.
-        moment: Across the output axis, about the bearing's centre [N m], any shape.
-        radial, axial: Forces [N], that shape.
-
-    Returns:
-        [N], that shape; None without a pitch diameter.
+    0 where the sheet tells neither: its tilting moment is then held against that about the flange.
     """
-    if gear.bearing_pitch_diameter is None:
-        return None
-    across = np.abs(radial) + 2.0 * np.abs(moment) / gear.bearing_pitch_diameter
-    return np.maximum(across + 0.45 * np.abs(axial), 0.67 * (across + np.abs(axial)))
+    return gear.bearing_offset if known(gear.bearing_pitch_diameter) else known_or(gear.bearing_offset, 0.0)
 
 
-def static_safety(gear: Gear, moment: Array, radial: Array, axial: Array) -> float | None:
-    """C0/P0, P0 = Fr + 2 M/dp + 0.44 |Fa| of the largest of each: 1.5 is usual, 2 with shocks, 3 for precision.
+@law
+def moment_square(arm: Any, mx: Any, my: Any, fx: Any, fy: Any) -> Any:
+    """Square of the moment across the axis about a point so far along it on either side, the larger one [N^2 m^2].
+
+    M + F x d z, (mx + d fy, my - d fx): nobody states on which side of the joint its flange lies. The radial force is
+    counted in it by this lever, and once more by itself in the loads below: these are two effects of it.
 
     Args:
-        gear: The sheet.
-        moment, radial, axial: As for ``equivalent_load``, (N,).
-
-    Returns:
-        Infinite without a load; None without the rating or the pitch diameter.
+        arm: To the point [m].
+        mx, my: Moment about the joint's point [N m].
+        fx, fy: Force there [N].
     """
-    if gear.bearing_pitch_diameter is None or gear.bearing_static_rating is None:
-        return None
-    across = np.max(np.abs(radial)) + 2.0 * np.max(np.abs(moment)) / gear.bearing_pitch_diameter
-    load = float(across + 0.44 * np.max(np.abs(axial)))
-    return gear.bearing_static_rating / load if load > 0.0 else math.inf
+    return mx * mx + my * my + arm * (arm * (fx * fx + fy * fy) + 2.0 * abs(mx * fy - my * fx))
 
 
-def bearing_life(gear: Gear, load: Array, speed: Array, weights: Array, *, load_factor: float) -> float | None:
-    """L10 = 10^6 turns (C/(fw P))^(10/3), P the mean load over the travel of the output.
+@law
+def static_load(diameter: Any, moment: Any, radial: Any, axial: Any) -> Any:
+    """P0 = Fr + 2 M/dp + 0.44 Fa [N] of the largest of each.
 
-    Swings count by the angle they travel; very small ones fret the rollers, and the law does not hold.
+    C0/P0 should be 1.5, with shocks 2, for precision 3 (Harmonic Drive FHA-C catalogue, p. 23).
+    """
+    return radial + 2.0 * moment / diameter + 0.44 * axial
+
+
+@law
+def equivalent_load(diameter: Any, moment: Any, radial: Any, axial: Any) -> Any:
+    """P = x A + y Fa, A = Fr + 2 M/dp [N]; x = 1, y = 0.45 where Fa <= 1.5 A, else both 0.67.
+
+    Both lines meet at 1.5 A, so it is the larger of them; all loads are magnitudes.
+    """
+    across = radial + 2.0 * moment / diameter
+    return np.maximum(across + 0.45 * axial, 0.67 * (across + axial))
+
+
+@law
+def bearing_life(rating: Any, load_factor: Any, mean_load: Any, mean_speed: Any) -> Any:
+    """L10 = 10^6 turns (C/(fw P))^(10/3) [s]; infinite where nothing turns or loads it.
+
+    Swings count by the angle they travel; very small ones fret the rollers, and the law does not hold. Harmonic Drive
+    CSF/CSG catalogue, pp. 34-35.
 
     Args:
-        gear: The sheet.
-        load: From ``equivalent_load`` [N], (N,).
-        speed: Of the output [rad/s], (N,).
-        weights: Time each sample lasts [s], (N,).
+        rating: C [N].
         load_factor: fw: 1 to 1.2 smooth, 1.2 to 1.5 usual, 1.5 to 3 with shocks.
-
-    Returns:
-        [s]; infinite where nothing turns or loads it; None without the rating.
+        mean_load: Of ``equivalent_load`` over the travel, with the exponent of rollers [N].
+        mean_speed: Of the output, rests included [rad/s].
     """
-    if gear.bearing_dynamic_rating is None:
-        return None
-    turns = float(np.abs(speed) @ weights) / float(np.sum(weights)) / (2.0 * math.pi)  # a second
-    mean = load_factor * average_torque(ROLLER_EXPONENT, load, speed, weights)
-    if turns == 0.0 or mean == 0.0:
-        return math.inf
-    return 1e6 / turns * (gear.bearing_dynamic_rating / mean) ** ROLLER_EXPONENT
+    return 2e6 * math.pi / mean_speed * (rating / (load_factor * mean_load)) ** ROLLER_EXPONENT

@@ -12,6 +12,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.units import split_header
+from drivetrain.whole_files import read_text
 
 LARGEST = 1e30  # in any unit, nanoseconds since 1970 too: squares of rates must not overflow
 FAULTS_A_COLUMN = 5  # shown before "and so on": a column of text would else list every row
@@ -91,11 +92,7 @@ def read_table(path: str | Path) -> Table:
 
 def _lines(path: Path, file: str) -> list[tuple[int, list[str]]]:
     """Line numbers and stripped cells of all lines that hold any."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault("file", f"cannot be read: {error}", None, "", file)) from None
-    numbered = [(number, line) for number, line in enumerate(text.splitlines(), 1)]
+    numbered = list(enumerate(read_text(path).splitlines(), 1))
     held = [(number, line) for number, line in numbered if line.strip(" ,;\t") and not line.lstrip().startswith("#")]
     if len(held) < 3:
         raise InputError(Fault("file", "must hold a header and at least two rows of values", len(held), "", file))

@@ -151,7 +151,12 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "sets": [] if selection is None else set_rows(selection),
         "share_heading": HEADINGS[evaluation.study.objective],
         "is_selection": selection is not None,
-        "factored": any(factor != 1.0 for factor in factors(evaluation.study.safety).values()),
+        "factored": any(
+            factors(evaluation.study.safety)[check.name] != 1.0
+            for joint in evaluation.joints.values()
+            for check in joint.checks
+            if check.utilisation is not None
+        ),
         "feasible": evaluation.feasible,
         "felling_checks": checks,
         "fallen_counts": counts,

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from drivetrain.catalog.findings import Severity
 from drivetrain.catalog.lint import LintFault
-from drivetrain.errors import DrivetrainError, Fault, InputError
+from drivetrain.errors import DrivetrainError, Fault, InputError, plain
 
 WIDTH_WITHOUT_TERMINAL = 160  # columns when the output is piped: no line is cut to a screen that is not there
 
@@ -39,11 +39,11 @@ def fault_lines(error: DrivetrainError) -> list[Text]:
 def _fault_lines(fault: Fault) -> list[Text]:
     """One fault: where it stands and what is wrong, then what was found and the mend."""
     where = " ".join(part for part in (f"{fault.file}:" if fault.file else "", fault.place) if part)
-    lines = [Text.assemble("  ", (where, "bold"), f": {fault.problem}")]
+    lines = [Text.assemble("  ", (plain(where), "bold"), plain(f": {fault.problem}"))]
     if fault.value is not None:
-        lines.append(Text.assemble(("      found  ", "dim"), repr(fault.value)))
+        lines.append(Text.assemble(("      found  ", "dim"), plain(fault.shown)))
     if fault.hint:
-        lines.append(Text.assemble(("      mend   ", "dim"), fault.hint))
+        lines.append(Text.assemble(("      mend   ", "dim"), plain(fault.hint)))
     return lines
 
 

@@ -22,6 +22,7 @@ from drivetrain.study.faults import Ledger
 from drivetrain.study.model import Payload
 from drivetrain.study.schema import CouplingForm, StudyForm
 from drivetrain.units import quantity, split_header
+from drivetrain.whole_files import read_text
 
 DRIVE_MASS_HINT = (
     "added: the arm's links are bare and the drives' masses come on top; included: the links (of a finished robot) "
@@ -212,11 +213,7 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
 def _csv(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Header, and the filled rows with their line numbers."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault("the file", f"cannot be read: {error.__class__.__name__}", file=str(path))) from None
-    try:
-        parsed = list(csv.reader(text.splitlines()))
+        parsed = list(csv.reader(read_text(path).splitlines()))
     except csv.Error as error:
         raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
     lines = [(i, line) for i, line in enumerate(parsed, 1) if line and not line[0].startswith("#")]

@@ -11,11 +11,14 @@ from typing import Any
 
 import yaml
 
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, plain
 
 Place = tuple[str | int, ...]  # keys and list positions from the top, such as ("joints", "elbow", "drive")
 
 _DEEPEST = 20
+_MOST_ENTRIES = 100_000  # counting each use of an anchor
+_LONGEST_TEXT = 20_000  # characters
+_MOST_SHOWN = 60  # characters of a name that is none
 _MOST_NAMED = 5  # files of a folder that is no study
 _PLAIN = ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
 _MERGE_KEY = "tag:yaml.org,2002:merge"
@@ -96,9 +99,22 @@ def _content(file: Path) -> bytes:
     return content
 
 
+class _Loader(yaml.SafeLoader):
+    """Gives up before it builds more than a study can mean."""
+
+    entries = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """One more."""
+        self.entries += 1
+        if self.entries > _MOST_ENTRIES:
+            raise yaml.YAMLError(f"it has more than {_MOST_ENTRIES} entries; long series belong in a CSV file")
+        return super().compose_node(parent, index)  # type: ignore[no-any-return, no-untyped-call]
+
+
 def _root(file: Path, content: bytes) -> yaml.Node | None:
     try:
-        return yaml.compose(content.decode("utf-8"), Loader=yaml.SafeLoader)
+        return yaml.compose(content.decode("utf-8"), Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"{file}:{mark.line + 1}" if mark else str(file)
@@ -122,6 +138,8 @@ def _yaml_hint(words: str) -> str:
 def _data(node: yaml.Node, place: Place, file: Path, lines: dict[Place, int], faults: list[Fault]) -> Any:
     """The value of a node; fills the lines and the faults."""
     lines.setdefault(place, node.start_mark.line + 1)
+    if len(lines) > _MOST_ENTRIES:
+        raise InputError(Fault("the file", f"its anchors stand for more than {_MOST_ENTRIES} entries", file=str(file)))
     problem = _refused(node, place)
     if problem:
         faults.append(Fault(spelled(place), problem, file=f"{file}:{node.start_mark.line + 1}"))
@@ -139,10 +157,19 @@ def _data(node: yaml.Node, place: Place, file: Path, lines: dict[Place, int], fa
 
 
 def _refused(node: yaml.Node, place: Place) -> str:
-    """Why a node is not taken at all: tags that make objects, and anchors that hold themselves."""
+    """Why a node is not taken at all: tags that make objects, anchors that hold themselves, texts that are none."""
+    if isinstance(node, yaml.ScalarNode):
+        return _refused_text(str(node.value))
     if isinstance(node, yaml.CollectionNode) and node.tag not in _PLAIN:
         return f"has the tag {node.tag}, which a study file has no use for"
     return "nests too deeply" if len(place) > _DEEPEST else ""
+
+
+def _refused_text(text: str) -> str:
+    """Why a text or a name is not taken."""
+    if len(text) > _LONGEST_TEXT:
+        return f"has {len(text)} characters, more than {_LONGEST_TEXT}"
+    return "has control characters" if plain(text) != text else ""
 
 
 def _mapping(
@@ -155,6 +182,10 @@ def _mapping(
             faults.append(Fault(spelled(place), "keys must be plain names", hint="write the entries out", file=where))
             continue
         key = str(key_node.value)
+        if _refused_text(key):
+            shown = Fault(spelled(place), f"a name in it {_refused_text(key)}", key[:_MOST_SHOWN], file=where)
+            faults.append(shown)
+            continue
         inner = (*place, key)
         if key in found:
             first = lines[inner]

@@ -39,27 +39,39 @@ _WORDS = {
 }
 
 
-def read_form(document: Document) -> tuple[StudyForm, list[Fault], set[Place]]:
+class Places:
+    """Places of faults: what stands around one, or inside it, may be wrong as a consequence only."""
+
+    def __init__(self) -> None:
+        self._faulty: set[Place] = set()
+        self._around: set[Place] = set()
+
+    def add(self, place: Place) -> None:
+        """One more."""
+        self._faulty.add(place)
+        self._around |= {place[:end] for end in range(len(place) + 1)}
+
+    def touch(self, place: Place) -> bool:
+        """Whether a fault at a place may only be the consequence of one already known."""
+        return place in self._around or any(place[:end] in self._faulty for end in range(len(place)))
+
+
+def read_form(document: Document) -> tuple[StudyForm, list[Fault], Places]:
     """The study file as a form, as far as it can be read."""
     data: dict[str, Any] = copy.deepcopy(document.data)
     faults: list[Fault] = []
-    places: set[Place] = set()
+    places = Places()
     for _ in range(_ROUNDS):
         try:
             return StudyForm.model_validate(data), faults, places
         except ValidationError as error:
             for details in error.errors(include_url=False):
                 for place, fault in _faults(document, details):
-                    if not touches(place, places):
+                    if not places.touch(place):
                         faults.append(fault)
                         places.add(place)
                     _cut(data, place)
     return StudyForm.model_validate(_STAND_INS), faults, places
-
-
-def touches(place: Place, faulty: set[Place]) -> bool:
-    """Whether a fault at a place may only be the consequence of one already known."""
-    return any(known[: len(place)] == place or place[: len(known)] == known for known in faulty)
 
 
 def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Fault]]:
@@ -136,7 +148,7 @@ class Ledger:
 
     document: Document
     faults: list[Fault] = field(default_factory=list)
-    faulty: set[Place] = field(default_factory=set)
+    faulty: Places = field(default_factory=Places)
     notes: list[str] = field(default_factory=list)
 
     def fault(self, place: Place, problem: str, value: object = None, hint: str = "") -> None:
@@ -155,7 +167,7 @@ class Ledger:
 
     def spoiled(self, place: Place) -> bool:
         """Whether an entry has a fault already, so that what depends on it need not be looked at."""
-        return touches(place, self.faulty)
+        return self.faulty.touch(place)
 
     @contextmanager
     def gather(self, place: Place) -> Iterator[None]:

@@ -144,14 +144,17 @@ class Safety:
     """Factors on what is required, and the reserve below which a pass is MARGINAL.
 
     Attributes:
-        peak_torque: On gear and motor peak torque and peak current.
+        peak_torque: On gear and motor peak torque, peak current, and the share of torque in the motor's voltage.
         rms: On RMS current.
         speed: On speeds.
         voltage: On terminal voltage.
         reserve: A check that passes with utilisation above ``1 - reserve`` is MARGINAL.
         temperature_margin: Kept below the winding's limit [K].
         inertia_ratio: Largest reflected load inertia over rotor inertia; None: reported, not judged.
-        life: Wanted gear life [s]; None: reported, not judged.
+        life: Wanted of gears and their output bearings [s]; None: reported, not judged.
+        bearing_static_safety: On the static load of an output bearing: 1.5 is usual, 2 with shocks, 3 for precision.
+        bearing_load_factor: On the mean load of an output bearing in its life: up to 1.2 smooth, up to 1.5 usual, up
+            to 3 with shocks.
     """
 
     peak_torque: Factor = 1.0
@@ -162,6 +165,8 @@ class Safety:
     temperature_margin: TemperatureStep = 0.0
     inertia_ratio: Factor | None = None
     life: Duration | None = None
+    bearing_static_safety: Factor = 1.5
+    bearing_load_factor: Factor = 1.2
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,19 @@ def random_gear(make, rng, key):
         "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
         "axial_load_limit radial_load_limit diameter"
     ).split()
+    row = with_bearing(row, np.random.default_rng((int(1e6 * size), 3)))
     row = blanked(rng, row, optional, 0.15)
     return blanked(rng, row, ("efficiency", "inertia"), 0.05)
+
+
+def with_bearing(row, rng):
+    """A gear whose sheet mostly prints the rollers of its output bearing, some of them too weak."""
+    row = replace(
+        row, bearing_dynamic_rating=float(rng.choice([600.0, 3e4])), bearing_pitch_diameter=0.05,
+        bearing_static_rating=float(rng.choice([100.0, 2e4])), bearing_offset=float(rng.uniform(0.0, 0.03)),
+    )  # fmt: skip
+    ratings = ("bearing_dynamic_rating", "bearing_static_rating", "bearing_pitch_diameter", "bearing_offset")
+    return blanked(rng, row, ratings, 0.1)
 
 
 def random_friction(rng, curved):

@@ -65,7 +65,8 @@ def test_the_judge_says_what_the_public_laws_say(make, kind):
         assert op.figures.winding_temperature == pytest.approx(heat.peak_winding, rel=1e-7)
         if not heat.runaway:
             rms = np.sqrt(demand.mean((torque.total / torque_constant(op.drive.motor, heat.magnet_temperature)) ** 2))
-            assert op.figures.rms_current == pytest.approx(rms, rel=1e-7)
+            phase = 1.0 if demand.moves else np.sqrt(2.0)  # held for ever, one may carry the amplitude
+            assert op.figures.rms_current == pytest.approx(phase * rms, rel=1e-7)
 
 
 @pytest.mark.parametrize("kind", TASKS.KINDS)

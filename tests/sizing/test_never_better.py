@@ -27,13 +27,15 @@ MOTOR_LIMITS = (
 )
 GEAR_LIMITS = (
     "average_torque_limit", "repeated_peak_torque", "momentary_torque", "max_input_speed", "average_input_speed_limit",
-    "rated_life", "tilting_moment_limit", "axial_load_limit", "radial_load_limit",
+    "rated_life", "tilting_moment_limit", "axial_load_limit", "radial_load_limit", "bearing_dynamic_rating",
+    "bearing_static_rating",
 )  # fmt: skip
 # Without them a sheet says less, and no other number of it stands in.
 ALONE = (
     "max_speed rotor_inertia",
     "momentary_torque max_input_speed average_input_speed_limit rated_speed rated_life tilting_moment_limit "
-    "axial_load_limit radial_load_limit efficiency",
+    "axial_load_limit radial_load_limit efficiency bearing_dynamic_rating bearing_static_rating bearing_offset "
+    "bearing_pitch_diameter",
 )  # fmt: skip
 # A hot or resistive winding asks for less voltage where it brakes, weak magnets wherever it turns: that is physics.
 # So only what changes no temperature, no winding and no torque is held against it.
@@ -103,6 +105,12 @@ def lower_supply(study, rng):
     return study, replace(study, supply=replace(study.supply, voltage=0.4 * study.supply.voltage))
 
 
+def higher_factors(study, rng):
+    asked = study.safety
+    name = str(rng.choice(["peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor"]))
+    return study, replace(study, safety=replace(asked, **{name: 1.6 * getattr(asked, name)}))
+
+
 def a_datum_less(study, rng):
     motor, gear = (str(rng.choice(names.split())) for names in ALONE)
     if rng.random() < 0.5:
@@ -112,7 +120,7 @@ def a_datum_less(study, rng):
 
 WORSE = (
     hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, lower_limits, weaker_amplifier,
-    lower_supply, a_datum_less,
+    lower_supply, higher_factors, a_datum_less,
 )  # fmt: skip
 
 
@@ -136,7 +144,7 @@ def test_worse_data_never_make_a_verdict_better(make, change):
                 continue
             for check in joint.checks:
                 changed += later[check.name].verdict is not check.verdict
-                if check.name == VOLTS and change not in (lower_supply, weaker_amplifier):
+                if check.name == VOLTS and change not in (lower_supply, weaker_amplifier, higher_factors):
                     continue
                 if check.verdict in (Verdict.FAIL, Verdict.NOT_CHECKED):
                     assert later[check.name].verdict not in GOOD, (seed, name, check, later[check.name])

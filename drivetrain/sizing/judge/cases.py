@@ -66,16 +66,20 @@ class Figures:
 
     Attributes:
         input_speed, mean_input_speed: Of the gear, and so of the motor [rad/s].
-        load_torque, average_load_torque: At the gear's output [N m].
+        load_torque, average_load_torque: At the gear's output [N m]; the average of a joint that never moves is the
+            largest that it holds.
         gear_life: L10 [s].
         tilting_moment, axial_load, radial_load: On the output bearing [N m], [N].
+        bearing_static_load: That stands for the largest of each [N].
+        bearing_life: L10 of the output bearing [s].
         inertia_ratio: Load over rotor, at its largest.
         motor_torque: Largest electromagnetic, starting from rest included [N m].
         rms_torque: [N m].
         magnet_temperature, winding_temperature: Mean of the magnets, largest of the winding [C].
         hottest_part, hottest_time: Part in which the winding is hottest, and when, from its start [s].
         heat_converged: 1 where magnet and housing temperature could be matched.
-        motor_current, rms_current: [A].
+        motor_current, rms_current: [A]; of a joint that never moves what one phase may carry, see
+            ``standstill_current``.
         voltage: Largest at the terminals [V].
         energy, mean_power: Electrical, over a cycle [J], [W].
     """
@@ -88,6 +92,8 @@ class Figures:
     tilting_moment: float = UNKNOWN
     axial_load: float = UNKNOWN
     radial_load: float = UNKNOWN
+    bearing_static_load: float = UNKNOWN
+    bearing_life: float = UNKNOWN
     inertia_ratio: float = UNKNOWN
     motor_torque: float = UNKNOWN
     rms_torque: float = UNKNOWN

@@ -74,7 +74,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "gear average torque", "N m", "figures.average_load_torque", "limits.average_torque", GEAR,
-        "average torque limit", words=words.average_torque, formula="(sum |n| |T|^e t / sum |n| t)^(1/e)",
+        "average torque limit", words=words.average_torque,
+        formula="(sum |n| |T|^e t / sum |n| t)^(1/e); of a joint that never moves the largest torque that it holds",
     ),
     Requirement(
         "gear maximum input speed", "rad/s", "figures.input_speed", "gear.max_input_speed", GEAR,
@@ -91,8 +92,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "output bearing tilting moment", "N m", "figures.tilting_moment", "gear.tilting_moment_limit", GEAR,
         "output bearing tilting moment limit", "safety.peak_torque", essential=True, asked="setting.bearing",
-        instant="tilting_moment", words=words.bearing,
-        formula="largest moment across the output axis",
+        instant="tilting_moment", words=words.tilting,
+        formula="largest moment across the output axis, about the bearing's centre on its worse side",
     ),
     Requirement(
         "output bearing axial load", "N", "figures.axial_load", "gear.axial_load_limit", GEAR,
@@ -105,6 +106,17 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "output bearing radial load limit", "safety.peak_torque", essential=True, asked="setting.bearing",
         instant="radial_load", words=words.bearing,
         formula="largest force across the output axis",
+    ),
+    Requirement(
+        "output bearing static load", "N", "figures.bearing_static_load", "gear.bearing_static_rating", GEAR,
+        "static rating of the output bearing", "safety.bearing_static_safety", asked="setting.bearing",
+        words=words.bearing_rating, formula="P0 = Fr + 2 M/dp + 0.44 Fa, of the largest of each; the factor is C0/P0",
+    ),
+    Requirement(
+        "output bearing life L10", "h", "safety.life", "figures.bearing_life", GEAR, asked="setting.bearing",
+        scale=1.0 / 3600.0, words=words.bearing_life,
+        formula="10^6 turns (C/(fw P))^(10/3); P: mean over the travel of Fr + 2 M/dp + 0.45 Fa, or if that is more of "
+        "0.67 (Fr + 2 M/dp + Fa)",
     ),
     Requirement(
         "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",
@@ -130,11 +142,13 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "motor voltage", "V", "figures.voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,
         instant="largest_voltage", words=words.voltage,
-        formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest",
+        formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest; i plain, and times "
+        "the factor on peak torque",
     ),
     Requirement(
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "", "safety.rms",
-        essential=True, words=words.rms_current, formula="RMS torque / kt(magnets)",
+        essential=True, words=words.rms_current,
+        formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
         "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT, "",
@@ -143,7 +157,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,
-        "continuous current", "safety.rms", formula="RMS torque / kt(magnets)",
+        "continuous current", "safety.rms", words=words.amplifier_lasting,
+        formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
         "supply peak power", "W", "peak_power", "peak_power", SUPPLY, instant="power",

@@ -11,11 +11,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drivetrain.drive.amplifier import standstill_current
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
+from drivetrain.drive.output_bearing import (
+    ROLLER_EXPONENT,
+    bearing_arm,
+    bearing_life,
+    equivalent_load,
+    moment_square,
+    static_load,
+)
 from drivetrain.drive.periodic_heat import copper_of, interval_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
@@ -72,7 +81,7 @@ def judge_all(
     used: Any, found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
     """``judge_cases``; with ``screen`` the peaks of some samples alone, than which those of all samples are no less."""
-    motion, traces, torque, still = work.motion, work.traces, work.load.torque, still_figures(work.load)
+    motion, traces, torque = work.motion, work.traces, work.load.torque
     for i in range(len(cases)):
         case, row = cases[i], numbers[i]
         figures, ambient, unknown = case.figures, case.setting.ambient, unknown_torque(case)
@@ -84,9 +93,11 @@ def judge_all(
         if len(work.added.torque) > 0:
             torque = work.sum.torque
             add_rows(work.load.torque, work.added.torque, amounts[i], torque)
-            if bearing_asked(case):
-                still = still_figures(added_up(work.load, work.added, amounts[i], work.sum))
-        set_mechanics(case, mechanical(case, motion, torque, traces), still)
+        if len(work.added.torque) > 0 and bearing_asked(case):
+            set_carried(case, added_up(work.load, work.added, amounts[i], work.sum), motion, quick)
+        else:
+            set_carried(case, work.load, motion, quick)
+        set_mechanics(case, mechanical(case, motion, torque, traces))
         found[i], binding[i] = 0.0, NOTHING
         for stage in (GEAR, SPEED, TORQUE):
             if found[i] <= until:
@@ -96,12 +107,12 @@ def judge_all(
         if found[i] <= until:
             volts = cold_voltage(case, motion, traces)
             if quick and case.motor.magnet_coefficient <= 0.0:  # warm, it needs no less current
-                set_currents(figures, torque_constant(case.motor, ambient))
+                set_currents(case, torque_constant(case.motor, ambient))
                 figures.winding_temperature, figures.voltage = np.nan, volts
                 found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         if found[i] <= until:
             warm_up(case, motion, traces)
-            set_currents(figures, torque_constant(case.motor, figures.magnet_temperature))
+            set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
             volts = larger(volts, starting_voltage(case, motion, traces))
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
@@ -113,14 +124,11 @@ def judge_all(
 
 
 @law
-def set_mechanics(case: Any, found: Any, still: Any) -> None:
+def set_mechanics(case: Any, found: Any) -> None:
     """The figures that need no temperature."""
     gear, figures, unknown = case.gear, case.figures, unknown_torque(case)
     figures.load_torque, figures.average_load_torque = found.load, found.average_load
     figures.gear_life = life_of(gear, found.average_load, figures.mean_input_speed)
-    figures.tilting_moment, figures.axial_load, figures.radial_load = still.tilting, still.axial, still.radial
-    inertia = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
-    figures.inertia_ratio = still.inertia / (gear.ratio * gear.ratio * inertia)
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / case.setting.duration) + unknown
 
@@ -145,10 +153,12 @@ def set_limits(case: Any) -> None:
 
 
 @law(fastmath=FAST)
-def set_currents(figures: Any, constant: Any) -> None:
+def set_currents(case: Any, constant: Any) -> None:
     """Peak and RMS current with a torque constant [N m/A]."""
+    figures = case.figures
     figures.motor_current = figures.motor_torque / abs(constant)
-    figures.rms_current = figures.rms_torque / abs(constant)
+    rms = figures.rms_torque / abs(constant)
+    figures.rms_current = rms if case.setting.moves != 0.0 else standstill_current(rms)
 
 
 @law(fastmath=FAST)
@@ -249,38 +259,46 @@ def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
             out[t] += amount * row[t]
 
 
-class Still(NamedTuple):
-    """Figures of a load that no motor and no ratio changes; NaN where its series are not known.
-
-    Attributes:
-        tilting, axial, radial: Largest loads on the output bearing [N m], [N].
-        inertia: Largest at the output [kg m^2].
-    """
-
-    tilting: float
-    axial: float
-    radial: float
-    inertia: float
-
-
 @law(fastmath=FAST)
-def still_figures(load: Any) -> Any:
-    """Of one load."""
-    wrench = load.wrench
+def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
+    """The figures of what a load does to the output bearing and asks of the rotor; NaN where its series are unknown."""
+    gear, figures, arm, wrench = case.gear, case.figures, bearing_arm(case.gear), load.wrench
     mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
+    lever, unknown = known_or(arm, 0.0), 0.0 * arm if len(mx) > 0 else np.nan
     tilt, side, push, inertia = 0.0, 0.0, 0.0, 0.0
     for t in range(len(mx)):
-        tilt = larger(tilt, mx[t] * mx[t] + my[t] * my[t])
+        tilt = larger(tilt, moment_square(lever, mx[t], my[t], fx[t], fy[t]))
         side = larger(side, fx[t] * fx[t] + fy[t] * fy[t])
         push = larger(push, abs(fz[t]))
     for t in range(len(load.inertia)):
         inertia = larger(inertia, abs(load.inertia[t]))
-    across, most = math.sqrt(tilt), inertia
-    if len(mx) == 0:
-        across, push, side = np.nan, np.nan, np.nan
-    if len(load.inertia) == 0:
-        most = np.nan
-    return Still(across, push, math.sqrt(side), most)
+    figures.tilting_moment = math.sqrt(tilt) + unknown
+    figures.radial_load, figures.axial_load = (math.sqrt(side), push) if len(mx) > 0 else (np.nan, np.nan)
+    figures.bearing_static_load = static_load(
+        gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
+    )
+    wanted = known(gear.bearing_dynamic_rating + figures.bearing_static_load)
+    if wanted and (known(case.safety.life) or not quick):
+        mean = mean_bearing_load(gear.bearing_pitch_diameter, arm, wrench, motion)
+        fw, speed = case.safety.bearing_load_factor, case.setting.mean_speed
+        figures.bearing_life = bearing_life(gear.bearing_dynamic_rating, fw, mean, speed)
+    rotor = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
+    most = inertia if len(load.inertia) > 0 else np.nan
+    figures.inertia_ratio = most / (gear.ratio * gear.ratio * rotor)
+
+
+@law(fastmath=FAST)
+def mean_bearing_load(diameter: Any, arm: Any, wrench: Any, motion: Any) -> Any:
+    """The mean load of rollers over their travel, (sum |n| P^(10/3) t / sum |n| t)^(3/10) [N]."""
+    worn, travel = 0.0, 0.0
+    for t in range(wrench.shape[1]):
+        fx, fy = wrench[3, t], wrench[4, t]
+        moment = math.sqrt(moment_square(arm, wrench[0, t], wrench[1, t], fx, fy))
+        load = equivalent_load(diameter, moment, math.sqrt(fx * fx + fy * fy), abs(wrench[5, t]))
+        way = motion.weight[t] * abs(motion.speed[t])
+        worn += way * wear(load, ROLLER_EXPONENT)
+        travel += way
+    return (worn / travel) ** (1.0 / ROLLER_EXPONENT) if travel > 0.0 else 0.0
 
 
 class Mechanical(NamedTuple):
@@ -308,8 +326,8 @@ def excess_series(curve: Any, ratio: Any, speed: Any, excess: Any) -> None:
 def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
     """The pass over the mechanics: load at the gear's output and torque of the motor, at every sample.
 
-    The average load is (sum |n| |T|^e t / sum |n| t)^(1/e), Harmonic Drive SHG, p. 30; the largest torques count what
-    it takes to break a resting joint loose.
+    The average load is (sum |n| |T|^e t / sum |n| t)^(1/e), Harmonic Drive SHG, p. 30, and where nothing turns the
+    largest that is held; the largest torques count what it takes to break a resting joint loose.
     """
     mesh, torque = mesh_of(case.gear), traces.torque[1:-1]
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
@@ -340,7 +358,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
         rest = slice(first, last)
         resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, rest, gear_torque[rest], traces)
         largest_load, largest = larger(largest_load, resting_load), larger(largest, start)
-    average = (worn / travel) ** (1.0 / exponent) if travel > 0.0 else 0.0
+    average = (worn / travel) ** (1.0 / exponent) if travel > 0.0 else largest_load
     return Mechanical(largest_load, average, largest, square)
 
 
@@ -394,18 +412,29 @@ def friction_losses(case: Any, motion: Any, traces: Any) -> None:
         loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed
 
 
+@law
+def torque_factor(safety: Any) -> Any:
+    """On the torque behind a voltage: that on peak torque, never less than 1.
+
+    A motor that brakes may ask more voltage with less torque, so the plain torque counts beside it: of both the larger.
+    """
+    return max(safety.peak_torque, 1.0)
+
+
 @law(fastmath=FAST)
 def cold_voltage(case: Any, motion: Any, traces: Any) -> Any:
     """Largest voltage while everything is at ambient temperature, when strong magnets ask more at speed [V]."""
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
     ratio, inductance, ambient = case.gear.ratio, known_or(case.motor.inductance, 0.0), case.setting.ambient
     constant, ohms, largest = torque_constant(case.motor, ambient), winding_resistance(case.motor, ambient), 0.0
-    inverse = 1.0 / constant
+    inverse, more = 1.0 / constant, torque_factor(case.safety)
     for t in range(len(torque)):
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
         speed = ratio * motion.speed[t]
-        volts = winding_voltage(constant, ohms, inductance, speed, torque[t] * inverse, rate * inverse)
-        largest = larger(largest, abs(volts))
+        current, rise = torque[t] * inverse, rate * inverse
+        volts = winding_voltage(constant, ohms, inductance, speed, current, rise)
+        spare = winding_voltage(constant, ohms, inductance, speed, more * current, more * rise)
+        largest = larger(largest, larger(abs(volts), abs(spare)))
     return largest
 
 
@@ -413,11 +442,12 @@ def cold_voltage(case: Any, motion: Any, traces: Any) -> Any:
 def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
     """Largest voltage that starts the joint from rest, or holds it [V]."""
     largest, constant = 0.0, torque_constant(case.motor, case.figures.magnet_temperature)
+    more = torque_factor(case.safety)
     for first, last in motion.rests:
         winding, starting = traces.losses.winding_at[first:last], traces.starting[first:last]
         for t in range(len(starting)):
             hot = winding_resistance(case.motor, winding[t])
-            largest = larger(largest, abs(hot * starting[t] / constant))
+            largest = larger(largest, abs(more * hot * starting[t] / constant))
     return largest
 
 
@@ -430,13 +460,14 @@ def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
     ratio, inductance, largest, energy = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 0.0
     constant, ohms = torque_constant(case.motor, case.figures.magnet_temperature), winding_resistance(case.motor, 0.0)
-    slope, inverse = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant
+    slope, inverse, more = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant, torque_factor(case.safety)
     for t in range(len(torque)):
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
         speed, current, hot = ratio * motion.speed[t], torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
         volts = winding_voltage(constant, hot, inductance, speed, current, rate * inverse)
+        spare = winding_voltage(constant, hot, inductance, speed, more * current, more * (rate * inverse))
         drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current
-        largest = larger(largest, abs(volts))
+        largest = larger(largest, larger(abs(volts), abs(spare)))
         energy += motion.weight[t] * drawn
         power[t] += drawn
     case.figures.energy, case.figures.mean_power = energy, energy / case.setting.duration

@@ -21,7 +21,9 @@ from drivetrain.study.verdicts import lacking
 
 REPEATED, PEAK, RMS = "gear repeated peak torque", "motor peak torque", "motor RMS current"
 SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
-BEARING = {row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing"}
+BEARING = {
+    row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing" and row.essential
+}
 LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
 
@@ -127,7 +129,8 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, gear, ("repeated_peak_torque", "continuous_torque"), (REPEATED,))
     bearing = tuple(name for name in lacks if name in BEARING)
     if bearing:
-        columns = ", ".join(BEARING[name] for name in bearing)
+        columns = ", ".join(BEARING[name] for name in bearing if getattr(gear, BEARING[name]) is None)
+        columns = columns or "bearing_offset"
         beside = "(where the joint has a bearing of its own) output_bearing: external in the study"
         yield _gap(study, joint, gear, (columns, beside), bearing)
     others = tuple(name for name in lacks if name != REPEATED and name not in BEARING)

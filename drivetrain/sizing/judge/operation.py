@@ -14,12 +14,13 @@ from drivetrain.drive.drive import Drive, drive_inertia, rotor_torque
 from drivetrain.drive.heat import ThermalNetwork, thermal_network
 from drivetrain.drive.motor import terminal_voltage, torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import SourcedValue, continuous_current
+from drivetrain.drive.output_bearing import moment_square
 from drivetrain.records import as_numbers, columns
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.demand.series import work_of
 from drivetrain.sizing.judge.cases import CASE, cases_of
 from drivetrain.sizing.judge.checks import CHECKS, table
-from drivetrain.sizing.judge.judge import judge_cases
+from drivetrain.sizing.judge.judge import judge_cases, torque_factor
 from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.results import JointSeries
 from drivetrain.study.model import JointTask, Safety, Study, Supply
@@ -131,6 +132,14 @@ class Operation:
         return self.judgement.power
 
     @cached_property
+    def tilting_moment(self) -> Array | None:
+        """About the centre of the output bearing, on its worse side [N m], (N,); None where the loads are unknown."""
+        if self.demand.wrench is None:
+            return None
+        mx, my, _, fx, fy, _ = self.demand.wrench.T
+        return np.sqrt(moment_square(self.drive.gear.bearing_offset or 0.0, mx, my, fx, fy))
+
+    @cached_property
     def runaway(self) -> bool:
         """Whether no steady temperature exists."""
         return self.network is not None and bool(np.isinf(self.judgement.work.traces.losses.housing_at[0]))
@@ -168,14 +177,18 @@ class Operation:
     @cached_property
     def largest_voltage(self) -> Array:
         """Magnitude to be held against the supply [V], (N,): the largest of warm, cold, and to start from rest."""
-        running = np.maximum(np.abs(self.voltage), np.abs(self._voltage(self.study.ambient, self.study.ambient)))
-        start = winding_resistance(self.drive.motor, self.winding_temperature) * self.peak_torque / self.constant
-        return np.maximum(running, np.where(self.demand.at_rest, np.abs(start), 0.0))
+        air, more, magnets = self.study.ambient, torque_factor(self.safety), float(self.figures.magnet_temperature)
+        start = winding_resistance(self.drive.motor, self.winding_temperature) * more * self.peak_torque / self.constant
+        largest = np.where(self.demand.at_rest, np.abs(start), 0.0)
+        for times in (1.0, more):
+            warm, cold = self._voltage(magnets, self.winding_temperature, times), self._voltage(air, air, times)
+            largest = np.maximum(largest, np.maximum(np.abs(warm), np.abs(cold)))
+        return largest
 
-    def _voltage(self, magnets: float, winding: Array | float) -> Array:
-        """At the terminals, with magnets and winding of some temperatures [C]."""
+    def _voltage(self, magnets: float, winding: Array | float, more: float = 1.0) -> Array:
+        """At the terminals, with magnets and winding of some temperatures [C] and so many times the torque."""
         motion = self.judgement.work.motion
-        current = self.judgement.work.traces.torque / torque_constant(self.drive.motor, magnets)
+        current = more * self.judgement.work.traces.torque / torque_constant(self.drive.motor, magnets)
         steps = np.diff(current)
         rate = motion.rate_after * steps[1:] - motion.rate_before * steps[:-1]  # no digits lost where steps are tiny
         return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)

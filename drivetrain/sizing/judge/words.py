@@ -14,6 +14,7 @@ from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear
 
+STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
 NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
 
@@ -58,6 +59,8 @@ def average_torque(op: Any, row: Any) -> Words:
     """The same of the average, with the exponent by which it is made."""
     gear = op.drive.gear
     source, remark = f"average torque limit of {sheet_name(gear)}", f"average with exponent {torque_exponent(gear):.3g}"
+    if not op.demand.moves:
+        remark = "the joint never moves: the largest torque that it holds"
     if gear.average_torque_limit is not None:
         return Words(source, remark)
     if gear.continuous_torque is None:
@@ -76,10 +79,59 @@ def gear_life(op: Any, row: Any) -> Words:
 
 def bearing(op: Any, row: Any) -> Words:
     """Only where the loads across the axis are known."""
+    elsewhere = _carried_elsewhere(op)
+    if elsewhere is not None:
+        return elsewhere
+    said = printed(op, row)
+    hint = "; if the joint has a bearing of its own, state output_bearing: external"
+    return said._replace(remark=said.remark + hint) if said.remark else said
+
+
+def tilting(op: Any, row: Any) -> Words:
+    """The moment is about the bearing's centre, where the sheet says where that is."""
+    said, gear = bearing(op, row), op.drive.gear
+    if said.silent or said.remark or gear.bearing_offset is not None:
+        return said
+    if gear.bearing_pitch_diameter is not None:
+        return said._replace(remark="bearing offset is not in the catalogue row")
+    return said._replace(remark="the bearing's centre is not in the catalogue row: the moment about the joint's point")
+
+
+def bearing_rating(op: Any, row: Any) -> Words:
+    """Of the rollers; few makers of planetary gears print it."""
+    said = _carried_elsewhere(op) or printed(op, row)
+    return said if said.remark else said._replace(remark=_bearing_lack(op))
+
+
+def bearing_life(op: Any, row: Any) -> Words:
+    """Only told when the study wants none."""
+    elsewhere, gear, lack = _carried_elsewhere(op), op.drive.gear, _bearing_lack(op)
+    if elsewhere is not None:
+        return elsewhere
+    if gear.bearing_dynamic_rating is None:
+        lack = "dynamic rating of the output bearing is not in the catalogue row"
+    if lack:
+        return Words("", lack)
+    rating = f"dynamic rating {gear.bearing_dynamic_rating:g} N of {sheet_name(gear)}"
+    remark = "told, not judged: the study asks no life" if op.safety.life is None else ""
+    return Words(f"{rating}, load factor {op.safety.bearing_load_factor:g}", remark)
+
+
+def _bearing_lack(op: Any) -> str:
+    """What of the bearing's shape is unknown, in words."""
+    gear = op.drive.gear
+    lacks = [
+        name
+        for name, value in (("pitch diameter", gear.bearing_pitch_diameter), ("offset", gear.bearing_offset))
+        if value is None
+    ]
+    return f"bearing {' and '.join(lacks)} not in the catalogue row" if lacks else ""
+
+
+def _carried_elsewhere(op: Any) -> Words | None:
+    """Why the gear's output bearing is not asked; None where it is."""
     if rests_on_gear(op.task, op.demand):
-        said = printed(op, row)
-        hint = "; if the joint has a bearing of its own, state output_bearing: external"
-        return said._replace(remark=said.remark + hint) if said.remark else said
+        return None
     if op.task.output_bearing == "external":
         return Words("", "the joint has a bearing of its own, as the study states", silent=True)
     reason = "the joint slides: its guide carries the loads across"
@@ -121,6 +173,9 @@ def short_time(op: Any, row: Any) -> Words:
 def voltage(op: Any, row: Any) -> Words:
     """What reaches the terminals."""
     remark = "" if op.drive.motor.inductance is not None else "inductance unknown: its share is left out"
+    if op.safety.peak_torque > 1.0:
+        held = f"R i and L di/dt also with {op.safety.peak_torque:g} times the torque, the factor on peak torque"
+        remark = f"{held}; {remark}" if remark else held
     return Words(f"supply {op.supply.voltage:g} V x modulation {op.task.amplifier.modulation:g}", remark)
 
 
@@ -131,9 +186,17 @@ def rms_current(op: Any, row: Any) -> Words:
         return Words(limit.source, limit.source)
     if op.network is None:
         return Words(limit.source, "no thermal data in the catalogue row to tell whether the RMS rule holds")
+    if not op.demand.moves:
+        return Words(limit.source, STANDS)
     cycle = op.demand.cycle
     said = rms_rule_validity(op.network, op.demand.time, op.current, limit.value, parts=cycle.parts)
     return Words(limit.source, said or _hot_parts(op, limit.value))
+
+
+def amplifier_lasting(op: Any, row: Any) -> Words:
+    """The same of the amplifier."""
+    said = printed(op, row)
+    return said if said.remark or op.demand.moves else said._replace(remark=STANDS)
 
 
 def _hot_parts(op: Any, continuous: float) -> str:

@@ -25,6 +25,7 @@ from drivetrain.drive.friction import (
 )
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
 from drivetrain.drive.motor import torque_constant, winding_resistance
+from drivetrain.drive.output_bearing import bearing_arm, static_load
 from drivetrain.drive.periodic_heat import thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
@@ -39,6 +40,7 @@ from drivetrain.sizing.judge.judge import (
     first_lacking,
     set_currents,
     set_limits,
+    torque_factor,
     worst,
 )
 from drivetrain.vector import larger, smaller
@@ -269,7 +271,14 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     if not peaks:
         figures.average_load_torque = least_average(case, span)
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
-        figures.tilting_moment, figures.axial_load, figures.radial_load = span.bearing
+        # About its centre, on the worse side, the moment is no less than about the joint's point, nor than the radial
+        # force times the way there.
+        arm, radial = bearing_arm(gear), span.bearing[2]
+        figures.tilting_moment = larger(span.bearing[0], known_or(arm, 0.0) * radial) + 0.0 * (arm + radial)
+        figures.axial_load, figures.radial_load = span.bearing[1], span.bearing[2]
+        figures.bearing_static_load = static_load(
+            gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
+        )
     used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks)
     used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
     unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess
@@ -285,11 +294,12 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     if weakest <= 0.0:  # it runs away; where the torque is not known nobody says so
         return np.inf if known(unknown) else used, heat
     if motor.magnet_coefficient <= 0.0 or not heated:  # else warm magnets may be stronger without bound
-        set_currents(figures, weakest)
-    cold = torque_constant(motor, setting.ambient)
-    volts = least_voltage(case, span, cold, winding_resistance(motor, setting.ambient))
-    if not heated:
-        volts = larger(volts, least_voltage(case, span, cold, winding_resistance(motor, heat.coolest)))
+        set_currents(case, weakest)
+    cold, volts = torque_constant(motor, setting.ambient), 0.0
+    for more in (1.0, torque_factor(case.safety)):
+        volts = larger(volts, least_voltage(case, span, cold, winding_resistance(motor, setting.ambient), more))
+        if not heated:
+            volts = larger(volts, least_voltage(case, span, cold, winding_resistance(motor, heat.coolest), more))
     figures.voltage = volts + unknown
     used, _ = worst(case, row, checks, HEAT, used, NOTHING, NO)
     return used, heat
@@ -351,12 +361,14 @@ def least_mechanical(case: Any, span: Span, amounts: Any) -> Any:
 def least_average(case: Any, span: Span) -> Any:
     """The least average load as wear sees it [N m]; Harmonic Drive SHG, p. 30."""
     motion, low, high, exponent = span.motion, span.own_low, span.own_high, case.gear.life_exponent
-    shown, worn, travel = span.shown, 0.0, 0.0
+    shown, worn, travel, held = span.shown, 0.0, 0.0, 0.0
     for t in range(len(low)):
         way = motion.weight[t] * abs(motion.speed[t])
-        worn += way * wear(larger(larger(low[t] + shown[t], -(high[t] + shown[t])), 0.0), exponent)
+        least = larger(larger(low[t] + shown[t], -(high[t] + shown[t])), 0.0)
+        worn += way * wear(least, exponent)
         travel += way
-    return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else 0.0
+        held = larger(held, least)
+    return (worn / travel) ** (1.0 / exponent) if travel > 0.0 else held
 
 
 class LeastHeat(NamedTuple):
@@ -447,10 +459,10 @@ def resting_share(nodes: Any, parts: Any, duration: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def least_voltage(case: Any, span: Span, constant: Any, ohms: Any) -> Any:
-    """Least largest voltage at fixed temperatures, the first and the last sample left out [V]."""
+def least_voltage(case: Any, span: Span, constant: Any, ohms: Any, more: Any) -> Any:
+    """Least largest voltage at fixed temperatures with so many times the torque, first and last sample left out [V]."""
     motion, least, most = span.motion, span.least, span.most
-    ratio, inductance, inverse, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), 1.0 / constant, 0.0
+    ratio, inductance, inverse, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), more / constant, 0.0
     l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
     speed, behind, at, ahead = (
         motion.speed[1:-1],
