@@ -49,9 +49,7 @@ def simulate(
     """
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
-    engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
-    if not isinstance(engine, Engine):
-        raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
+    engine = engine_of(solver)
     if not isinstance(resume, Recording | None):
         hint = "load_recording reads one from its file"
         raise InputError(Fault("resume", "must be a recording", type(resume).__name__, hint))
@@ -66,6 +64,18 @@ def simulate(
     kept = None if resume is None else dict(resume.kept)
     outcome = engine.run(ready, Wish(interval, progress, kept))
     return _recording(ready, engine, outcome, kept or {})
+
+
+def engine_of(solver: Engine | Solver | None) -> Engine:
+    """The engine that is meant.
+
+    Raises:
+        InputError: Neither an engine nor a solver.
+    """
+    engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
+    if not isinstance(engine, Engine):
+        raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
+    return engine
 
 
 def _recording(plan: Plan, engine: Engine, outcome: Outcome, resumed: Mapping[str, Any]) -> Recording:
