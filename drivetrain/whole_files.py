@@ -23,7 +23,7 @@ def read_text(path: Path) -> str:
     except InputError:
         raise
     except (OSError, ValueError) as error:
-        problem = error.strerror if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
+        problem = str(error.strerror) if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
         raise InputError(Fault("the file", f"cannot be read: {problem}", file=str(path))) from None
 
 
