@@ -86,12 +86,19 @@ class Pin:
 
 @dataclass
 class HeatPort:
-    """A motor's two thermal nodes: temperatures [C], and losses that warm them [W]."""
+    """A motor's two thermal nodes and its gear: temperatures [C], and losses that warm them [W].
+
+    Attributes:
+        gear: Of the gear, the housing's where it warms that.
+        drag_power: Share of the motor's dry friction that is the gear's drag.
+    """
 
     winding: float = 0.0
     housing: float = 0.0
+    gear: float = 0.0
     copper_loss: float = 0.0
     viscous_power: float = 0.0
+    drag_power: float = 0.0
 
 
 @dataclass
