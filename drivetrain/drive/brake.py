@@ -63,7 +63,7 @@ class Brake:
             value = getattr(self, name)
             if value not in known:
                 faults.append(
-                    Fault(f"{owner}.{name}", "must be one of " + ", ".join(known), value, nearest(value, known))
+                    Fault(f"{owner}.{name}", "must be one of " + ", ".join(known), value, nearest(str(value), known))
                 )
         if faults:
             raise InputError(faults)
