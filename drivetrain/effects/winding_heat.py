@@ -87,7 +87,8 @@ def _into_housing(own: Any, joint: Any) -> float:
 
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
-    joint.heat.gear = joint.heat.housing
+    if own.gear_heat > 0.0:
+        joint.heat.gear = joint.heat.housing
 
 
 @joint_law(Own)

@@ -94,7 +94,7 @@ def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
         raise InputError(Fault("cycle", "holds no torques: it is no load table"))
     travel = cycle.position[-1] - cycle.position[0]
     starts = cycle.duration * np.arange(repetitions)
-    time = np.concatenate([start + cycle.time for start in starts])
+    time = np.maximum.accumulate(np.concatenate([start + cycle.time for start in starts]))  # rounding falls
     position = np.concatenate([cycle.position + k * travel for k in range(repetitions)])
     velocity, acceleration = (np.tile(values, (repetitions, 1)) for values in (cycle.velocity, cycle.acceleration))
     load = (task.load_inertia or 0.0) * cycle.acceleration[:, 0] - cycle.torque[:, 0]
