@@ -35,6 +35,7 @@ class Setting:
         gear_heat: Share of the gear's loss that warms the motor's housing.
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.
+        brake: 1 where a brake must hold the joint, else 0.
     """
 
     ambient: float = 0.0
@@ -49,6 +50,7 @@ class Setting:
     gear_heat: float = 1.0
     cold_start: float | None = None
     cold: float = 0.0
+    brake: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,8 @@ class Figures:
         gear_loss: Mean power that the gear takes while it turns [W].
         housing_temperature: Mean [C].
         energy, mean_power: Electrical, over a cycle [J], [W].
+        holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
+        stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
     """
 
     input_speed: float = UNKNOWN
@@ -126,6 +130,8 @@ class Figures:
     housing_temperature: float = UNKNOWN
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
+    holding_torque: float = UNKNOWN
+    stopping_energy: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -166,7 +172,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, float(study.drag_temperature(study.ambient)), task.gear_heat,
-        study.cold_start, float(study.cold_start is not None),
+        study.cold_start, float(study.cold_start is not None), float(bool(task.brakes)),
     )  # fmt: skip
 
 
