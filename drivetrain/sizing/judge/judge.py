@@ -174,7 +174,7 @@ def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stopp
     gear, setting, figures = case.gear, case.setting, case.figures
     figures.stop_torque = np.nan
     if setting.moves == 0.0:
-        figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = 0.0, 0.0, 0.0
+        figures.stop_torque, figures.stop_motor_torque, figures.stop_travel = 0.0, unknown_torque(case), 0.0
     elif setting.ramped != 0.0:
         figures.stop_travel = 0.5 * setting.fastest * setting.stop_ramp
         if len(stop) > 0:
