@@ -24,11 +24,12 @@ MOMENTARY_WAVES = 1e4
 GEAR_KINDS = ("planetary", "strain_wave", "rv", "koaxdrive", "spur", "ideal")
 
 _OPTIONAL_POSITIVE = (
+    "momentary_waves ratcheting_torque buckling_torque "
     "continuous_torque average_torque_limit repeated_peak_torque momentary_torque max_input_speed "
     "average_input_speed_limit rated_speed rated_life life_exponent stiffness_1 stiffness_2 stiffness_3 torque_1 "
     "bearing_dynamic_rating bearing_static_rating bearing_pitch_diameter bearing_offset drag_speed "
     "torque_2 tilting_moment_limit axial_load_limit radial_load_limit size pitch_diameter diameter length "
-    "max_motor_shaft stages ratcheting_torque buckling_torque momentary_waves"
+    "max_motor_shaft stages"
 ).split()
 _RANGES = {
     "ratio": FINITE,
