@@ -78,7 +78,8 @@ class Traces(NamedTuple):
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
         drag: Of the gear, at its input [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
-        housing_loss: Power that friction at the motor's shaft and the gear bring into the housing [W].
+        friction_loss: Power lost at the motor's shaft [W].
+        gear_loss: In mesh and drag [W].
         power: Electrical, where nobody asks for it [W].
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
@@ -91,7 +92,8 @@ class Traces(NamedTuple):
     shaft_excess: Array
     drag: Array
     starting: Array
-    housing_loss: Array
+    friction_loss: Array
+    gear_loss: Array
     power: Array
     losses: Losses
     parts: Any
@@ -141,9 +143,9 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, drag, starting, housing, power = np.zeros((8, samples))
+    load, joint, loss, shaft, drag, starting, friction, gear, power = np.zeros((9, samples))
     return Traces(
-        load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, housing, power, new_losses(samples),
+        load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, friction, gear, power, new_losses(samples),
         new_parts(parts),
     )  # fmt: skip
 

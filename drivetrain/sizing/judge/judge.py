@@ -15,7 +15,13 @@ from drivetrain.drive.amplifier import standstill_current
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, unknown_loss, wear
-from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power, turning_drag
+from drivetrain.drive.gear_loss import (
+    DRAG_TEMPERATURES,
+    drag_factor,
+    mesh_loss_power,
+    settled_temperature,
+    turning_drag,
+)
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
 from drivetrain.drive.output_bearing import (
@@ -26,7 +32,7 @@ from drivetrain.drive.output_bearing import (
     moment_square,
     static_load,
 )
-from drivetrain.drive.periodic_heat import copper_of, interval_means, periodic_heat, thermal_nodes
+from drivetrain.drive.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work
@@ -116,13 +122,13 @@ def judge_all(
                 figures.winding_temperature, figures.voltage = np.nan, volts
                 found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         if found[i] <= until:
-            housing_losses(case, motion, traces)
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
             volts = larger(volts, starting_voltage(case, motion, traces))
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
             figures.winding_temperature += unknown
+            figures.gear_loss += unknown
             found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         lacking[i] = first_lacking(case, row, checks, YES)
         for k in range(len(checks) if i < len(used) else 0):
@@ -409,19 +415,36 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     """The temperatures of a drive at work, those of the winding at the samples.
 
     Where the sheet does not say enough, or no steady temperature exists, the magnets are at ambient temperature and the
-    winding at its limit.
+    winding at its limit. The gear's heat is that of a gear as warm as its housing; of a mix on a sheet that knows one
+    node each part keeps its own, with the gear at ``gear_temperature``.
     """
     motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
     nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
-    figures.housing_temperature = np.nan
     figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
+    figures.housing_temperature, share = np.nan, case.setting.gear_heat
+    meshed, dragged = shaft_losses(case, motion, traces)
+    figures.gear_loss = meshed + dragged * drag_factor(mesh_of(case.gear), case.setting.gear_temperature)
     if known(nodes.inner + nodes.outer):
-        interval_means(traces.torque[1:-1], traces.housing_loss, losses)
+        interval_means(traces.torque[1:-1], traces.friction_loss, losses)
+        part_means(motion.periods, losses, traces.parts)
+        square, loss = 0.0, 0.0
+        for i in range(len(traces.parts)):
+            square += motion.periods.shares[i] * traces.parts[i].square
+            loss += motion.periods.shares[i] * traces.parts[i].loss
+        if nodes.inner > 0.0 or len(traces.parts) == 1:  # the gear's heat comes through the housing, which evens it out
+            factor = settled_factor(case, nodes, square, loss + share * meshed, share * dragged)
+            figures.gear_loss = meshed + dragged * factor
+            for t in range(len(losses.housing)):
+                losses.housing[t] += share * figures.gear_loss
+        else:
+            for t in range(len(traces.gear_loss)):
+                traces.friction_loss[t] += share * traces.gear_loss[t]
+            interval_means(traces.torque[1:-1], traces.friction_loss, losses)
         heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
-        figures.housing_temperature = heat.housing if nodes.inner > 0.0 else np.nan
+        figures.housing_temperature = heat.housing
         if heat.peak < np.inf:
             figures.magnet_temperature = heat.magnets
             return
@@ -429,17 +452,45 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 
 @law(fastmath=FAST)
-def housing_losses(case: Any, motion: Any, traces: Any) -> None:
-    """The power that friction at the motor's shaft and the gear's share bring into the housing [W]."""
-    shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.housing_loss
-    share, total = case.setting.gear_heat, 0.0
+def shaft_losses(case: Any, motion: Any, traces: Any) -> Any:
+    """The power that friction at the motor's shaft and the gear take [W]; and means of the gear's.
+
+    Returns:
+        Mesh and seals; drag as at 20 C [W].
+    """
+    shaft, mesh, loss, gear = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss, traces.gear_loss
+    still, dragged, duration = 0.0, 0.0, case.setting.duration
     excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
     for t in range(len(loss)):
         speed = mesh.ratio * motion.speed[t]
-        gear = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + traces.drag[t] * speed
-        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + share * gear
-        total += motion.weight[t] * gear
-    case.figures.gear_loss = total / case.setting.duration + unknown_torque(case)
+        meshed, drag = mesh_loss_power(mesh, traces.load[t], motion.speed[t]), traces.drag[t] * speed
+        seal = mesh.seal * abs(speed) * (traces.drag[t] != 0.0)
+        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed
+        gear[t] = meshed + drag
+        still += motion.weight[t] * (meshed + seal)
+        dragged += motion.weight[t] * (drag - seal)
+    return still / duration, dragged / duration / drag_factor(mesh, case.setting.gear_temperature)
+
+
+@law
+def settled_factor(case: Any, nodes: Any, square: Any, heat: Any, drag: Any) -> Any:
+    """On the drag of a gear as warm as its housing, else as at ``gear_temperature``.
+
+    The copper loss counts as of a motor at the cold end of the drag's law: a gear that is taken for too cold warms the
+    winding too much, and hotter air or a higher resistance never makes it cooler.
+
+    Args:
+        square: Mean of the torque's [N^2 m^2].
+        heat: That enters the housing beside copper loss and drag [W].
+        drag: That enters it of the drag as at 20 C [W].
+    """
+    mesh, motor, setting = mesh_of(case.gear), case.motor, case.setting
+    if setting.settles == 0.0 or mesh.cooling <= 0.0 or drag <= 0.0:
+        return drag_factor(mesh, setting.gear_temperature)
+    cold = min(setting.ambient, DRAG_TEMPERATURES[0])
+    constant = torque_constant(motor, cold)
+    copper = square * winding_resistance(motor, cold) / (constant * constant)
+    return drag_factor(mesh, settled_temperature(mesh, setting.ambient, nodes.outer, copper + heat, drag))
 
 
 @law
