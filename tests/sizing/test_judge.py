@@ -41,32 +41,46 @@ def some_operations(study, seed, count=3):
 
 
 def gear_heat(op, balance, torque):
-    """The gear's loss as it warms the housing [W]: its mean, as warm as it makes itself with a cold winding."""
-    demand, cycle, wheel = op.demand, op.demand.cycle, mesh(op.drive.gear)
-    if len(cycle.parts) > 1 and op.network.resistance_winding_housing == 0.0:
-        return balance.mesh + balance.drag
-    here, drag = op.number("setting.gear_temperature"), demand.mean(balance.drag)
-    seal = demand.mean(wheel.seal * np.abs(op.motor_speed) * (loss_speed_of(demand) != 0.0))
+    """The gear's loss as it warms the housing [W]: its mean, as warm as it makes itself with a cold winding.
+
+    Of a mix that of all parts together, where a sheet knows one node that of each part.
+    """
+    cycle, everything = op.demand.cycle, slice(0, len(op.demand.time))
+    if op.network.resistance_winding_housing > 0.0:
+        return np.full(len(torque), settled_loss(op, balance, torque, everything, zip(cycle.parts, cycle.shares)))
+    return np.concatenate([
+        np.full(part.stop - part.start, settled_loss(op, balance, torque, part, [(part, 1.0)])) for part in cycle.parts
+    ])  # fmt: skip
+
+
+def settled_loss(op, balance, torque, samples, shares):
+    demand, wheel, here = op.demand, mesh(op.drive.gear), op.number("setting.gear_temperature")
+    weights = demand.weights[samples] if demand.weights.sum() > 0.0 else np.ones(len(torque[samples]))
+
+    def mean(values):
+        return weights @ values[samples] / weights.sum()
+
+    drag, meshed, rubbed = mean(balance.drag), mean(balance.mesh), mean(balance.motor_friction)
+    seal = mean(wheel.seal * np.abs(op.motor_speed) * (loss_speed_of(demand) != 0.0))
     if wheel.cooling <= 0.0 or drag == seal or op.task.gear_heat == 0.0:
-        return demand.mean(balance.mesh) + drag
+        return meshed + drag
 
     def factor(temperature):
         above = min(max(temperature, -10.0), 40.0) - 20.0
         return math.exp(-wheel.cooling * above + wheel.bend * above**2)
 
-    def warmed(temperature):
-        gear = demand.mean(balance.mesh) + seal + (drag - seal) * factor(temperature) / factor(here)
-        copper = squares * winding_resistance(op.drive.motor, -10.0) / torque_constant(op.drive.motor, -10.0) ** 2
-        heat = copper + demand.mean(balance.motor_friction) + op.task.gear_heat * gear
-        return op.study.ambient + op.network.resistance_housing_ambient * heat
+    def lost(temperature):
+        return meshed + seal + (drag - seal) * factor(temperature) / factor(here)
 
     squares = 0.0
-    for part, share in zip(cycle.parts, cycle.shares, strict=True):
+    for part, share in shares:
         a, b, step = torque[part][:-1], torque[part][1:], np.diff(demand.time[part])
-        square = step @ (a * a + a * b + b * b) / 3.0 / step.sum() if step.sum() > 0.0 else torque[part][0] ** 2
-        squares += share * square
-    settled = brentq(lambda at: warmed(at) - at, op.study.ambient, 1e6, xtol=1e-9)
-    return demand.mean(balance.mesh) + seal + (drag - seal) * factor(settled) / factor(here)
+        squares += share * (step @ (a * a + a * b + b * b) / 3.0 / step.sum() if len(a) else torque[part][0] ** 2)
+    copper = squares * winding_resistance(op.drive.motor, -10.0) / torque_constant(op.drive.motor, -10.0) ** 2
+    path, air = op.network.resistance_housing_ambient, op.study.ambient
+    return lost(
+        brentq(lambda at: air + path * (copper + rubbed + op.task.gear_heat * lost(at)) - at, air - 1.0, 1e7, xtol=1e-9)
+    )
 
 
 def loss_speed_of(demand):

@@ -79,7 +79,7 @@ class Traces(NamedTuple):
         drag: Of the gear, at its input [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft [W].
-        gear_loss: In mesh and drag [W].
+        mesh_loss, drag_loss: In mesh and seals, and of the drag as at 20 C [W].
         power: Electrical, where nobody asks for it [W].
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
@@ -93,7 +93,8 @@ class Traces(NamedTuple):
     drag: Array
     starting: Array
     friction_loss: Array
-    gear_loss: Array
+    mesh_loss: Array
+    drag_loss: Array
     power: Array
     losses: Losses
     parts: Any
@@ -143,9 +144,9 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, drag, starting, friction, gear, power = np.zeros((9, samples))
+    load, joint, loss, shaft, drag, starting, friction, gear, turning, power = np.zeros((10, samples))
     return Traces(
-        load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, friction, gear, power, new_losses(samples),
+        load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, friction, gear, turning, power, new_losses(samples),
         new_parts(parts),
     )  # fmt: skip
 

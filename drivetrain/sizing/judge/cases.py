@@ -32,7 +32,7 @@ class Setting:
         moves: 1 where the joint moves at all, else 0.
         duration: Of the cycle [s].
         gear_temperature: At which the gear's drag is taken, but for its own heat [C].
-        settles: 1 where the gear's heat is that of a gear as warm as its housing, 0 at ``gear_temperature`` too.
+        settles: 1 where the gear's heat is that of a gear as warm as its housing, 0 where it is at that temperature too.
         gear_heat: Share of the gear's loss that warms the motor's housing.
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.

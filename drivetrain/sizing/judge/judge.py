@@ -415,32 +415,32 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     """The temperatures of a drive at work, those of the winding at the samples.
 
     Where the sheet does not say enough, or no steady temperature exists, the magnets are at ambient temperature and the
-    winding at its limit. The gear's heat is that of a gear as warm as its housing; of a mix on a sheet that knows one
-    node each part keeps its own, with the gear at ``gear_temperature``.
+    winding at its limit. The gear's heat comes through the housing, which evens it out: its mean counts, of a gear as
+    warm as the housing.
     """
     motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
     nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
     figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
-    figures.housing_temperature, share = np.nan, case.setting.gear_heat
-    meshed, dragged = shaft_losses(case, motion, traces)
-    figures.gear_loss = meshed + dragged * drag_factor(mesh_of(case.gear), case.setting.gear_temperature)
+    figures.housing_temperature, figures.gear_loss, share = np.nan, np.nan, case.setting.gear_heat
+    shaft_losses(case, motion, traces)
     if known(nodes.inner + nodes.outer):
+        periods, parts = motion.periods, traces.parts
         interval_means(traces.torque[1:-1], traces.friction_loss, losses)
-        part_means(motion.periods, losses, traces.parts)
-        square, loss = 0.0, 0.0
-        for i in range(len(traces.parts)):
-            square += motion.periods.shares[i] * traces.parts[i].square
-            loss += motion.periods.shares[i] * traces.parts[i].loss
-        if nodes.inner > 0.0 or len(traces.parts) == 1:  # the gear's heat comes through the housing, which evens it out
-            factor = settled_factor(case, nodes, square, loss + share * meshed, share * dragged)
-            figures.gear_loss = meshed + dragged * factor
-            for t in range(len(losses.housing)):
-                losses.housing[t] += share * figures.gear_loss
-        else:
-            for t in range(len(traces.gear_loss)):
-                traces.friction_loss[t] += share * traces.gear_loss[t]
-            interval_means(traces.torque[1:-1], traces.friction_loss, losses)
+        part_means(periods, losses, parts)
+        square, loss, figures.gear_loss = 0.0, 0.0, 0.0
+        for i in range(len(parts)):
+            square += periods.shares[i] * parts[i].square
+            loss += periods.shares[i] * parts[i].loss
+        for i in range(len(parts)):
+            first, after = periods.edges[i], periods.edges[i + 1]
+            if nodes.inner > 0.0:
+                gear = settled_loss(case, nodes, motion, traces, 0, len(motion.speed), square, loss)
+            else:
+                gear = settled_loss(case, nodes, motion, traces, first, after, parts[i].square, parts[i].loss)
+            figures.gear_loss += periods.shares[i] * gear
+            for t in range(first, after):
+                losses.housing[t] += share * gear
         heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
@@ -452,24 +452,33 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 
 @law(fastmath=FAST)
-def shaft_losses(case: Any, motion: Any, traces: Any) -> Any:
-    """The power that friction at the motor's shaft and the gear take [W]; and means of the gear's.
-
-    Returns:
-        Mesh and seals; drag as at 20 C [W].
-    """
-    shaft, mesh, loss, gear = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss, traces.gear_loss
-    still, dragged, duration = 0.0, 0.0, case.setting.duration
+def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
+    """The power that friction at the motor's shaft, mesh with seals, and drag as at 20 C take [W]."""
+    shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss
+    reference = 1.0 / drag_factor(mesh, case.setting.gear_temperature)
     excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
     for t in range(len(loss)):
         speed = mesh.ratio * motion.speed[t]
-        meshed, drag = mesh_loss_power(mesh, traces.load[t], motion.speed[t]), traces.drag[t] * speed
         seal = mesh.seal * abs(speed) * (traces.drag[t] != 0.0)
         loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed
-        gear[t] = meshed + drag
-        still += motion.weight[t] * (meshed + seal)
-        dragged += motion.weight[t] * (drag - seal)
-    return still / duration, dragged / duration / drag_factor(mesh, case.setting.gear_temperature)
+        traces.mesh_loss[t] = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + seal
+        traces.drag_loss[t] = (traces.drag[t] * speed - seal) * reference
+
+
+@law(fastmath=FAST)
+def settled_loss(
+    case: Any, nodes: Any, motion: Any, traces: Any, first: Any, after: Any, square: Any, heat: Any
+) -> Any:
+    """Mean loss of a gear over some samples, as warm as they make it [W]; with a torque's mean square and a heat."""
+    meshed, dragged, whole, share = 0.0, 0.0, 0.0, case.setting.gear_heat
+    for t in range(first, after):
+        whole += motion.weight[t]
+        meshed += motion.weight[t] * traces.mesh_loss[t]
+        dragged += motion.weight[t] * traces.drag_loss[t]
+    if whole <= 0.0:
+        return 0.0
+    meshed, dragged = meshed / whole, dragged / whole
+    return meshed + dragged * settled_factor(case, nodes, square, heat + share * meshed, share * dragged)
 
 
 @law

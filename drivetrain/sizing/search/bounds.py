@@ -457,9 +457,9 @@ def least_housing_loss(case: Any, span: Span, nodes: Any, square: Any) -> Any:
         total += 0.5 * share[t] * (loss[t] + loss[t + 1])
         dragged += 0.5 * share[t] * (own[t] + own[t + 1])
     drag = warms * dragged / drag_factor(mesh, case.setting.gear_temperature)
-    if nodes.inner > 0.0 or len(span.motion.periods.shares) == 1:
-        return total + drag * settled_factor(case, nodes, square, total, drag)
-    return total + warms * dragged
+    if nodes.inner == 0.0 and len(span.motion.periods.shares) > 1:  # each part has a warmth of its own
+        return total
+    return total + drag * settled_factor(case, nodes, square, total, drag)
 
 
 @law(fastmath=FAST)
