@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import random_tasks as TASKS
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -73,10 +74,11 @@ def random_study(make, seed: int, wanted: Wanted) -> Study:
         life=rng.uniform(1e6, 3e8) if rng.random() < 0.4 else None,
         temperature_margin=rng.uniform(0.0, 40.0),
     )  # fmt: skip
-    return make.study(
+    study = make.study(
         cycle, arm=arm, joints=tasks, catalog=parts, supply=Supply(48.0, *limits), safety=safety, wanted=wanted,
         drive_mass=DriveMass.INCLUDED if rng.random() < 0.2 else DriveMass.ADDED,
     )  # fmt: skip
+    return TASKS.held_by_brakes(study, seed, silent=0.0)
 
 
 def joint_task(make, rng, name: str, pairs) -> JointTask:

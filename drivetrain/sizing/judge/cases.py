@@ -32,10 +32,11 @@ class Setting:
         moves: 1 where the joint moves at all, else 0.
         duration: Of the cycle [s].
         gear_temperature: At which the gear's drag is taken, but for its own heat [C].
-        settles: 1 where the gear's heat is that of a gear as warm as its housing, 0 where it is at that temperature too.
+        settles: 1 where the gear's heat is that of a gear as warm as its housing, 0: of that temperature.
         gear_heat: Share of the gear's loss that warms the motor's housing.
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.
+        brake: 1 where a brake must hold the joint, else 0.
     """
 
     ambient: float = 0.0
@@ -51,6 +52,7 @@ class Setting:
     gear_heat: float = 1.0
     cold_start: float | None = None
     cold: float = 0.0
+    brake: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,8 @@ class Figures:
         gear_loss: Mean power that the gear makes into heat, as warm as it settles [W].
         housing_temperature: Mean, or of the one node that a sheet knows [C].
         energy, mean_power: Electrical, over a cycle [J], [W].
+        holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
+        stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
     """
 
     input_speed: float = UNKNOWN
@@ -128,6 +132,8 @@ class Figures:
     housing_temperature: float = UNKNOWN
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
+    holding_torque: float = UNKNOWN
+    stopping_energy: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -169,6 +175,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, float(study.drag_temperature(study.ambient)),
         float(study.gear_temperature is None), task.gear_heat, study.cold_start, float(study.cold_start is not None),
+        float(bool(task.brakes)),
     )  # fmt: skip
 
 

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -138,7 +137,7 @@ class Propagation:
             pair = domain.pairs[best]
             used, energy = problem.judged(joint, domain.pairs[best : best + 1], self.ranges.low)
             self.counters["candidates judged"] += 1
-            cost[best], exact[best] = problem.base[pair] + problem.tie_break * used[0], True
+            cost[best], exact[best] = problem.share[pair], True
             if problem.energy:
                 cost[best] += problem.energy * energy[0]
             if used[0] == math.inf:
@@ -160,17 +159,19 @@ class Propagation:
 # The supply
 
 
-def supply_use(problem: Problem, pairs: Sequence[int]) -> float:
-    """The largest utilisation of the supply by a set that is feasible at every joint; 0 where nothing limits it."""
+def supply_limited(problem: Problem) -> bool:
+    """Whether the supply has a limit that sets can be held against."""
+    supply = problem.candidates.study.supply
+    limits = supply.peak_power, supply.mean_power, supply.regenerated_power
+    return problem.candidates.power_known and limits != (None, None, None)
+
+
+def supply_use(problem: Problem, power: Array) -> float:
+    """The largest utilisation of a supply with limits by the power of all drives together [W], (N,)."""
     study = problem.candidates.study
-    supply, cycle = study.supply, study.cycle
-    if (
-        not problem.candidates.power_known
-        or (supply.peak_power, supply.mean_power, supply.regenerated_power) == (None,) * 3
-    ):
-        return 0.0
-    total = {"all": problem.power(pairs)}
-    checks = supply_checks(supply, cycle.time, cycle.weights, total, reserve=study.safety.reserve)
+    checks = supply_checks(
+        study.supply, study.cycle.time, study.cycle.weights, {"all": power}, reserve=study.safety.reserve
+    )
     return max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
 
 
