@@ -46,11 +46,13 @@ class Amplifier:
         peak_current: [A], DC equivalent.
         continuous_current: RMS over the cycle [A], DC equivalent.
         modulation: Largest share of the supply voltage that reaches the motor terminals.
+        current_basis: The ampere in which the user thinks; currents are told in it beside.
     """
 
     peak_current: Current | None = None
     continuous_current: Current | None = None
     modulation: Efficiency = 0.95
+    current_basis: str = "dc"
 
     def __post_init__(self) -> None:
         ranges = {"peak_current": POSITIVE, "continuous_current": POSITIVE, "modulation": EFFICIENCY}

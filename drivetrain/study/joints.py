@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
@@ -87,9 +88,11 @@ def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledge
     return Amplifier(**{**study, **own})
 
 
-def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, float]:
+def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, Any]:
     """What an entry states, currents in DC-equivalent ampere."""
-    found = {} if form.modulation is None else {"modulation": form.modulation}
+    found: dict[str, Any] = {} if form.modulation is None else {"modulation": form.modulation}
+    if basis is not None:
+        found["current_basis"] = str(basis)
     for name in ("peak_current", "continuous_current"):
         current = getattr(form, name)
         if current is not None and basis is None:
