@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from drivetrain.drive.supply_bus import bus_step
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
 from drivetrain.effects.laws import scene_law
@@ -90,17 +91,12 @@ def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
         own.brake_resistor_power = burnt
         own.bus_energy = 0.5 * own.capacity * volts * volts
         return
-    # Energy of the capacitor after the step; the source lifts it to its nominal voltage, the resistor cuts it off.
-    energy = 0.5 * own.capacity * volts * volts - drawn * h
-    full, most = 0.5 * own.capacity * own.nominal * own.nominal, 0.5 * own.capacity * own.threshold * own.threshold
-    feed = min(max(full - energy, 0.0), own.power * h)
-    energy += feed
-    burnt = 0.0
-    if energy > most:
-        burnt = min(energy - most, h * volts * volts / own.resistance)
-        energy -= burnt
-    own.bus_voltage = math.sqrt(2.0 * max(energy, 0.0) / own.capacity)
-    own.source_power, own.brake_resistor_power, own.bus_energy = feed / h, burnt / h, max(energy, 0.0)
+    half, burnable = 0.5 * own.capacity, h * volts * volts / own.resistance
+    full, most = half * own.nominal * own.nominal, half * own.threshold * own.threshold
+    after = bus_step(half * volts * volts, drawn * h, full, most, own.power * h, burnable)
+    own.bus_energy = max(after.energy, 0.0)
+    own.bus_voltage = math.sqrt(own.bus_energy / half)
+    own.source_power, own.brake_resistor_power = after.fed / h, after.burnt / h
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,8 @@ def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledge
 
 def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, float]:
     """What an entry states, currents in DC-equivalent ampere."""
-    found = {} if form.modulation is None else {"modulation": form.modulation}
+    plain = ("modulation", "standby_power", "on_resistance")
+    found = {name: value for name in plain if (value := getattr(form, name)) is not None}
     for name in ("peak_current", "continuous_current"):
         current = getattr(form, name)
         if current is not None and basis is None:

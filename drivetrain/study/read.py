@@ -62,6 +62,9 @@ def study_from(document: Document) -> Study:
     supply = form.supply
     with ledger.gather(("supply",)):
         supply = made(supply)
+        if supply.threshold is not None and supply.threshold <= supply.voltage:
+            problem = "must be above the voltage of the source, or the resistor never goes off"
+            ledger.fault(("supply", "threshold"), problem, supply.threshold)
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))

@@ -11,6 +11,7 @@ import random_tasks as TASKS
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
@@ -103,11 +104,18 @@ def limited(study: Study, rng) -> Study:
     held = [found for _, found in every_set(study) if found.feasible]
     if not held or rng.random() < 0.5:
         return study
-    limits = [
-        check.required * rng.uniform(0.7, 1.2) + 1e-9 if check.required is not None and rng.random() < 0.6 else None
-        for check in held[rng.integers(len(held))].shared
-    ]
-    return replace(study, supply=Supply(study.supply.voltage, *limits))
+    asked = {check.name: check.required for check in held[rng.integers(len(held))].shared}
+    limits = {
+        row.limit: asked[row.name] * rng.uniform(0.7, 1.2) + 1e-9
+        for row in SUPPLY_CHECKS
+        if asked[row.name] is not None and row.limit != "braking_power" and rng.random() < 0.6
+    }
+    if rng.random() < 0.5:
+        braking = asked["supply peak braking power"] or 1.0
+        limits |= {"threshold": 60.0, "resistance": 3600.0 / braking * rng.uniform(0.8, 1.5)}
+    if rng.random() < 0.5:
+        limits |= {"capacity": 0.01 * rng.random(), "max_voltage": 48.0 * rng.uniform(1.05, 1.6)}
+    return replace(study, supply=Supply(study.supply.voltage, **limits))
 
 
 def kept(study: Study, drives) -> bool:

@@ -78,7 +78,7 @@ class Traces(NamedTuple):
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft [W].
-        power: Electrical, where nobody asks for it [W].
+        power: Electrical, and the least, where nobody asks for them [W], (2, N).
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
     """
@@ -139,7 +139,8 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, starting, friction, power = np.zeros((7, samples))
+    load, joint, loss, shaft, starting, friction = np.zeros((6, samples))
+    power = np.zeros((2, samples))
     return Traces(
         load, np.zeros(samples + 2), joint, loss, shaft, starting, friction, power, new_losses(samples),
         new_parts(parts),

@@ -162,7 +162,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "supply peak power", "W", "peak_power", "peak_power", SUPPLY, instant="power",
-        formula="largest sum of all joints' electrical power",
+        formula="largest sum of all joints' electrical power, with standby power and switches of amplifiers where "
+        "they are stated",
     ),
     Requirement(
         "supply mean power", "W", "mean_power", "mean_power", SUPPLY,
@@ -171,6 +172,16 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "supply regenerated power", "W", "regenerated_power", "regenerated_power", SUPPLY,
         formula="mean of what that sum is below 0",
+    ),
+    Requirement(
+        "supply peak braking power", "W", "braking_power", "braking_power", SUPPLY, instant="braking",
+        formula="most that all joints feed back at an instant: gears and shafts lossless, windings cold, amplifiers "
+        "taking nothing",
+    ),
+    Requirement(
+        "supply bus voltage", "V", "bus_voltage", "max_voltage", SUPPLY, instant="bus",
+        formula="sqrt(V^2 + 2 E/C), E: fed back as for the peak braking power since the bus was last at V, less what "
+        "the resistor burns",
     ),
 )  # fmt: skip
 """In the order in which they are told."""

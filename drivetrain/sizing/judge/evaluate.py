@@ -197,12 +197,10 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
         The supply's power [W]; and, where an unknown mass leaves joints too lightly loaded, that it was not checked.
     """
     lacking = [name for name, result in results.items() if not result.torque_known]
-    found = supply_checks(
-        study.supply, study.cycle.time, study.cycle.weights,
-        {name: result.series.electrical_power for name, result in results.items()},
-        reserve=study.safety.reserve, unknown=", ".join(lacking),
-    )  # fmt: skip
-    found = tuple(placed(study.cycle, check) for check in found)
+    every = [result.series for result in results.values()]
+    power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
+    told = supply_checks(study, power, unknown=", ".join(lacking))
+    found = tuple(placed(study.cycle, check) for check in told)
     unknown = massless(study, results)
     if unknown:
         remark = f"unknown at {', '.join(unknown)}: the joints before are judged too lightly"

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import conduction_loss
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
     Friction,
@@ -563,7 +564,8 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
         certain = certain_loss(motor, ambient, coolest, heated)
         hottest = larger(limit - case.safety.temperature_margin, ambient) if heated else known_or(limit, ambient)
         weakest = torque_constant(motor, hottest if heated and motor.magnet_coefficient < 0.0 else ambient)
-        loss = winding_resistance(motor, hottest) / (weakest * weakest)
+        switches = known_or(case.amplifier.on_resistance, 0.0)
+        loss = (winding_resistance(motor, hottest) + conduction_loss(switches, 1.0)) / (weakest * weakest)
         bounded = weakest > 0.0 and not math.isnan(limit if heated else ambient)
         for t in range(len(least)):
             low, high, turning = whole.least[t], whole.most[t], case.gear.ratio * motion.speed[t]

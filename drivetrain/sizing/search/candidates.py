@@ -142,7 +142,7 @@ class JointOffer:
             own: Numbers of the candidates, (K, NUMBERS).
             numbers: Of all joints' drives, (n, NUMBERS).
             until, quick: As for ``judge_cases``.
-            power: Takes the electrical power on top of what is there [W], (1, N) or (K, N).
+            power: Takes the electrical power, and the least, on top of what is there [W], (1, 2, N) or (K, 2, N).
             all_checks: Whether every check's utilisation is wanted.
         """
         cases, count = self.cases(parts), len(parts)
@@ -156,7 +156,7 @@ class JointOffer:
         few = self._few(load.torque, load.torque) if quick else None
         work = self.work._replace(load=load, few=None if few is None else self._at(load, few))
         used, binding, lacking = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
-        power = np.zeros((0, len(load.torque))) if power is None else power
+        power = np.zeros((0, 2, len(load.torque))) if power is None else power
         checks = np.zeros((count, len(TABLE)) if all_checks else (0, 0))
         judge_cases(
             cases, as_numbers(cases), TABLE, work, self.amounts(own), until, quick, power, checks, used,

@@ -129,8 +129,7 @@ class Problem:
         known, offer = self._judged.setdefault(key, {}), self.candidates.joints[joint]
         new = np.array([pair for pair in pairs.tolist() if pair not in known], dtype=np.int64)
         for some in np.array_split(new, range(AT_ONCE, len(new), AT_ONCE)) if len(new) else ():
-            power = np.zeros((1, len(offer.records.load)))
-            found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given, power=power)
+            found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given)
             feasible = (found.used <= 1.0) & (offer.given | (found.lacking < 0))
             energy = np.nan_to_num(found.cases["figures"]["energy"])
             figures = np.column_stack([np.where(feasible, found.used, math.inf), energy])
@@ -139,9 +138,9 @@ class Problem:
         return used, energy
 
     def power(self, pairs: Sequence[int]) -> Array:
-        """Electrical power of all drives of a set that is feasible at every joint [W], (N,)."""
+        """Electrical power of all drives of a set that is feasible at every joint, and the least [W], (2, N)."""
         chosen, numbers = np.array(pairs, dtype=np.int64), self.candidates.numbers[list(pairs)]
-        total = np.zeros((1, len(self.candidates.study.cycle.time)))
+        total = np.zeros((1, 2, len(self.candidates.study.cycle.time)))
         for joint in range(self.n):
             self.candidates.judge(joint, chosen[joint : joint + 1], numbers, until=math.inf, quick=False, power=total)
         return total[0]

@@ -25,7 +25,8 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.judge.verdicts import supply_checks
+from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
+from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
 from drivetrain.sizing.search.problem import Problem
@@ -163,14 +164,10 @@ class Propagation:
 def supply_use(problem: Problem, pairs: Sequence[int]) -> float:
     """The largest utilisation of the supply by a set that is feasible at every joint; 0 where nothing limits it."""
     study = problem.candidates.study
-    supply, cycle = study.supply, study.cycle
-    if (
-        not problem.candidates.power_known
-        or (supply.peak_power, supply.mean_power, supply.regenerated_power) == (None,) * 3
-    ):
+    limited = any(getattr(study.supply, row.limit) is not None for row in SUPPLY_CHECKS)
+    if not (limited and problem.candidates.power_known):
         return 0.0
-    total = {"all": problem.power(pairs)}
-    checks = supply_checks(supply, cycle.time, cycle.weights, total, reserve=study.safety.reserve)
+    checks = supply_checks(study, problem.power(pairs))
     return max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
 
 
@@ -179,10 +176,10 @@ def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: Ranges) -
     study, supply = problem.candidates.study, problem.candidates.study.supply
     if not problem.candidates.power_known:
         return True
-    back = supply.regenerated_power
+    back, electronics = supply.regenerated_power, standby_power(study)
     least, most = power_range(problem, domains, ranges, most=back is not None)
     weights, over = study.cycle.weights, 1.0 + 1e-6
-    drawn, fed_back = np.maximum(least, 0.0), np.maximum(-most, 0.0)
+    drawn, fed_back = np.maximum(least + electronics, 0.0), np.maximum(-most - electronics, 0.0)
     if supply.peak_power is not None and drawn.max() > supply.peak_power * over:
         return False
     duration = float(weights.sum()) or math.inf
