@@ -7,11 +7,14 @@ changes a law begins a new folder, whether by an edit, a checkout or an upgrade.
 
 from __future__ import annotations
 
+import atexit
+import json
 import os
 import re
 import shutil
 import sys
 import threading
+import zlib
 from collections.abc import Callable
 from functools import cache
 from hashlib import blake2b
@@ -19,14 +22,16 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = Path(__file__).resolve().parent
+ROOM = 200 << 20  # bytes that must be free on a disk: numba gives up where it cannot write
+SUMS = "sums.json"  # what the files of a folder were when a process that wrote them ended
 KEPT = 2  # folders of earlier sources, for who goes back and forth between two versions
 FAST = {"contract", "reassoc", "nsz", "arcp"}  # sums in any order, reciprocals; NaN (unknown) stays NaN
 _IMPORT = re.compile(
     r"^\s*(?:from\s+drivetrain\.([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+drivetrain\.([\w.]+))", re.M
 )
-_SETTING = threading.Lock()
+_SETTING, _REGISTERING = threading.Lock(), threading.RLock()
 _WAITING: list[tuple[Any, dict[str, Any]]] = []  # laws that numba does not know yet
-_USED: set[Path] = set()  # folders of the modules that are loaded
+_USED: set[Path | None] = set()  # folders of the modules that are loaded; None: nothing can be kept
 
 
 def law(function: Any = None, **options: Any) -> Any:
@@ -69,7 +74,12 @@ def callback(signature: Any, function: Any) -> Any:
 
 def cold() -> bool:
     """Whether a module that is loaded has kernels of which none is compiled yet."""
-    return any(not any(folder.rglob("*.nbc")) for folder in _USED)
+    return any(folder is None or not any(folder.rglob("*.nbc")) for folder in _USED)
+
+
+def kept() -> bool:
+    """Whether what is compiled is there at the next run."""
+    return None not in _USED
 
 
 def _numba() -> Any:
@@ -82,20 +92,22 @@ def _numba() -> Any:
 
 def _register() -> None:
     """Make known to compiled code the laws that stood before it was needed: who reads a study needs no compiler."""
+    import numba  # noqa: F401  whole first: another thread may be at it, and two ways into its modules lock each other out
     from numba.extending import register_jitable
 
-    while _WAITING:
-        function, options = _WAITING.pop()
-        register_jitable(**options)(function)
+    with _REGISTERING:  # who finds none waiting must not compile before another thread has made the last one known
+        while _WAITING:
+            function, options = _WAITING.pop()
+            register_jitable(**options)(function)
 
 
 def _in_folder(function: Any, compiled: Callable[[bool], Any]) -> Any:
     """What numba makes of a function while its cache is the folder of the function's module; kept or not."""
     config = _numba().config
     folder = _folder(Path(sys.modules[function.__module__].__file__ or __file__).resolve())
+    _USED.add(folder)
     if folder is None:
         return compiled(False)
-    _USED.add(folder)
     with _SETTING:
         before, config.CACHE_DIR = config.CACHE_DIR, str(folder)
         try:
@@ -119,11 +131,48 @@ def _folder(module: Path) -> Path | None:
             if not folder.is_dir():
                 folder.mkdir(parents=True, exist_ok=True)
                 _clear(base, name)
-            if os.access(folder, os.W_OK):
+            if os.access(folder, os.W_OK) and shutil.disk_usage(folder).free > ROOM:
+                _drop_damaged(folder)
                 return folder
         except OSError:
             continue
     return None
+
+
+def _drop_damaged(folder: Path) -> None:
+    """Take away files that are not what was written, which numba would run; made anew when they are needed.
+
+    A process that was killed has left no sums: of its files beginning and end are looked at.
+    """
+    sums = _sums(folder)
+    for file in folder.rglob("*.nb?"):
+        content = file.read_bytes()
+        whole = content[:1] == b"\x80" and content[-1:] == b"."  # as every pickle
+        if zlib.crc32(content) != sums[file.name] if file.name in sums else not whole:
+            file.unlink(missing_ok=True)
+
+
+def _sums(folder: Path) -> dict[str, int]:
+    try:
+        found = json.loads((folder / SUMS).read_text(encoding="utf-8"))
+        return found if isinstance(found, dict) else {}
+    except (OSError, ValueError):
+        return {}
+
+
+@atexit.register
+def _keep_sums() -> None:
+    """Note what the files are that this process leaves."""
+    for folder in _USED - {None}:
+        assert folder is not None
+        try:
+            sums = {file.name: zlib.crc32(file.read_bytes()) for file in folder.rglob("*.nb?")}
+            if sums != _sums(folder):
+                beside = folder / f"{SUMS}.{os.getpid()}"
+                beside.write_text(json.dumps(sums), encoding="utf-8")
+                beside.replace(folder / SUMS)
+        except OSError:  # another process clears it, or the disk is full: the next looks closer
+            continue
 
 
 def _clear(base: Path, name: str) -> None:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import errno
+import glob
+import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
 from drivetrain.errors import Fault, InputError, plain
 
+LIST, PART = ".drivetrain-files.json", ".part"
 LARGEST_TEXT = 256 << 20  # bytes: a day of six joints at 100 Hz is 0.5 GB as text, and nobody sizes with that
 
 
@@ -23,17 +28,70 @@ def read_text(path: Path) -> str:
     except InputError:
         raise
     except (OSError, ValueError) as error:
-        problem = error.strerror if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
+        problem = str(error.strerror) if isinstance(error, OSError) else f"must be UTF-8 text: {error}"
         raise InputError(Fault("the file", f"cannot be read: {problem}", file=str(path))) from None
 
 
-def written_beside(place: Path, write: Callable[[IO[bytes]], object]) -> Path:
+def write_files(out_dir: str | Path, texts: Mapping[str, str]) -> dict[str, Path]:
+    """Write several files that belong together: all of them, or none.
+
+    All are written beside their places, then a list of what takes which place, then each is renamed. Who is killed
+    before the list is there has changed nothing; what a list left behind names is renamed by the next that writes here.
+
+    Raises:
+        InputError: The folder cannot be made or written to.
+    """
+    folder, waiting = Path(out_dir), dict[str, Path]()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _finish(folder)
+        for name, text in texts.items():
+            waiting[name] = _written_beside(folder / name, text)
+        write_whole(folder / LIST, json.dumps({name: beside.name for name, beside in waiting.items()}))
+        waiting = {}  # the list holds them now
+        _finish(folder)
+    except OSError as error:
+        raise InputError(Fault("output folder", f"cannot be written: {error.strerror}", str(out_dir))) from None
+    finally:
+        for beside in waiting.values():
+            beside.unlink(missing_ok=True)
+    return {name: folder / name for name in texts}
+
+
+def _finish(folder: Path) -> None:
+    """Give every file of a list its place."""
+    try:
+        listed = json.loads((folder / LIST).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return
+    for name, beside in listed.items():
+        if Path(name).name != name or Path(beside).name != beside:
+            raise OSError(errno.EINVAL, f"{LIST} in it names files elsewhere")
+        with suppress(FileNotFoundError):  # it has its place already
+            (folder / beside).replace(folder / name)
+    (folder / LIST).unlink(missing_ok=True)
+
+
+def write_whole(place: Path, content: str | bytes | Callable[[IO[bytes]], object]) -> None:
+    """Write one file whole or not at all."""
+    beside = _written_beside(place, content)
+    try:
+        beside.replace(place)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _written_beside(place: Path, content: str | bytes | Callable[[IO[bytes]], object]) -> Path:
     """A hidden file in the same folder that holds everything, on the disk; the caller renames it to its place."""
-    handle, name = tempfile.mkstemp(prefix=f".{place.name}.", dir=place.parent)
+    _clear(place)
+    handle, name = tempfile.mkstemp(prefix=f".{place.name}.{os.getpid()}.", suffix=PART, dir=place.parent)
     beside = Path(name)
     try:
         with os.fdopen(handle, "wb") as file:
-            write(file)
+            if callable(content):
+                content(file)
+            else:
+                file.write(content.encode("utf-8") if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
         beside.chmod(0o644)  # as other files are, not as temporary ones
@@ -43,10 +101,22 @@ def written_beside(place: Path, write: Callable[[IO[bytes]], object]) -> Path:
     return beside
 
 
-def write_whole(place: Path, write: Callable[[IO[bytes]], object]) -> None:
-    """Write one file whole or not at all."""
-    beside = written_beside(place, write)
+def _clear(place: Path) -> None:
+    """Take away what processes that are gone have left beside a place."""
+    for left in place.parent.glob(f".{glob.escape(place.name)}.*{PART}"):
+        writer = left.name.removeprefix(f".{place.name}.").split(".")[0]
+        if writer.isdigit() and not _alive(int(writer)):
+            left.unlink(missing_ok=True)
+
+
+def _alive(process: int) -> bool:
+    """Whether a process runs, as far as the system tells without ending it."""
+    if os.name != "posix":
+        return True
     try:
-        beside.replace(place)
-    finally:
-        beside.unlink(missing_ok=True)
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True

@@ -75,6 +75,6 @@ def _note(moves: float, rests: float, evaluation: Evaluation, name: str) -> str:
     if not math.isnan(moves) and moves > SMALL:
         said.append("in motion the loop answers its own tracking error, and stops and starts take time")
     drive = evaluation.joints[name].drive
-    if not said and (drive.gear.efficiency or 1.0) == 1.0:
+    if not said and (drive.gear.mesh_efficiency or drive.gear.efficiency or 1.0) == 1.0:
         said.append("no mesh loss: nothing holds at rest but the motor")
     return "; ".join(said)

@@ -47,11 +47,11 @@ def _accuracy(
         from drivetrain.accuracy.inverse_forward import inverse_against_forward
         from drivetrain.accuracy.scenes import full_scene, without
         from drivetrain.report.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
-        from drivetrain.report.outputs import write_files
         from drivetrain.simulation.fixed_step import FixedStep
         from drivetrain.sizing.results import Verdict
         from drivetrain.study.read import load_study
         from drivetrain.units import quantity
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:
@@ -97,9 +97,9 @@ def _loops(
     """Lay out each joint's position, speed and current loop: gains for the amplifier, margins, Bode, step response."""
     with told():
         from drivetrain.report.loops_page import loops_json, loops_report, loops_sentence
-        from drivetrain.report.outputs import write_files
         from drivetrain.sizing.answers.loops import study_loops
         from drivetrain.study.read import load_study
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:

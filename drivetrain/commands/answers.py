@@ -43,10 +43,10 @@ def _why_not(
 ) -> None:
     """Say why a motor, a gear or a pair was not chosen, what would let it pass, and what it would cost."""
     with told():
-        from drivetrain.report.outputs import write_files
         from drivetrain.report.why_not_page import why_not_lines, why_not_report
         from drivetrain.sizing.answers.why_not import why_not
         from drivetrain.study.read import load_study
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:
@@ -109,9 +109,9 @@ def _curve(
     with told():
         from drivetrain.errors import Fault, InputError
         from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
-        from drivetrain.report.outputs import write_files
         from drivetrain.sizing.answers.curve import optimum_curve, varied
         from drivetrain.study.read import load_study
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:
@@ -167,11 +167,11 @@ def _front(
     """Find every set of drives that no other beats in mass, price, energy a cycle and utilisation at once."""
     with told():
         from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
-        from drivetrain.report.outputs import write_files
         from drivetrain.sizing.search.front import pareto_front
         from drivetrain.study.read import load_study
         from drivetrain.study.selection import read_criterion
         from drivetrain.units import quantity
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:
@@ -207,9 +207,9 @@ def _free_ratio(
     """Find the best ratio of every joint that the study gives a free_ratio, and the nearest gears of the catalogue."""
     with told():
         from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
-        from drivetrain.report.outputs import write_files
         from drivetrain.sizing.answers.free_ratio import free_ratios, goal_of
         from drivetrain.study.read import load_study
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from drivetrain.errors import Fault
 
 COMPILING = "compiling to machine code, some half a minute: a first run; later ones find it done ..."
+NOT_KEPT = (
+    "compiling to machine code, some half a minute: no folder can be written to keep it in (NUMBA_CACHE_DIR names one)"
+)
 FITS, DOES_NOT_FIT, BAD_INPUT, FAILED, STOPPED, NOBODY_READS = 0, 1, 2, 3, 130, 141
 DEBUG, TRUST_XACRO = "DRIVETRAIN_DEBUG", "DRIVETRAIN_TRUST_XACRO"  # in the environment
 
@@ -183,12 +186,12 @@ def working(text: str) -> Iterator[Callable[[int, int, str], None]]:
     Yields:
         Called with (done, total, text) to show progress.
     """
-    from drivetrain.jit import cold
+    from drivetrain.jit import cold, kept
     from drivetrain.report.terminal import console, progress
 
     screen = console(errors=True)
     if cold():
-        screen.print(COMPILING, soft_wrap=True)
+        screen.print(COMPILING if kept() else NOT_KEPT, soft_wrap=True)
     with progress(screen, text) as step:
         yield step
 

@@ -55,12 +55,12 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     """
     from drivetrain.accuracy.decision import basis_of, decision
     from drivetrain.accuracy.study_run import study_scene
-    from drivetrain.report.outputs import write_files
     from drivetrain.report.simulation_page import SimulationFound, simulation_lines, simulation_report
     from drivetrain.simulation.plan import plan
     from drivetrain.sizing.results import Verdict
     from drivetrain.study.read import load_study
     from drivetrain.study.simulation import Simulation
+    from drivetrain.whole_files import write_files
 
     together, said = Together(), Simulation()
     together.faults += misplaced

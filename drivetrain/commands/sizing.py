@@ -78,8 +78,8 @@ def _init(
     """Write a commented study to start from."""
     with told():
         from drivetrain.errors import Fault, InputError
-        from drivetrain.report.outputs import write_files
         from drivetrain.study.template import study_template
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:
@@ -193,9 +193,10 @@ def _currents(
 ) -> None:
     """Write the current command of every joint over the cycle, for the drives that the study gives."""
     with told():
-        from drivetrain.report.outputs import currents_csv, write_files
+        from drivetrain.report.outputs import currents_csv
         from drivetrain.sizing.judge.evaluate import evaluate
         from drivetrain.study.read import load_study
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:
@@ -222,11 +223,11 @@ def _ratio(
 ) -> None:
     """Vary each joint's gear ratio: torque, heat, every check, and the window in which all hold."""
     with told():
-        from drivetrain.report.outputs import write_files
         from drivetrain.report.ratio_json import ratio_json
         from drivetrain.report.ratio_page import ratio_report, ratio_sentence
         from drivetrain.sizing.answers.ratio import chosen_drives, ratio_studies, ratio_study
         from drivetrain.study.read import load_study
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:

@@ -27,12 +27,12 @@ def _sweep(
     with told():
         _demand_libraries()
         from drivetrain.errors import Fault, InputError
-        from drivetrain.report.outputs import write_files
         from drivetrain.report.sweep_page import sweep_report
         from drivetrain.study.read import study_from
         from drivetrain.sweep.points import read_sweep
         from drivetrain.sweep.run import run_sweep
         from drivetrain.sweep.shards import read_results
+        from drivetrain.whole_files import write_files
 
         together = Together()
         with together:

@@ -17,7 +17,8 @@ from drivetrain.drive.friction import (
     friction_curve,
     friction_torque,
 )
-from drivetrain.drive.gear import Gear, mesh, mesh_loss_coefficient, mesh_torque, running_torque
+from drivetrain.drive.gear import Gear, mesh, mesh_loss_coefficient, mesh_torque
+from drivetrain.drive.gear_loss import DRAG_REFERENCE, drag_torque, mesh_loss_power
 from drivetrain.drive.motor import (
     Motor,
     current,
@@ -55,11 +56,11 @@ class MotorTorque:
     """The electromagnetic torque a motion asks of the motor and its parts, each (N,) [N m].
 
     Attributes:
-        total: Mesh, rotor and friction together; at rest the smaller torque that still holds, but where the joint is
-            setting off or stopping, the torque of that motion.
+        total: Mesh, rotor and friction together; at rest what ``Gear.holding`` says, but where the joint is setting off
+            or stopping, the torque of that motion.
         mesh: Through the mesh to load and joint friction, mesh loss included.
         rotor: That accelerates rotor and gear input; it does not cross the mesh.
-        friction: That overcomes motor friction and the gear's no-load running torque; 0 at rest, where they help.
+        friction: That overcomes motor friction and the gear's drag; 0 at rest, where they help.
         starting: ``total`` while moving; at rest the torque to start against the load, breakaway included, or
             ``total`` where that is larger: what a peak check must hold against its limits.
     """
@@ -78,7 +79,8 @@ class PowerBalance:
     Attributes:
         electrical: Into the terminals, inductance left out; negative when regenerating.
         copper: Loss in the winding.
-        motor_friction: Loss at the motor shaft, the gear's no-load running torque included.
+        motor_friction: Loss at the motor shaft.
+        drag: Loss of the gear at any load.
         mesh: Loss in the mesh.
         joint_friction: Loss at the gear's output shaft.
         output: To the link.
@@ -88,6 +90,7 @@ class PowerBalance:
     electrical: Array
     copper: Array
     motor_friction: Array
+    drag: Array
     mesh: Array
     joint_friction: Array
     output: Array
@@ -96,8 +99,8 @@ class PowerBalance:
     @property
     def residual(self) -> Array:
         """Electrical power that none of the others accounts for: rounding only [W]."""
-        spent = self.copper + self.motor_friction + self.mesh + self.joint_friction + self.output + self.rotor
-        return self.electrical - spent
+        lost = self.copper + self.motor_friction + self.drag + self.mesh + self.joint_friction
+        return self.electrical - lost - self.output - self.rotor
 
 
 def shaft_friction(drive: Drive) -> Friction:
@@ -138,7 +141,7 @@ def starting_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, way: An
     way = direction(gear_torque) + (gear_torque == 0.0) * direction(way)
     turning = direction(mesh.ratio) * way
     pushed = gear_torque + breakaway_friction(joint, way)
-    return mesh.driving * pushed / mesh.ratio + breakaway_friction(shaft, turning) + mesh.running_torque * turning
+    return mesh.driving * pushed / mesh.ratio + breakaway_friction(shaft, turning) + mesh.starting * turning
 
 
 def motor_torque(
@@ -150,6 +153,7 @@ def motor_torque(
     *,
     standstill: Array | None = None,
     parts: Sequence[slice] = (),
+    gear_temperature: float = DRAG_REFERENCE,
 ) -> MotorTorque:
     """The motor torque that a motion asks for, losses by direction of power, rotor term outside the mesh.
 
@@ -161,12 +165,13 @@ def motor_torque(
         carrier_acceleration: Angular acceleration of the stator's link along the rotor's axis [rad/s^2], (N,).
         standstill: True where the joint is at rest, (N,); None: where the speed is rounding beside the largest one.
         parts: Samples that repeat by themselves, one slice each; empty: all together.
+        gear_temperature: At which its drag is taken [C].
 
     Returns:
         The torque and its parts.
 
     Raises:
-        InputError: The gear's efficiency is unknown and the gear is not ``ideal``.
+        InputError: The gear's loss is unknown and the gear is not ``ideal``.
 
     Reference:
         Lynch and Park, Modern Robotics (2017), equation 8.111, with losses on the power that crosses the mesh only.
@@ -175,7 +180,8 @@ def motor_torque(
     speed, gear = loss_speed(speed, acceleration, at_rest, parts=parts), mesh(drive.gear)
     through = np.asarray(mesh_torque(gear, gear_torque + friction_torque(drive.joint_friction, speed), speed))
     rotor = np.asarray(rotor_torque(drive_inertia(drive), gear.ratio, acceleration, carrier_acceleration))
-    friction = _shaft_torque(drive, speed)
+    friction = friction_torque(shaft_friction(drive), gear.ratio * speed)
+    friction = np.asarray(friction + drag_torque(gear, gear.ratio * speed, gear_temperature))
     total = through + rotor + friction
     shaft, joint = friction_curve(shaft_friction(drive)), friction_curve(drive.joint_friction)
     starting = starting_torque(gear, shaft, joint, gear_torque, rolled(speed, -1, parts)) + rotor
@@ -234,12 +240,6 @@ def loss_speed(speed: Array, acceleration: Array, at_rest: Array, *, parts: Sequ
     return np.where(at_rest, tiny * np.where(sets_off, after, np.where(stops, before, 0.0)), speed)
 
 
-def _shaft_torque(drive: Drive, speed: Array) -> Array:
-    """Motor friction and the gear's no-load running torque, of the sign of the motor's speed."""
-    ratio = drive.gear.ratio
-    return np.asarray(friction_torque(shaft_friction(drive), ratio * speed) + running_torque(mesh(drive.gear), speed))
-
-
 def book_current(
     drive: Drive, gear_torque: Array, acceleration: Array, carrier_acceleration: Array, magnet_temperature: float
 ) -> Array:
@@ -259,7 +259,7 @@ def book_current(
         tau_motor / (eta k_t) [A], (N,).
 
     Raises:
-        InputError: The gear's efficiency is unknown and the gear is not ``ideal``.
+        InputError: The gear's loss is unknown and the gear is not ``ideal``.
 
     Reference:
         Lynch and Park, Modern Robotics (2017), section 8.9.2, I_com, with tau_motor of equation 8.111.
@@ -277,6 +277,8 @@ def power_balance(
     torque: MotorTorque,
     winding_temperature: Array | float,
     magnet_temperature: float,
+    *,
+    gear_temperature: float = DRAG_REFERENCE,
 ) -> PowerBalance:
     """Where the electrical power of a motion goes.
 
@@ -287,11 +289,12 @@ def power_balance(
         torque: From ``motor_torque`` of the same motion.
         winding_temperature: [C], (N,) or one for all.
         magnet_temperature: [C].
+        gear_temperature: At which its drag is taken [C].
 
     Returns:
         Each share; the electrical one is voltage times current, the losses come from their own laws.
     """
-    motor, motor_speed = drive.motor, drive.gear.ratio * np.asarray(speed)
+    motor, motor_speed, gear = drive.motor, drive.gear.ratio * np.asarray(speed), mesh(drive.gear)
     amperes = current(motor, torque.total, magnet_temperature)
     volts = terminal_voltage(motor, motor_speed, amperes, 0.0, winding_temperature, magnet_temperature)
     resistance = winding_resistance(motor, np.asarray(winding_temperature, dtype=np.float64))
@@ -300,8 +303,9 @@ def power_balance(
     return PowerBalance(
         electrical=volts * amperes,
         copper=resistance * amperes**2,
-        motor_friction=_shaft_torque(drive, speed) * motor_speed,
-        mesh=np.where(speed == 0.0, 0.0, mesh_torque(mesh(drive.gear), load, speed) * motor_speed - load * speed),
+        motor_friction=friction_torque(shaft_friction(drive), motor_speed) * motor_speed,
+        drag=np.asarray(drag_torque(gear, motor_speed, gear_temperature) * motor_speed),
+        mesh=np.asarray(mesh_loss_power(gear, load, speed)),
         joint_friction=joint * speed,
         output=np.asarray(gear_torque * speed),
         rotor=torque.rotor * motor_speed,

@@ -1,4 +1,4 @@
-"""The gear: its sheet in SI, and the losses of its mesh by direction of power."""
+"""The gear: its sheet in SI, and the losses of its mesh by direction of power; its drag is in ``gear_loss``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivetrain.drive.friction import direction
 from drivetrain.drive.ranges import EFFICIENCY, FINITE, NOT_NEGATIVE, POSITIVE, Range, range_faults
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import law
-from drivetrain.records import as_record, known_or
+from drivetrain.records import as_record, known, known_or
 
 HOLDING = {"least": -1.0, "lossless": 0.0, "most": 1.0}
 """What motor torque counts while a mesh rests under load, by its name in a study: see ``Gear.holding``."""
@@ -54,14 +54,17 @@ class Gear:
         stages: Number of stages.
         efficiency: Power out over power in when the motor drives, at the rated torque; None: unknown (``ideal``: 1).
         backdriving_efficiency: Power out over power in when the load drives; None: that of the same mesh friction.
-        no_load_torque: Running torque at the input without load [N m]; part of the loss that ``efficiency`` counts.
-        mesh_efficiency: Power out over power in of the mesh alone, without any of the drag below.
+        no_load_torque: Running torque at the input without load [N m]; part of the loss that ``efficiency`` counts, and
+            not taken where ``drag_torque`` is given.
+        mesh_efficiency: Power out over power in of the mesh alone, without any of the drag below; None: mesh and drag
+            are not told apart, and ``efficiency`` counts.
         drag_torque: At the input, turning at ``drag_speed`` and 20 C, whatever the load; without seals [N m].
         drag_speed: Of the input [rad/s].
         drag_speed_exponent: With which the drag grows with speed; 0: it does not.
-        drag_temperature_1, drag_temperature_2: Of drag over the gear's temperature, see ``gear_loss`` [1/K], [1/K^2].
+        drag_temperature_1, drag_temperature_2: Of drag over the gear's temperature, see ``gear_loss.drag_factor``
+            [1/K], [1/K^2].
         seal_drag_torque: Of the input's seals, at any speed and temperature [N m].
-        starting_torque: At the input, that moves the unloaded gear from rest [N m].
+        starting_torque: At the input, that moves the unloaded gear from rest [N m]; None: what it takes to turn it.
         loss_basis: What these seven rest on, and what of them is fitted or assumed.
         inertia: At the input [kg m^2].
         mass: [kg].
@@ -168,27 +171,37 @@ class MeshFactors(NamedTuple):
 
 
 class Mesh(NamedTuple):
-    """A gear as the laws of torque need it.
+    """A gear as the laws of torque need it; torques at the input [N m].
 
     Attributes:
         ratio: Motor speed over output speed.
         driving, driven: As in ``MeshFactors``.
-        holding: The same at rest, see ``Gear.holding``.
-        running_torque: Without load, at the input [N m].
+        holding, grip: At rest, of the lossless torque and on top of it, as ``Gear.holding`` says.
+        drag: Turning at 1 rad/s of the input and 20 C, whatever the load; without seals.
+        exponent: With which the drag grows with speed; 0: it does not.
+        cooling, bend: b1 and b2 of drag over temperature, see ``gear_loss.drag_factor`` [1/K], [1/K^2].
+        seal: Drag at any speed and temperature.
+        starting: That moves the unloaded gear from rest.
     """
 
     ratio: float
     driving: float
     driven: float
     holding: float
-    running_torque: float
+    grip: float
+    drag: float
+    exponent: float
+    cooling: float
+    bend: float
+    seal: float
+    starting: float
 
 
 class StandstillInterval(NamedTuple):
     """The ends of the motor-side torques between which a mesh at rest does not move.
 
     Attributes:
-        hold: The end of smaller magnitude that still holds [N m]; 0 when the mesh locks itself.
+        hold: The end of smaller magnitude that still holds [N m]; 0 when the gear holds its load alone.
         start: The end at which the motor starts to move the load against its torque [N m].
     """
 
@@ -197,37 +210,82 @@ class StandstillInterval(NamedTuple):
 
 
 @law
-def mesh_of(gear: Any) -> Any:
-    """The mesh, lossless where the efficiency is unknown. Friction mu |N| against the motion, mu = 1/eta - 1.
+def tells_drag(gear: Any) -> Any:
+    """Whether the sheet tells mesh and drag apart."""
+    return known(gear.mesh_efficiency) or known(gear.drag_torque)
 
-    Driving it takes 1/eta of the lossless torque, driven eta_back or else 1 - mu; 0 or less: self-locking. Printed
-    efficiencies are those of the whole gear at its rated torque, so they already count the no-load running torque.
-    Where the sheet gives that torque too, its share at rated torque is taken out of the mesh here, held at 1 where it
-    would pass it, and the torque itself is added wherever the gear turns: at rated torque both together are the printed
-    loss again, at smaller torques more than the printed efficiency tells. Without a rated torque the share is unknown
-    and left in the mesh, which counts it twice rather than not at all.
+
+@law
+def unknown_loss(gear: Any) -> Any:
+    """NaN where the sheet lacks what the gear's loss rests on, else 0; half of mesh and drag is not taken for both."""
+    if not tells_drag(gear):
+        return 0.0 * gear.efficiency
+    speed = gear.drag_speed if gear.drag_speed_exponent > 0.0 else 0.0
+    temperature = gear.drag_temperature_1 + gear.drag_temperature_2
+    return 0.0 * (gear.mesh_efficiency + gear.drag_torque + gear.drag_speed_exponent + speed + temperature)
+
+
+@law
+def mesh_of(gear: Any) -> Any:
+    """The mesh, lossless where the loss is unknown. Friction mu |N| against the motion, mu = 1/eta - 1.
+
+    Driving it takes 1/eta of the lossless torque, driven eta_back or else 1 - mu (the same friction in both directions
+    is ASSUMED); 0 or less: self-locking. Where a sheet tells mesh and drag apart both are taken as they stand.
+
+    Else the printed efficiency is that of the whole gear at its rated torque, so it already counts the no-load running
+    torque. Where the sheet gives that torque too, its share at rated torque is taken out of the mesh here, held at 1
+    where it would pass it, and the torque itself is a drag of any speed and temperature: at rated torque both together
+    are the printed loss again, at smaller torques more than the printed efficiency tells. Without a rated torque the
+    share is unknown and left in the mesh, which counts it twice rather than not at all.
     """
-    loss = 1.0 / known_or(gear.efficiency, 1.0) - 1.0
-    running = known_or(gear.no_load_torque, 0.0)
-    share = known_or(running * abs(gear.ratio) / gear.continuous_torque, 0.0)
-    back = known_or(gear.backdriving_efficiency, 1.0 - loss) if gear.efficiency > 0.0 else 1.0
+    apart, knows = tells_drag(gear), known(unknown_loss(gear))
+    efficiency = (gear.mesh_efficiency if apart else gear.efficiency) if knows else 1.0
+    loss, running, exponent, cooling, bend, share = 1.0 / efficiency - 1.0, gear.no_load_torque, 0.0, 0.0, 0.0, 0.0
+    if apart:
+        exponent, running = known_or(gear.drag_speed_exponent, 0.0), gear.drag_torque
+        cooling, bend = known_or(gear.drag_temperature_1, 0.0), known_or(gear.drag_temperature_2, 0.0)
+    else:
+        share = known_or(running * abs(gear.ratio) / gear.continuous_torque, 0.0)
+    back = known_or(gear.backdriving_efficiency, 1.0 - loss) if knows else 1.0
     driving, driven = max(1.0 + loss - share, 1.0), min(back + share, 1.0)
+    drag = known_or(running, 0.0) / known_or(gear.drag_speed, 1.0) ** exponent
+    seal = known_or(gear.seal_drag_torque, 0.0)
+    starting = max(known_or(gear.starting_torque, known_or(running, 0.0)), seal)
     room = driving - 1.0 if gear.holding > 0.0 else 1.0 - max(driven, 0.0)
-    return Mesh(gear.ratio, driving, driven, 1.0 + gear.holding * room, running)
+    return Mesh(
+        gear.ratio, driving, driven, 1.0 + gear.holding * room, gear.holding * starting, drag, exponent, cooling, bend,
+        seal, starting,
+    )  # fmt: skip
+
+
+@law
+def mesh_slope(mesh: Any, power: Any) -> Any:
+    """Motor-side torque through the mesh over the load, by the sign of the power to the load; 0: at rest."""
+    factor = mesh.driving * (power > 0.0) + mesh.driven * (power < 0.0) + mesh.holding * (power == 0.0)
+    return factor / mesh.ratio
 
 
 @law
 def mesh_torque(mesh: Any, load: Any, speed: Any) -> Any:
-    """Motor-side torque through the mesh [N m]: T/(eta G) driving, eta_back T/G driven, at rest by ``holding``."""
+    """Motor-side torque through the mesh [N m]: T/(eta G) driving, eta_back T/G driven, at rest by ``Gear.holding``."""
     power = load * speed
-    factor = mesh.driving * (power > 0.0) + mesh.driven * (power < 0.0) + mesh.holding * (power == 0.0)
-    return factor * load / mesh.ratio
+    slope = mesh_slope(mesh, power)
+    held = abs(slope * load)
+    grip = 0.5 * (mesh.grip - held + abs(mesh.grip + held))  # no less than what makes it 0
+    return slope * load + grip * direction(slope * load) * (power == 0.0)
 
 
 @law
-def running_torque(mesh: Any, speed: Any) -> Any:
-    """The no-load running torque, of the sign of the motor's speed [N m]; speed of the output."""
-    return mesh.running_torque * direction(mesh.ratio * speed)
+def resting_interval(mesh: Any, load: Any) -> Any:
+    """Motor-side torques between which a gear at rest stays so: T eta_b/G - T_s and T/(eta G) + T_s for T/G > 0.
+
+    The first is of the other sign where the gear holds its load alone.
+    """
+    lossless = load / mesh.ratio
+    way = direction(lossless) + (lossless == 0.0)
+    return StandstillInterval(
+        mesh.driven * lossless - way * mesh.starting, mesh.driving * lossless + way * mesh.starting
+    )
 
 
 @law
@@ -257,7 +315,7 @@ def complete(gear: Gear) -> Gear:
 
 
 def mesh_loss_coefficient(gear: Gear) -> float:
-    """Friction torque over transmitted torque, from the printed efficiency.
+    """Friction torque over transmitted torque, from the efficiency of the mesh, else the printed one.
 
     Args:
         gear: The sheet.
@@ -266,21 +324,23 @@ def mesh_loss_coefficient(gear: Gear) -> float:
         mu = 1/eta - 1.
 
     Raises:
-        InputError: The efficiency is unknown and the gear is not ``ideal``.
+        InputError: The loss is unknown and the gear is not ``ideal``.
     """
-    efficiency = complete(gear).efficiency
-    if efficiency is None:
-        hint = "state an assumption for this kind of gear"
-        problem = "is unknown, so its losses cannot be computed"
-        raise InputError(Fault(f"gear {gear.key}.efficiency", problem, hint=hint))
-    return 1.0 / efficiency - 1.0
+    record = as_record(complete(gear))
+    if not known(unknown_loss(record)):
+        hint, problem = "state an assumption for this kind of gear", "is unknown, so its losses cannot be computed"
+        name = "mesh_efficiency" if tells_drag(record) else "efficiency"
+        if tells_drag(record):
+            hint, problem = "complete its columns", "and the columns of drag stand together, and one of them is empty"
+        raise InputError(Fault(f"gear {gear.key}.{name}", problem, hint=hint))
+    return float(1.0 / (record.mesh_efficiency if tells_drag(record) else record.efficiency) - 1.0)
 
 
 def mesh(gear: Gear) -> Mesh:
-    """The mesh of a gear whose efficiency is known.
+    """The mesh of a gear whose loss is known.
 
     Raises:
-        InputError: The efficiency is unknown and the gear is not ``ideal``.
+        InputError: The loss is unknown and the gear is not ``ideal``.
     """
     mesh_loss_coefficient(gear)
     return Mesh(*(float(value) for value in mesh_of(as_record(complete(gear)))))
@@ -296,7 +356,7 @@ def mesh_factors(gear: Gear) -> MeshFactors:
         Driving and driven, see ``mesh_of``.
 
     Raises:
-        InputError: The efficiency is unknown and the gear is not ``ideal``.
+        InputError: The loss is unknown and the gear is not ``ideal``.
     """
     found = mesh(gear)
     return MeshFactors(found.driving, found.driven)
@@ -305,7 +365,7 @@ def mesh_factors(gear: Gear) -> MeshFactors:
 def mesh_input_torque(
     gear: Gear, output_torque: Array, output_speed: Array, *, standstill: Array | None = None
 ) -> Array:
-    """Motor-side torque that the mesh asks for; rotor and no-load running torque are not in it.
+    """Motor-side torque that the mesh asks for; rotor and drag are not in it.
 
     Driving (torque times speed positive): T / (eta ratio). Driven: eta_back T / ratio, which turns its sign when the
     mesh locks itself: the motor must then help the load down. At rest: T / ratio, or what ``gear.holding`` says (see
@@ -321,7 +381,7 @@ def mesh_input_torque(
         [N m], that shape.
 
     Raises:
-        InputError: The efficiency is unknown and the gear is not ``ideal``.
+        InputError: The loss is unknown and the gear is not ``ideal``.
     """
     speed = np.asarray(output_speed, dtype=np.float64)
     moving = speed if standstill is None else np.where(standstill, 0.0, speed)
@@ -329,20 +389,21 @@ def mesh_input_torque(
 
 
 def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
-    """The motor-side torques between which the mesh at rest holds a load.
+    """The motor-side torques between which the gear at rest holds a load.
 
     Args:
         gear: The sheet.
         output_torque: At the gear's output, acting on the load [N m], any shape.
 
     Returns:
-        Both ends of the interval, each of that shape; without the no-load running torque.
+        Both ends of the interval, each of that shape; the torque that moves the unloaded gear is in them.
 
     Raises:
-        InputError: The efficiency is unknown and the gear is not ``ideal``.
+        InputError: The loss is unknown and the gear is not ``ideal``.
     """
     found, torque = mesh(gear), np.asarray(output_torque, dtype=np.float64)
-    return StandstillInterval(max(found.driven, 0.0) * torque / gear.ratio, found.driving * torque / gear.ratio)
+    hold, start = resting_interval(found, torque)
+    return StandstillInterval(np.where(hold * torque / gear.ratio > 0.0, hold, 0.0), np.asarray(start))
 
 
 def torque_exponent(gear: Gear) -> float:

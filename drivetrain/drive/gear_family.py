@@ -13,7 +13,9 @@ from drivetrain.errors import Fault, InputError
 
 FITTED = (
     "mass", "inertia", "continuous_torque", "average_torque_limit", "momentary_torque", "max_input_speed",
-    "average_input_speed_limit", "efficiency", "no_load_torque", "diameter", "length",
+    "average_input_speed_limit", "efficiency", "no_load_torque", "mesh_efficiency", "drag_torque", "drag_speed",
+    "drag_speed_exponent", "drag_temperature_1", "drag_temperature_2", "seal_drag_torque", "starting_torque",
+    "diameter", "length",
 )  # fmt: skip
 LEAST_ROWS = 4  # below, a law of two exponents is no fit
 KEPT = 1.0 + 1e-9  # of a size: rounding may not fell a gear that is sized to its limit
@@ -100,8 +102,9 @@ class GearFamily:
         if not self.laws:
             return Gear(key, ratio, kind="ideal", efficiency=1.0)
         numbers = {name: law.at(torque, ratio) for name, law in self.laws.items()}
-        if "efficiency" in numbers:
-            numbers["efficiency"] = min(numbers["efficiency"], 1.0)
+        for name in ("efficiency", "mesh_efficiency"):
+            if name in numbers:
+                numbers[name] = min(numbers[name], 1.0)
         bare = Gear(key, ratio, series=self.name, kind=self.kind, repeated_peak_torque=torque, source=self.source)
         return replace(bare, **numbers)  # type: ignore[arg-type]
 
@@ -165,8 +168,11 @@ def fitted_family(name: str, gears: Iterable[Gear], low: float, high: float) -> 
         raise InputError(Fault(f"gear series {name}", problem))
     laws = {}
     for column in FITTED:
-        known = [(row, getattr(row, column)) for row in rows if getattr(row, column)]
-        if len(known) >= LEAST_ROWS:
+        printed = [(row, getattr(row, column)) for row in rows if getattr(row, column) is not None]
+        known = [(row, value) for row, value in printed if value > 0.0]
+        if len(printed) >= LEAST_ROWS and not known:
+            laws[column] = PowerLaw(0.0, 0.0, 0.0, 0.0, len(printed))
+        elif len(known) >= LEAST_ROWS:
             laws[column] = _fit([row for row, _ in known], [value for _, value in known])
     torques = [row.repeated_peak_torque or 0.0 for row in rows]
     source = f"power laws of torque and ratio through {len(rows)} rows of series {name}"

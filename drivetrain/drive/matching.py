@@ -15,12 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.drive.drive import Drive, motor_torque, shaft_friction
-from drivetrain.drive.gear import Gear
+from drivetrain.drive.drive import Drive, loss_speed, motor_torque, resting, shaft_friction
+from drivetrain.drive.gear import Gear, mesh
+from drivetrain.drive.gear_loss import DRAG_REFERENCE, drag_torque
 from drivetrain.drive.ranges import EFFICIENCY, POSITIVE, is_number_in
 from drivetrain.errors import Fault, InputError
 
 _REAL = 1e-7  # imaginary part over magnitude below which a root is a real one with rounding
+STARTING = 0.7  # of one over the ratio, with which the torque that starts a strain-wave gear grows
 
 
 def inertia_matching_ratio(load_inertia: float, rotor_inertia: float) -> float:
@@ -48,7 +50,8 @@ def scaled_gear(gear: Gear, ratio: float) -> Gear:
 
     Limits of output torque and of input speed, efficiency, input inertia, mass and stiffness stay. The no-load running
     torque at the input keeps its share of the rated torque, so it falls as the ratio grows, and so the split of the
-    printed loss into running torque and mesh stays the same at every ratio.
+    printed loss into running torque and mesh stays the same at every ratio. A drag over speed and temperature hardly
+    depends on the ratio and stays; what starts the gear falls with its power STARTING (catalogs/SOURCES.md).
 
     Args:
         gear: The template.
@@ -57,11 +60,12 @@ def scaled_gear(gear: Gear, ratio: float) -> Gear:
     Returns:
         The scaled gear, its key unchanged.
     """
-    running = gear.no_load_torque
+    running, starting, share = gear.no_load_torque, gear.starting_torque, abs(gear.ratio) / ratio
     return replace(
         gear,
         ratio=math.copysign(ratio, gear.ratio),
-        no_load_torque=None if running is None else running * abs(gear.ratio) / ratio,
+        no_load_torque=None if running is None else running * share,
+        starting_torque=None if starting is None else starting * share**STARTING,
     )
 
 
@@ -70,8 +74,9 @@ class TorqueTerms:
     """Motor torque of a motion as it depends on the ratio G: ``inverse / G + constant + linear * G``, each (N,).
 
     Attributes:
-        inverse: Load, joint friction, mesh loss by direction of power, and the gear's running torque [N m].
-        constant: What the ratio does not change: carrier's acceleration and the motor's Coulomb friction [N m].
+        inverse: Load, joint friction, mesh loss by direction of power, and a printed no-load running torque [N m].
+        constant: What the ratio does not change: carrier's acceleration, the motor's Coulomb friction, and the gear's
+            drag over speed, taken at the template's ratio [N m].
         linear: Rotor's acceleration and the motor's viscous friction [N m].
         weights: Time each sample stands for [s].
     """
@@ -127,7 +132,7 @@ def torque_terms(
         weights: Time each sample stands for [s], (N,).
 
     Returns:
-        The terms; exact wherever the motor's friction is Coulomb and viscous.
+        The terms; exact wherever the motor's friction is Coulomb and viscous and the drag the same at any speed.
 
     Raises:
         InputError: The gear's efficiency is unknown and the gear is not ``ideal``.
@@ -136,10 +141,14 @@ def torque_terms(
         Lynch and Park, Modern Robotics (2017), equation 8.111, ordered by powers of G.
     """
     plain = replace(shaft_friction(drive), static=None, stribeck_speed=None)
-    middle = abs(drive.gear.ratio)
+    middle, gear, dragging = abs(drive.gear.ratio), drive.gear, 0.0
+    if gear.drag_torque is not None:
+        slow = loss_speed(speed, acceleration, resting(speed))
+        dragging = drag_torque(mesh(gear), gear.ratio * slow, DRAG_REFERENCE)
+        gear = replace(gear, drag_torque=0.0, seal_drag_torque=0.0)
 
     def torque(share: float) -> Array:
-        turned = replace(drive, gear=scaled_gear(drive.gear, share * middle), motor_friction=plain)
+        turned = replace(drive, gear=scaled_gear(gear, share * middle), motor_friction=plain)
         return motor_torque(turned, gear_torque, speed, acceleration, carrier_acceleration).total
 
     # t(u) = a/u + b + c u at u = 1/2, 1 and 2.
@@ -147,7 +156,7 @@ def torque_terms(
     below, above = torque(0.5) - at_one, torque(2.0) - at_one
     a, c = (below + 0.5 * above) / 0.75, (above + 0.5 * below) / 0.75
     sign = math.copysign(1.0, drive.gear.ratio)
-    return TorqueTerms(sign * middle * a, sign * (at_one - a - c), sign * c / middle, weights)
+    return TorqueTerms(sign * middle * a, sign * (at_one - a - c + dragging), sign * c / middle, weights)
 
 
 def torque_at(terms: TorqueTerms, ratio: float) -> Array:

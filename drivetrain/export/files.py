@@ -16,7 +16,7 @@ def write_text(path: str | Path, text: str) -> Path:
     """
     place = Path(path)
     try:
-        write_whole(place, lambda file: file.write(text.encode("utf-8")))
+        write_whole(place, text)
     except OSError as error:
         raise InputError(Fault("path", f"cannot be written: {error.strerror}", str(place))) from None
     return place

@@ -1,10 +1,9 @@
-"""The files of one job: all of them, or none."""
+"""The files of one job."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from drivetrain.errors import Fault, InputError
 from drivetrain.report.fallen_columns import fallen_columns, fallen_text
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
@@ -12,7 +11,7 @@ from drivetrain.report.sections import Extra
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.results import Evaluation, Selection
-from drivetrain.whole_files import written_beside
+from drivetrain.whole_files import write_files
 
 
 def write_outputs(
@@ -49,30 +48,3 @@ def write_outputs(
 def currents_csv(evaluation: Evaluation) -> str:
     """The current commands as CSV text."""
     return str(current_commands(evaluation).to_csv(index=False, lineterminator="\n", float_format="%.6g"))
-
-
-def write_files(out_dir: str | Path, texts: dict[str, str]) -> dict[str, Path]:
-    """Write several files so that a failure leaves the old ones as they were.
-
-    Raises:
-        InputError: The folder cannot be made or written to.
-    """
-    folder = Path(out_dir)
-    waiting: dict[Path, Path] = {}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            waiting[folder / name] = _written_beside(folder / name, text)
-        for place, beside in waiting.items():
-            beside.replace(place)
-    except OSError as error:
-        raise InputError(Fault("output folder", f"cannot be written: {error.strerror}", str(out_dir))) from None
-    finally:
-        for beside in waiting.values():
-            beside.unlink(missing_ok=True)
-    return {name: folder / name for name in texts}
-
-
-def _written_beside(place: Path, text: str) -> Path:
-    """A hidden file in the same folder that holds the text."""
-    return written_beside(place, lambda file: file.write(text.encode("utf-8")))

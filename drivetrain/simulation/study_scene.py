@@ -14,6 +14,8 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import complete, mesh_of, unknown_loss
+from drivetrain.drive.gear_loss import drag_torque
 from drivetrain.drive.motor import torque_constant
 from drivetrain.drive.thermal_network import thermal_network
 from drivetrain.dynamics.mass_matrix import mass_matrix
@@ -33,6 +35,7 @@ from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.motion.motion import Motion
+from drivetrain.records import as_record, known
 from drivetrain.simulation.inverse import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
@@ -223,9 +226,8 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: 
     if wishes.friction:
         effects += _friction(at_joint(drive.joint_friction, travel), "shaft" if task.coupled else "joint")
         effects += _friction(shaft_friction(drive), "motor")
-        if drive.gear.no_load_torque:
-            effects.append(DryFriction(Friction(coulomb=drive.gear.no_load_torque), "motor"))
-    if wishes.mesh and drive.gear.efficiency is not None:
+        effects += _friction(_mean_drag(study, task, drive), "motor")
+    if wishes.mesh and known(unknown_loss(as_record(drive.gear))):
         effects.append(MeshLoss(drive.gear))
     network = thermal_network(drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if wishes.heat and network is not None and network.winding_capacity is not None:
@@ -235,6 +237,18 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: 
         critical = 2.0 * math.sqrt(drive.gear.stiffness_1 * inertia)
         effects.append(FlexibleJoint(drive.gear, wishes.damping * critical))
     return tuple(effects)
+
+
+def _mean_drag(study: Study, task: JointTask, drive: Drive) -> Friction:
+    """The gear's drag as dry friction, at the mean speed of the cycle: its growth with speed is not simulated."""
+    record = as_record(complete(drive.gear))
+    if not known(unknown_loss(record)):
+        return Friction(coulomb=drive.gear.no_load_torque or 0.0)
+    wheel, cycle = mesh_of(record), study.cycle
+    speed = np.abs(cycle.velocity[:, [one.name for one in study.joints].index(task.name)])
+    mean = float(speed @ cycle.weights / max(cycle.weights[speed > 0.0].sum(), 1e-300)) / (task.travel_per_turn or 1.0)
+    sliding = float(drag_torque(wheel, abs(wheel.ratio) * mean, float(study.drag_temperature(study.ambient))))
+    return Friction(coulomb=sliding, static=max(sliding, float(wheel.starting)))
 
 
 def _friction(law: Friction, side: str) -> list[Effect]:

@@ -126,6 +126,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         travel_per_turn=_travel(around, index, form, place),
         housing_to_ambient=form.housing_to_ambient,
         output_bearing=form.output_bearing,
+        gear_heat=around.form.gear_heat if form.gear_heat is None else form.gear_heat,
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),

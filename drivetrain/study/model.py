@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.selection import SelectionOptions, TradeOffs
 from drivetrain.study.simulation import Simulation
@@ -116,6 +119,7 @@ class JointTask:
             and torque are then those of the shaft behind the gear.
         rules: By which the pairs were found, as the study file states them; None where it states none.
         output_bearing: What carries the joint across its axis: the ``gear``'s output bearing or an ``external`` one.
+        gear_heat: Share of the gear's loss that warms the motor's housing; 0: the gear is mounted elsewhere.
         load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
             None: not stated.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
@@ -137,6 +141,7 @@ class JointTask:
     free_ratio: FreeRatio | None = None
     load_inertia: float | None = None
     output_bearing: str = "gear"
+    gear_heat: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -222,6 +227,8 @@ class Study:
         ambient: Temperature around the drives [C].
         safety: Factors and reserves.
         holding: Motor torque that counts for heat while a mesh holds a load: ``least``, ``lossless``, ``most``.
+        gear_temperature: At which the drag of gears is taken [C]; None: 20 C or colder air, a machine just switched on.
+        cold_start: Of gears and motors in a start that is checked beside the task [C]; None: none is.
         gear_assumptions: By gear kind.
         motor_assumptions: By ``brushed``, ``brushless`` or ``frameless``.
         catalog: The rows that may be used.
@@ -252,7 +259,25 @@ class Study:
     simulation: Simulation = field(default_factory=Simulation)
     trade_offs: TradeOffs = field(default_factory=TradeOffs)
     holding: str = "lossless"
+    gear_temperature: float | None = None
+    cold_start: float | None = None
     notes: tuple[str, ...] = ()
+
+    def drag_temperature(self, ambient: Any) -> Any:
+        """At which the drag of gears is taken in air of a temperature [C]: that of a machine just switched on.
+
+        Sheets hold at 20 C, and colder air makes a colder gear. Warmth of its own does not count, nor do hotter
+        surroundings: a warm gear drags less, and a worse mounting or hotter air would make verdicts better.
+
+        Args:
+            ambient: [C], one or many.
+
+        Returns:
+            The study's ``gear_temperature`` where it states one, of the shape of ``ambient``.
+        """
+        if self.gear_temperature is None:
+            return np.minimum(ambient, DRAG_REFERENCE)
+        return np.full_like(ambient, self.gear_temperature, dtype=np.float64)
 
     @property
     def objective(self) -> str:

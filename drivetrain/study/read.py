@@ -83,6 +83,8 @@ def study_from(document: Document) -> Study:
         ambient=form.ambient,
         safety=made(form.safety),
         holding=form.holding,
+        gear_temperature=form.gear_temperature,
+        cold_start=form.cold_start,
         gear_assumptions=gear_assumptions,
         motor_assumptions=motor_assumptions,
         catalog=catalog,

@@ -206,6 +206,9 @@ class JointForm(Form):
         default=None, description="prismatic joints: travel per turn of the gear"
     )
     housing_to_ambient: f.ThermalResistance | None = Field(default=None, description="of the real mounting")
+    gear_heat: f.Share | None = Field(
+        default=None, description="share of the gear's loss that warms the motor's housing; default: the study's"
+    )
     output_bearing: Literal["gear", "external"] = Field(
         default="gear", description="what carries the joint across its axis: the gear's own bearing, or one beside it"
     )
@@ -319,6 +322,16 @@ class StudyForm(Form):
     safety: Entry[Safety] = Safety()
     holding: Literal["least", "lossless", "most"] = Field(
         default="lossless", description="motor torque that counts for heat while a gear's mesh holds a load at rest"
+    )
+    gear_heat: f.Share = Field(
+        default=1.0, description="share of each gear's loss that warms its motor's housing; 0 % where it sits elsewhere"
+    )
+    gear_temperature: f.Temperature | None = Field(
+        default=None,
+        description="at which the gears' drag is taken; default: 20 degC, or the ambient if that is colder",
+    )
+    cold_start: f.Temperature | None = Field(
+        default=None, description="of gears and motors: checks torque, current and voltage of a cold start too"
     )
     objective: Objective = "mass"
     selection: SelectionForm = SelectionForm()

@@ -101,6 +101,8 @@ class Tolerances:
         thermal_resistance: From winding to housing and on to ambient, both of one joint together; heat capacities stay.
         payload: Of each payload's mass, its shape and centre staying the same.
         ambient: Of the temperature around the drives.
+        drag: Of the gears whose sheets tell mesh and drag apart: running, seals and starting. The shipped strain-wave
+            rows hold within 20 % for sizes 14 to 25 and within 40 % elsewhere (catalogs/SOURCES.md).
         samples: How many sets of parts are drawn.
         seed: Of the random numbers.
     """
@@ -112,6 +114,7 @@ class Tolerances:
     thermal_resistance: Scatter | None = None
     payload: Annotated[Tolerance, _Scatter("kg")] | None = None
     ambient: Annotated[Tolerance, _Scatter("K", relative=False)] | None = None
+    drag: Scatter | None = None
     samples: Annotated[int, Ge(100)] = 20000
     seed: Annotated[int, Ge(0)] = 1
 

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 
 from drivetrain.catalog.read import read_catalog
-from drivetrain.drive.gear import Gear
-from drivetrain.drive.gear_loss import (
-    back_driving_torque,
-    drag_torque,
-    gear_input_torque,
-    gear_loss_power,
-    loss_of,
-    resting_interval,
-)
+from drivetrain.drive.gear import Gear, mesh, mesh_of, mesh_torque, resting_interval, standstill_interval, unknown_loss
+from drivetrain.drive.gear_loss import back_driving_torque, drag_torque, gear_loss_power
+from drivetrain.errors import InputError
 from drivetrain.jit import kernel
 from drivetrain.records import as_record
 
@@ -26,13 +21,20 @@ STRAIN_WAVE = {
     "kind": "strain_wave", "mesh_efficiency": 0.9, "drag_speed": 2000 * RPM, "drag_speed_exponent": 0.72,
     "drag_temperature_1": 0.0436, "drag_temperature_2": 0.00037,
 }  # fmt: skip
+
+
+def input_torque(wheel, load, speed, temperature):
+    """Motor-side torque of a turning gear, rotor not in it."""
+    return mesh_torque(wheel, load, speed) + drag_torque(wheel, wheel.ratio * speed, temperature)
+
+
 CSG_17_100 = Gear("CSG-17-100", 100.0, drag_torque=0.0592, starting_torque=0.0295, **STRAIN_WAVE)
 
 
 def efficiency(gear: Gear, load: float, rpm: float, temperature: float = 20.0) -> float:
     """Power out over power in when the motor drives."""
     speed = rpm * RPM / gear.ratio
-    return load / gear.ratio / gear_input_torque(loss_of(gear), load, speed, temperature)
+    return load / gear.ratio / input_torque(mesh(gear), load, speed, temperature)
 
 
 @pytest.mark.parametrize(
@@ -41,12 +43,12 @@ def efficiency(gear: Gear, load: float, rpm: float, temperature: float = 20.0) -
 )
 def test_worked_numbers_at_2000_rpm(load: float, torque: float) -> None:
     """CSG-17-100: 0.504, -0.296 and +0.015 N m: a small load that helps must still be pushed."""
-    found = gear_input_torque(loss_of(CSG_17_100), load, 2000 * RPM / 100, 20.0)
+    found = input_torque(mesh(CSG_17_100), load, 2000 * RPM / 100, 20.0)
     assert found == pytest.approx(torque, abs=5e-5)
 
 
 def test_cold_grease_drags_five_times_as_much_and_the_fit_is_not_carried_on() -> None:
-    loss, speed = loss_of(CSG_17_100), 2000 * RPM
+    loss, speed = mesh(CSG_17_100), 2000 * RPM
     assert drag_torque(loss, speed, -10.0) == pytest.approx(0.0592 * math.exp(0.0436 * 30 + 0.00037 * 900))
     assert drag_torque(loss, speed, -10.0) == pytest.approx(0.305, abs=1e-3)
     assert drag_torque(loss, speed, -40.0) == drag_torque(loss, speed, -10.0)
@@ -107,44 +109,60 @@ def test_shipped_rows_follow_the_laws_over_size_and_ratio_that_they_name() -> No
 @pytest.mark.parametrize("ratio", [100.0, -100.0])
 def test_power_in_less_power_out_is_the_loss_in_all_quadrants(ratio: float) -> None:
     gear = Gear("G", ratio, drag_torque=0.0592, seal_drag_torque=0.01, **STRAIN_WAVE)
-    loss = loss_of(gear)
+    loss = mesh(gear)
     for load, speed, temperature in product((-40.0, -3.0, 0.0, 3.0, 40.0), (-2.0, -0.1, 0.1, 2.0), (-10.0, 20.0, 60.0)):
-        torque = gear_input_torque(loss, load, speed, temperature)
+        torque = input_torque(loss, load, speed, temperature)
         lost = torque * ratio * speed - load * speed
         assert lost == pytest.approx(gear_loss_power(loss, load, speed, temperature), rel=1e-12)
         assert lost > 0.0
 
 
 def test_at_rest_a_load_neither_falls_nor_rises_within_its_interval() -> None:
-    loss = loss_of(CSG_17_100)
+    loss = mesh(CSG_17_100)
     hold, start = resting_interval(loss, 40.0)
     assert (hold, start) == pytest.approx((0.4 * (2.0 - 1.0 / 0.9) - 0.0295, 0.4 / 0.9 + 0.0295))
     assert resting_interval(loss, -40.0) == pytest.approx((-hold, -start))
     assert resting_interval(loss, 0.0) == pytest.approx((-0.0295, 0.0295))
-    turned = loss_of(Gear("G", -100.0, drag_torque=0.0592, starting_torque=0.0295, **STRAIN_WAVE))
+    turned = mesh(Gear("G", -100.0, drag_torque=0.0592, starting_torque=0.0295, **STRAIN_WAVE))
     assert resting_interval(turned, 40.0) == pytest.approx((-hold, -start))
-    sealed = loss_of(Gear("G", 100.0, drag_torque=0.1, starting_torque=0.03, seal_drag_torque=0.3, **STRAIN_WAVE))
+    sealed = mesh(Gear("G", 100.0, drag_torque=0.1, starting_torque=0.03, seal_drag_torque=0.3, **STRAIN_WAVE))
     assert resting_interval(sealed, 0.0).start == 0.3  # the seals hold more than the teeth
 
 
 def test_back_driving_torque_as_makers_measure_it() -> None:
     """CSF-17-100 and CSF-25-50, neither of the fit: 0.97 and 1.20 times ratio and starting torque."""
-    assert back_driving_torque(loss_of(CSG_17_100)) == pytest.approx(1.05 * 100 * 0.0295)
+    assert back_driving_torque(mesh(CSG_17_100)) == pytest.approx(1.05 * 100 * 0.0295)
 
 
-def test_a_row_without_drag_says_so() -> None:
-    assert math.isnan(loss_of(Gear("G", 100.0, mesh_efficiency=0.9)).drag)
-    assert math.isnan(loss_of(Gear("G", 100.0, drag_torque=0.1)).driving)
+def test_what_holds_at_rest_is_one_end_or_the_other_or_the_lossless_torque() -> None:
+    for holding, wanted in ((-1.0, 0.4 * (2.0 - 1.0 / 0.9) - 0.0295), (0.0, 0.4), (1.0, 0.4 / 0.9 + 0.0295)):
+        gear = replace(CSG_17_100, holding=holding)
+        for sign in (1.0, -1.0):
+            assert mesh_torque(mesh(gear), sign * 40.0, 0.0) == pytest.approx(sign * wanted)
+        assert mesh_torque(mesh(gear), 2.0, 0.0) == pytest.approx((0.0, 0.02, 0.02 / 0.9 + 0.0295)[int(holding) + 1])
+    hold, start = standstill_interval(CSG_17_100, np.array([40.0, -40.0, 2.0]))
+    np.testing.assert_allclose(hold, [0.4 * (2.0 - 1.0 / 0.9) - 0.0295, -0.4 * (2.0 - 1.0 / 0.9) + 0.0295, 0.0])
+    np.testing.assert_allclose(start, [0.4 / 0.9 + 0.0295, -0.4 / 0.9 - 0.0295, 0.02 / 0.9 + 0.0295])
+
+
+@pytest.mark.parametrize("lacks", ["mesh_efficiency", "drag_torque", "drag_speed", "drag_speed_exponent"])
+def test_half_of_mesh_and_drag_is_not_taken_for_both(lacks: str) -> None:
+    """Nor does the printed efficiency of the whole gear, or an assumed one, stand in."""
+    gear = replace(CSG_17_100, efficiency=0.8, **{lacks: None})
+    assert np.isnan(unknown_loss(as_record(gear)))
+    with pytest.raises(InputError, match="one of them is empty"):
+        mesh(gear)
+    assert unknown_loss(as_record(CSG_17_100)) == unknown_loss(as_record(replace(gear, drag_torque=None,
+        mesh_efficiency=None))) == 0.0  # fmt: skip
 
 
 def test_compiled_code_finds_the_same() -> None:
     @kernel
     def compiled(gear, load, speed, temperature):
-        return gear_input_torque(loss_of(gear), load, speed, temperature)
+        wheel = mesh_of(gear)
+        return mesh_torque(wheel, load, speed) + drag_torque(wheel, wheel.ratio * speed, temperature)
 
     record = as_record(CSG_17_100)
     for load, speed, temperature in product((-40.0, 3.0), (-2.0, 0.1), (-30.0, 25.0)):
-        wanted = gear_input_torque(loss_of(CSG_17_100), load, speed, temperature)
+        wanted = input_torque(mesh(CSG_17_100), load, speed, temperature)
         assert compiled(record, load, speed, temperature) == pytest.approx(wanted, rel=1e-14)
-    unknown = as_record(Gear("G", 100.0))
-    assert np.isnan(compiled(unknown, 1.0, 1.0, 20.0))

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from pathlib import Path
 
 import pytest
 
-from drivetrain.errors import InputError
 from drivetrain.report import outputs
 from drivetrain.report.fallen_columns import COLUMNS as FALLEN_COLUMNS
 from drivetrain.report.fallen_columns import fallen_columns, fallen_text
-from drivetrain.report.outputs import currents_csv, write_files, write_outputs
+from drivetrain.report.outputs import currents_csv, write_outputs
 from drivetrain.sizing.results import Evaluation, Selection
 
 
@@ -43,26 +41,6 @@ def test_every_candidate_that_fell_is_listed(selection: Selection) -> None:
     assert float(rows[1][7]) == pytest.approx(first.utilisation, rel=1e-5)  # six digits are written
 
 
-@pytest.mark.parametrize("which", [0, 1, 2])
-def test_a_failure_while_writing_leaves_the_old_files(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, which: int
-) -> None:
-    old = {"report.html": "old page", "result.json": "old result", "currents.csv": "old currents"}
-    write_files(tmp_path, old)
-    real, calls = outputs._written_beside, []
-
-    def breaks(place: Path, text: str) -> Path:
-        calls.append(place)
-        if len(calls) == which + 1:
-            raise OSError(28, "No space left on device")
-        return real(place, text)
-
-    monkeypatch.setattr(outputs, "_written_beside", breaks)
-    with pytest.raises(InputError, match="No space left"):
-        write_files(tmp_path, {name: "new" for name in old})
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == old
-
-
 def test_a_failure_while_drawing_writes_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, evaluation: Evaluation
 ) -> None:
@@ -73,19 +51,3 @@ def test_a_failure_while_drawing_writes_nothing(
     with pytest.raises(ZeroDivisionError):
         write_outputs(tmp_path / "out", evaluation)
     assert not (tmp_path / "out").exists()
-
-
-def test_ctrl_c_while_writing_leaves_no_litter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(descriptor: int) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(os, "fsync", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        write_files(tmp_path, {"a.txt": "new"})
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_that_cannot_be_made_is_bad_input(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way")
-    with pytest.raises(InputError, match="cannot be written"):
-        write_files(tmp_path / "file" / "out", {"a.txt": "x"})

@@ -56,9 +56,9 @@ def built_drive(drive: Drive, factors: Array) -> Drive:
     the numbers that scatter follows them. Heat capacities stay, so thermal time constants follow the resistances.
 
     Args:
-        factors: On them, in the order of ``PARTS``, (5,).
+        factors: On them, in the order of ``PARTS``, (6,).
     """
-    constant, resistance, friction, efficiency, thermal = (float(value) for value in factors)
+    constant, resistance, friction, efficiency, thermal, drag = (float(value) for value in factors)
     motor, gear = drive.motor, drive.gear
     nominal = motor.nominal_current
     if nominal is None and motor.nominal_torque is not None:
@@ -74,18 +74,22 @@ def built_drive(drive: Drive, factors: Array) -> Drive:
             motor, torque_constant=motor.torque_constant * constant, resistance=motor.resistance * resistance,
             nominal_current=nominal, **warm,  # type: ignore[arg-type]
         ),
-        gear=_built_gear(gear, friction, efficiency),
+        gear=_built_gear(gear, friction, efficiency, drag),
         joint_friction=_rubbing(drive.joint_friction, friction),
         motor_friction=_rubbing(shaft_friction(drive), friction),
     )  # fmt: skip
 
 
-def _built_gear(gear: Gear, friction: float, efficiency: float) -> Gear:
+def _built_gear(gear: Gear, friction: float, efficiency: float, drag: float) -> Gear:
     if gear.kind == "ideal":
         return gear
     return replace(
         gear,
         efficiency=None if gear.efficiency is None else min(gear.efficiency * efficiency, 1.0),
+        mesh_efficiency=None if gear.mesh_efficiency is None else min(gear.mesh_efficiency * efficiency, 1.0),
+        drag_torque=_scaled(gear.drag_torque, drag),
+        seal_drag_torque=_scaled(gear.seal_drag_torque, drag),
+        starting_torque=_scaled(gear.starting_torque, drag),
         backdriving_efficiency=_back(gear.backdriving_efficiency, efficiency),
         no_load_torque=_scaled(gear.no_load_torque, friction),
     )

@@ -59,7 +59,18 @@ def random_gear(make, rng, key):
     ).split()
     row = with_bearing(row, np.random.default_rng((int(1e6 * size), 3)))
     row = blanked(rng, row, optional, 0.15)
-    return blanked(rng, row, ("efficiency", "inertia"), 0.05)
+    row = blanked(rng, row, ("efficiency", "inertia"), 0.05)
+    return dragging(rng, row, size) if rng.random() < 0.5 else row
+
+
+def dragging(rng, row, size):
+    """A gear whose sheet tells mesh and drag apart; some of them incompletely."""
+    row = replace(
+        row, mesh_efficiency=float(rng.choice([0.45, 0.9])), drag_torque=0.02 * size, drag_speed=200.0,
+        drag_speed_exponent=float(rng.choice([0.0, 0.72])), drag_temperature_1=float(rng.choice([0.0, 0.0436])),
+        drag_temperature_2=0.00037, seal_drag_torque=float(rng.choice([0.0, 0.03])), starting_torque=0.015 * size,
+    )  # fmt: skip
+    return blanked(rng, row, ("mesh_efficiency", "drag_speed", "seal_drag_torque", "starting_torque"), 0.05)
 
 
 def with_bearing(row, rng):
@@ -136,6 +147,7 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
                 amplifier=Amplifier(*(float(x) if rng.random() < 0.8 else None for x in rng.uniform(10, 60, 2))),
                 travel_per_turn=0.02 if kind == "sliding" and i == 1 else None,
                 housing_to_ambient=float(rng.uniform(0.5, 4.0)) if rng.random() < 0.5 else None,
+                gear_heat=float(rng.choice([0.0, 0.4, 1.0])),
                 coupled=("j2", "j3") if kind == "coupled" and i > 0 else (),
                 contained=ContainedDrive(0.05, Mount()) if mass is DriveMass.REPLACED else None,
             )
@@ -146,5 +158,6 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
     )  # fmt: skip
     return make.study(
         cycle, arm=arm, drive_mass=mass, joints=tuple(tasks), catalog=Catalog(motors, gears), safety=safety,
-        ambient=float(rng.choice([25.0, 40.0])),
+        ambient=float(rng.choice([25.0, 40.0])), holding=str(rng.choice(["least", "lossless", "most"])),
+        cold_start=float(rng.choice([-30.0, 0.0])) if rng.random() < 0.5 else None,
     )  # fmt: skip

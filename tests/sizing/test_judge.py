@@ -43,21 +43,23 @@ def test_the_judge_says_what_the_public_laws_say(make, kind):
     for op in some_operations(TASKS.random_study(make, 4, kind), 4):
         if op.missing:
             continue
-        demand, cycle = op.demand, op.demand.cycle
+        demand, cycle, warmth = op.demand, op.demand.cycle, op.number("setting.gear_temperature")
         torque = motor_torque(
             op.drive, demand.gear_torque, demand.speed, demand.acceleration, demand.carrier_acceleration,
-            standstill=demand.at_rest, parts=cycle.parts,
+            standstill=demand.at_rest, parts=cycle.parts, gear_temperature=warmth,
         )  # fmt: skip
         scale = np.abs(torque.total).max()
         np.testing.assert_allclose(op.motor_torque, torque.total, rtol=CLOSE, atol=CLOSE * scale)
         peak = np.abs(torque.starting if demand.moves else torque.total).max()
         assert op.figures.motor_torque == pytest.approx(peak, rel=CLOSE)
         winding, magnets = op.winding_temperature, float(op.figures.magnet_temperature)
-        balance = power_balance(op.drive, demand.gear_torque, demand.speed, torque, winding, magnets)
+        balance = power_balance(
+            op.drive, demand.gear_torque, demand.speed, torque, winding, magnets, gear_temperature=warmth
+        )
         np.testing.assert_allclose(op.power, balance.electrical, rtol=CLOSE, atol=CLOSE * np.abs(op.power).max())
         if op.network is None:
             continue
-        loss = balance.motor_friction - (op.drive.gear.no_load_torque or 0.0) * np.abs(op.motor_speed)
+        loss = balance.motor_friction + op.task.gear_heat * (balance.mesh + balance.drag)
         heat = mixed_temperature(
             op.network, op.drive.motor, demand.time, torque.total, Mix(cycle.parts, cycle.shares), housing_loss=loss
         )

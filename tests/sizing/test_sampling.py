@@ -17,7 +17,7 @@ from drivetrain.study.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),
-    Tolerance(0.1, normal=True, absolute=True), Tolerance(8.0, absolute=True),
+    Tolerance(0.1, normal=True, absolute=True), Tolerance(8.0, absolute=True), Tolerance(0.4),
 )  # fmt: skip
 
 
@@ -54,7 +54,7 @@ def test_every_kind_of_task_is_judged_as_evaluate_does(make, kind):
     assert {"winding temperature", "motor voltage", "motor RMS current", "gear average torque"} <= seen
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("table", 7), ("table", 11), ("mix", 2), ("mix", 3)])
+@pytest.mark.parametrize(("kind", "seed"), [("table", 1), ("table", 2), ("mix", 2), ("mix", 3)])
 def test_windings_that_run_away_do_so_in_the_same_samples(make, kind, seed):
     """Thermal resistances from a third to thrice their nominal value: some samples have no steady state."""
     study, drives = case(make, kind, seed)

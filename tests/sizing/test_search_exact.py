@@ -243,7 +243,7 @@ def _pools(domains):
 
 def test_greedy_from_the_tip_misses_the_optimum(make):
     """A light drive at the wrist may be dear, and a cheap heavy one makes the shoulder dearer than it saves."""
-    for seed, lost in ((7, 1.06), (14, 1.11)):
+    for seed, lost in ((7, 1.06), (20, 1.15)):
         study = wide_study(make, seed)
         best = select(study)
         greedy: dict[str, tuple[str, str]] = {}

@@ -76,8 +76,9 @@ class Traces(NamedTuple):
         load: Torque at the gear's output, joint friction in it [N m].
         torque: Electromagnetic [N m].
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
+        drag: Of the gear, at its input [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
-        friction_loss: Power lost at the motor's shaft [W].
+        housing_loss: Power that friction at the motor's shaft and the gear bring into the housing [W].
         power: Electrical, and the least, where nobody asks for them [W], (2, N).
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
@@ -88,8 +89,9 @@ class Traces(NamedTuple):
     joint_excess: Array
     loss_excess: Array
     shaft_excess: Array
+    drag: Array
     starting: Array
-    friction_loss: Array
+    housing_loss: Array
     power: Array
     losses: Losses
     parts: Any
@@ -139,10 +141,10 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, starting, friction = np.zeros((6, samples))
+    load, joint, loss, shaft, drag, starting, housing = np.zeros((7, samples))
     power = np.zeros((2, samples))
     return Traces(
-        load, np.zeros(samples + 2), joint, loss, shaft, starting, friction, power, new_losses(samples),
+        load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, housing, power, new_losses(samples),
         new_parts(parts),
     )  # fmt: skip
 

@@ -12,6 +12,7 @@ from drivetrain.drive.amplifier import Amplifier, available_voltage
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear, complete
+from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.drive.motor import Motor
 from drivetrain.records import UNKNOWN, as_records, record_type
 from drivetrain.sizing.demand.demand import JointDemand
@@ -30,6 +31,10 @@ class Setting:
         bearing: 1 where the joint rests on its gear's own output bearing, else 0.
         moves: 1 where the joint moves at all, else 0.
         duration: Of the cycle [s].
+        gear_temperature: At which the gear's drag is taken [C].
+        gear_heat: Share of the gear's loss that warms the motor's housing.
+        cold_start: Of gear and motor when the machine starts cold [C].
+        cold: 1 where the study asks for a cold start, else 0.
     """
 
     ambient: float = 0.0
@@ -40,6 +45,10 @@ class Setting:
     bearing: float = 0.0
     moves: float = 0.0
     duration: float = 0.0
+    gear_temperature: float = DRAG_REFERENCE
+    gear_heat: float = 1.0
+    cold_start: float | None = None
+    cold: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -49,6 +58,7 @@ class Limits:
     Attributes:
         repeated_peak_torque, average_torque: Of the gear [N m].
         short_time_torque: Of the motor [N m].
+        peak_current: The smaller of the motor's and the amplifier's [A].
         continuous_current: Of the motor in this air and mounting [A].
         winding_temperature: [C].
     """
@@ -56,6 +66,7 @@ class Limits:
     repeated_peak_torque: float = UNKNOWN
     average_torque: float = UNKNOWN
     short_time_torque: float = UNKNOWN
+    peak_current: float = UNKNOWN
     continuous_current: float = UNKNOWN
     winding_temperature: float = UNKNOWN
 
@@ -81,6 +92,9 @@ class Figures:
         motor_current, rms_current: [A]; of a joint that never moves what one phase may carry, see
             ``standstill_current``.
         voltage: Largest at the terminals [V].
+        cold_torque, cold_current, cold_voltage: The same of a cold start [N m], [A], [V].
+        gear_loss: Mean power that the gear takes while it turns [W].
+        housing_temperature: Mean [C].
         energy, mean_power: Electrical, over a cycle [J], [W].
     """
 
@@ -105,6 +119,11 @@ class Figures:
     motor_current: float = UNKNOWN
     rms_current: float = UNKNOWN
     voltage: float = UNKNOWN
+    cold_torque: float = UNKNOWN
+    cold_current: float = UNKNOWN
+    cold_voltage: float = UNKNOWN
+    gear_loss: float = UNKNOWN
+    housing_temperature: float = UNKNOWN
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
 
@@ -146,7 +165,8 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     return Setting(
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
-        duration if duration > 0.0 else 1.0,
+        duration if duration > 0.0 else 1.0, float(study.drag_temperature(study.ambient)), task.gear_heat,
+        study.cold_start, float(study.cold_start is not None),
     )  # fmt: skip
 
 

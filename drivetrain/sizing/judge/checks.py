@@ -38,6 +38,7 @@ class Requirement:
         peak: Whether some samples ask no more than all of them do: the larger of every sample's own.
         essential: Whether a drive for which it cannot be made is not chosen, and its evaluation proves nothing.
         asked: Number that is 0 where a drive is not asked this.
+        wish: Whether it is told only where it is asked.
         scale: From SI to the unit.
         instant: Series whose largest magnitude is its instant (``operation.Operation``); empty: it has none.
         words: Source and remark, where ``words.printed`` does not say enough.
@@ -57,6 +58,7 @@ class Requirement:
     scale: float = 1.0
     instant: str = ""
     asked: str = "one"
+    wish: bool = False
     words: Callable[[Any, Any], words.Words] = words.printed
     formula: str = ""
 
@@ -132,6 +134,16 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="largest electromagnetic torque, starting from rest included",
     ),
     Requirement(
+        "cold start torque", "N m", "figures.cold_torque", "limits.short_time_torque", TORQUE, "",
+        "safety.peak_torque", peak=True, essential=True, asked="setting.cold", wish=True, words=words.cold_torque,
+        formula="largest electromagnetic torque with the gear's drag cold, starting from rest included",
+    ),
+    Requirement(
+        "cold start current", "A", "figures.cold_current", "limits.peak_current", TORQUE, "",
+        "safety.peak_torque", peak=True, asked="setting.cold", wish=True, words=words.cold_current,
+        formula="that torque / kt(cold)",
+    ),
+    Requirement(
         "motor peak current", "A", "figures.motor_current", "motor.peak_current", HEAT, "peak current",
         "safety.peak_torque", instant="peak_torque", formula="largest torque / kt(magnets)",
     ),
@@ -144,6 +156,11 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         instant="largest_voltage", words=words.voltage,
         formula="largest of |kt w + R i + L di/dt| warm and cold, and of R i to start from rest; i plain, and times "
         "the factor on peak torque",
+    ),
+    Requirement(
+        "cold start voltage", "V", "figures.cold_voltage", "setting.volts", HEAT, "", "safety.voltage", essential=True,
+        asked="setting.cold", wish=True, words=words.voltage,
+        formula="largest of |kt w + R i + L di/dt|, all of it cold, and of R i to start from rest",
     ),
     Requirement(
         "motor RMS current", "A", "figures.rms_current", "limits.continuous_current", HEAT, "", "safety.rms",

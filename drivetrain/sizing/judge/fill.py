@@ -106,16 +106,19 @@ def _filled_gear(gear: Gear, study: Study) -> tuple[Gear, tuple[str, ...]]:
     changes: dict[str, float] = {"holding": HOLDING[study.holding]} if study.holding != "lossless" else {}
     assumption = study.gear_assumptions.get(gear.kind)
     if assumption is not None:
+        apart = gear.mesh_efficiency is not None or gear.drag_torque is not None
         for field, name in (("efficiency", "efficiency"), ("backdriving_efficiency", "back-driving efficiency")):
             value = getattr(assumption, field)
-            if value is not None and getattr(gear, field) is None:
+            if value is not None and getattr(gear, field) is None and not apart:
                 changes[field] = value
                 words.append(_words(f"gear {gear.key}: {name} {100 * value:g} % assumed", assumption.source))
         share = assumption.no_load_torque_share
-        if share is not None and gear.no_load_torque is None and gear.continuous_torque is not None:
+        if share is not None and gear.no_load_torque is None and not apart and gear.continuous_torque is not None:
             changes["no_load_torque"] = share * gear.continuous_torque / abs(gear.ratio)
             text = f"gear {gear.key}: no-load running torque {100 * share:g} % of rated torque over ratio assumed"
             words.append(_words(text, assumption.source))
+    if gear.mesh_efficiency is not None and gear.loss_basis:
+        words.append(f"gear {gear.key}: mesh efficiency {100 * gear.mesh_efficiency:g} % and drag: {gear.loss_basis}")
     inertia = _input_inertia(gear)
     if inertia is not None:
         changes["inertia"] = inertia

@@ -14,7 +14,8 @@ import numpy as np
 from drivetrain.drive.amplifier import conduction_loss, standstill_current
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
-from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
+from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, unknown_loss, wear
+from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power, turning_drag
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
 from drivetrain.drive.output_bearing import (
@@ -97,7 +98,11 @@ def judge_all(
             set_carried(case, added_up(work.load, work.added, amounts[i], work.sum), motion, quick)
         else:
             set_carried(case, work.load, motion, quick)
-        set_mechanics(case, mechanical(case, motion, torque, traces))
+        if case.setting.cold != 0.0:
+            cold = case.setting.cold_start
+            set_cold_start(case, mechanical(case, motion, torque, traces, cold).torque + unknown)
+            figures.cold_voltage = larger(figures.cold_voltage, voltage_at(case, motion, traces, cold)) + unknown
+        set_mechanics(case, mechanical(case, motion, torque, traces, case.setting.gear_temperature))
         found[i], binding[i] = 0.0, NOTHING
         for stage in (GEAR, SPEED, TORQUE):
             if found[i] <= until:
@@ -105,12 +110,13 @@ def judge_all(
         if screen:
             continue
         if found[i] <= until:
-            volts = cold_voltage(case, motion, traces)
+            volts = voltage_at(case, motion, traces, ambient)
             if quick and case.motor.magnet_coefficient <= 0.0:  # warm, it needs no less current
                 set_currents(case, torque_constant(case.motor, ambient))
                 figures.winding_temperature, figures.voltage = np.nan, volts
                 found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         if found[i] <= until:
+            housing_losses(case, motion, traces)
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
             volts = larger(volts, starting_voltage(case, motion, traces))
@@ -136,7 +142,15 @@ def set_mechanics(case: Any, found: Any) -> None:
 @law
 def unknown_torque(case: Any) -> Any:
     """NaN where the sheets lack what the motor's torque rests on, else 0."""
-    return 0.0 * (case.motor.rotor_inertia + case.gear.efficiency + case.gear.inertia)
+    return 0.0 * (case.motor.rotor_inertia + case.gear.inertia) + unknown_loss(case.gear)
+
+
+@law(fastmath=FAST)
+def set_cold_start(case: Any, torque: Any) -> None:
+    """Largest torque, current and voltage of a blocked motor, cold all through: strong magnets, little resistance."""
+    figures, cold = case.figures, case.setting.cold_start
+    figures.cold_torque, figures.cold_current = torque, torque / abs(torque_constant(case.motor, cold))
+    figures.cold_voltage = winding_resistance(case.motor, cold) * figures.cold_current * torque_factor(case.safety)
 
 
 @law(fastmath=FAST)
@@ -147,6 +161,8 @@ def set_limits(case: Any) -> None:
     limits.average_torque = known_or(gear.average_torque_limit, gear.continuous_torque)
     limits.short_time_torque = short_time_torque(motor)
     limits.continuous_current = continuous_current_limit(motor, setting.ambient, setting.mounting)
+    peaks = motor.peak_current, case.amplifier.peak_current
+    limits.peak_current = known_or(min(peaks[0], peaks[1]), known_or(peaks[0], peaks[1]))
     limits.winding_temperature = motor.max_winding_temperature - case.safety.temperature_margin
     figures.input_speed = abs(gear.ratio) * setting.fastest
     figures.mean_input_speed = abs(gear.ratio) * setting.mean_speed
@@ -176,7 +192,7 @@ def worst(case: Any, row: Any, checks: Any, stage: Any, used: Any, binding: Any,
 @law(fastmath=FAST)
 def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
     """The first essential check that cannot be made, or when all is computed was not made; -1: none."""
-    torque = known(case.motor.rotor_inertia + case.gear.efficiency + case.gear.inertia)
+    torque = known(unknown_torque(case))
     for i in range(len(checks)):
         check = checks[i]
         if check.essential == 0 or not asked(case, row, check):
@@ -323,7 +339,15 @@ def excess_series(curve: Any, ratio: Any, speed: Any, excess: Any) -> None:
 
 
 @law(fastmath=FAST)
-def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
+def drag_series(mesh: Any, temperature: Any, speed: Any, drag: Any) -> None:
+    """What drags in the gear at a temperature [N m]; in a loop of its own, as a power function does not vectorise."""
+    factor = drag_factor(mesh, temperature)
+    for t in range(len(speed)):
+        drag[t] = turning_drag(mesh, factor, mesh.ratio * speed[t])
+
+
+@law(fastmath=FAST)
+def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_temperature: Any) -> Any:
     """The pass over the mechanics: load at the gear's output and torque of the motor, at every sample.
 
     The average load is (sum |n| |T|^e t / sum |n| t)^(1/e), Harmonic Drive SHG, p. 30, and where nothing turns the
@@ -335,6 +359,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
     excess_series(joint, 1.0, motion.speed, traces.joint_excess)
     excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
     excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
+    drag_series(mesh, gear_temperature, motion.loss_speed, traces.drag)
     largest_load, worn, travel, largest, square, exponent = 0.0, 0.0, 0.0, 0.0, 0.0, case.gear.life_exponent
     for t in range(len(torque)):
         speed = motion.loss_speed[t]
@@ -344,7 +369,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any) -> Any:
             mesh_torque(mesh, lossy, speed)
             + rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
             + sliding_friction(shaft, mesh.ratio * speed) + traces.shaft_excess[t]
-            + running_torque(mesh, speed)
+            + traces.drag[t]
         )  # fmt: skip
         largest_load, largest = larger(largest_load, abs(load)), larger(largest, abs(torque[t]))
         square += motion.weight[t] * torque[t] * torque[t]
@@ -389,13 +414,14 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
     nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
+    figures.housing_temperature = np.nan
     figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
     if known(nodes.inner + nodes.outer):
-        friction_losses(case, motion, traces)
-        interval_means(traces.torque[1:-1], traces.friction_loss, losses)
+        interval_means(traces.torque[1:-1], traces.housing_loss, losses)
         heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
+        figures.housing_temperature = heat.housing if nodes.inner > 0.0 else np.nan
         if heat.peak < np.inf:
             figures.magnet_temperature = heat.magnets
             return
@@ -403,13 +429,17 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 
 @law(fastmath=FAST)
-def friction_losses(case: Any, motion: Any, traces: Any) -> None:
-    """The power that friction takes at the motor's shaft [W]."""
-    shaft, ratio, loss = friction_curve(case.shaft), case.gear.ratio, traces.friction_loss
-    excess_series(shaft, ratio, motion.speed, traces.shaft_excess)
+def housing_losses(case: Any, motion: Any, traces: Any) -> None:
+    """The power that friction at the motor's shaft and the gear's share bring into the housing [W]."""
+    shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.housing_loss
+    share, total = case.setting.gear_heat, 0.0
+    excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
     for t in range(len(loss)):
-        speed = ratio * motion.speed[t]
-        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed
+        speed = mesh.ratio * motion.speed[t]
+        gear = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + traces.drag[t] * speed
+        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + share * gear
+        total += motion.weight[t] * gear
+    case.figures.gear_loss = total / case.setting.duration + unknown_torque(case)
 
 
 @law
@@ -422,11 +452,11 @@ def torque_factor(safety: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def cold_voltage(case: Any, motion: Any, traces: Any) -> Any:
-    """Largest voltage while everything is at ambient temperature, when strong magnets ask more at speed [V]."""
+def voltage_at(case: Any, motion: Any, traces: Any, cold: Any) -> Any:
+    """Largest voltage while the motor is cold all through, when strong magnets ask more at speed [V]."""
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
-    ratio, inductance, ambient = case.gear.ratio, known_or(case.motor.inductance, 0.0), case.setting.ambient
-    constant, ohms, largest = torque_constant(case.motor, ambient), winding_resistance(case.motor, ambient), 0.0
+    ratio, inductance, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0
+    constant, ohms = torque_constant(case.motor, cold), winding_resistance(case.motor, cold)
     inverse, more = 1.0 / constant, torque_factor(case.safety)
     for t in range(len(torque)):
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]

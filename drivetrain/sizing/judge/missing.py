@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.gear import Gear
+from drivetrain.drive.gear import Gear, unknown_loss
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.motor_limits import continuous_current, short_time_torque
 from drivetrain.records import as_record, known
@@ -93,9 +93,23 @@ def torque_lacks(drive: Drive) -> str:
     """What the sheets of a drive lack to compute the motor's torque, in words; empty when nothing does."""
     geared = drive.gear.kind != "ideal"
     lacks = ["the motor's rotor inertia"] if drive.motor.rotor_inertia is None else []
-    lacks += ["the gear's efficiency"] if geared and drive.gear.efficiency is None else []
+    lacks += ["the gear's efficiency"] if geared and not _loss_known(drive.gear) else []
     lacks += ["the gear's input inertia"] if geared and drive.gear.inertia is None else []
     return " and ".join(lacks)
+
+
+def _loss_known(gear: Gear) -> bool:
+    """Whether the gear's efficiency, or its mesh and drag, are told."""
+    return bool(known(unknown_loss(as_record(gear))))
+
+
+def _loss_columns(gear: Gear) -> tuple[str, ...]:
+    """What tells the loss: where some columns of mesh and drag are there, the rest of them."""
+    if gear.mesh_efficiency is None and gear.drag_torque is None:
+        return "efficiency", f"assumptions.gears.{gear.kind}.efficiency in the study"
+    names = ("mesh_efficiency", "drag_torque", "drag_speed_exponent", "drag_temperature_1", "drag_temperature_2")
+    lacks = [name for name in names if getattr(gear, name) is None]
+    return (" and ".join(lacks or ["drag_speed"]),)
 
 
 def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
@@ -138,9 +152,8 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         return
     if motor.rotor_inertia is None:
         yield _gap(study, joint, motor, ("rotor_inertia",), others)
-    if gear.kind != "ideal" and gear.efficiency is None:
-        assumed = f"assumptions.gears.{gear.kind}.efficiency in the study"
-        yield _gap(study, joint, gear, ("efficiency", assumed), others)
+    if gear.kind != "ideal" and not _loss_known(gear):
+        yield _gap(study, joint, gear, _loss_columns(gear), others)
     if gear.kind != "ideal" and gear.inertia is None:
         yield _gap(study, joint, gear, ("inertia",), others)
     if not known(short_time_torque(as_record(motor))):

@@ -170,6 +170,32 @@ def short_time(op: Any, row: Any) -> Words:
     return Words(f"stall torque of {sheet_name(motor)}", remark)
 
 
+def cold_torque(op: Any, row: Any) -> Words:
+    """As of the warm motor, and how cold."""
+    said = short_time(op, row)
+    return said._replace(remark="; ".join(text for text in (_cold(op), said.remark) if text))
+
+
+def cold_current(op: Any, row: Any) -> Words:
+    """Of motor and amplifier the smaller one."""
+    motor, amplifier = op.drive.motor, op.task.amplifier.peak_current
+    limits = {
+        f"peak current of {sheet_name(motor)}": motor.peak_current,
+        "amplifier peak current of the study": amplifier,
+    }
+    given = {name: value for name, value in limits.items() if value is not None}
+    if not given:
+        return Words("", "neither the motor's row nor the study's amplifier has a peak current")
+    return Words(min(given, key=lambda name: given[name]), _cold(op))
+
+
+def _cold(op: Any) -> str:
+    """What is cold; a gear without a law says so."""
+    gear, cold = op.drive.gear, op.study.cold_start
+    lawless = "" if gear.drag_temperature_1 or op.direct else "; the gear's sheet tells no drag over temperature"
+    return f"gear and motor at {cold:g} °C{lawless}"
+
+
 def voltage(op: Any, row: Any) -> Words:
     """What reaches the terminals."""
     remark = "" if op.drive.motor.inductance is not None else "inductance unknown: its share is left out"

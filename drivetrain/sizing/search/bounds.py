@@ -24,7 +24,8 @@ from drivetrain.drive.friction import (
     friction_torque,
     sliding_friction,
 )
-from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, running_torque, wear
+from drivetrain.drive.gear import life_of, mesh_of, mesh_slope, mesh_torque, wear
+from drivetrain.drive.gear_loss import mesh_loss_power
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.output_bearing import bearing_arm, static_load
 from drivetrain.drive.periodic_heat import thermal_nodes
@@ -37,11 +38,14 @@ from drivetrain.sizing.judge.judge import (
     NOTHING,
     YES,
     add_rows,
+    drag_series,
     excess_series,
     first_lacking,
+    set_cold_start,
     set_currents,
     set_limits,
     torque_factor,
+    unknown_torque,
     worst,
 )
 from drivetrain.vector import larger, smaller
@@ -66,6 +70,7 @@ class Span(NamedTuple):
         least, most: Memory: ends of the motor's torque [N m], (N,).
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
         excess: Memory: of falling friction at the shaft [N m], (N,).
+        drag: Memory: of the gear, at its input [N m], (N,).
         bearing: Least tilting moment, axial and radial load on the output bearing [N m], [N]; NaN: nobody knows, (3,).
     """
 
@@ -82,6 +87,7 @@ class Span(NamedTuple):
     most: Array
     shaft: Array
     excess: Array
+    drag: Array
     bearing: Array
 
 
@@ -125,7 +131,7 @@ class Offer(NamedTuple):
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((8, len(share))), np.full(3, np.nan))
+    memory: Any = (*np.zeros((9, len(share))), np.full(3, np.nan))
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -267,7 +273,10 @@ def energy_of_line(offer: Offer, line: Any) -> Any:
 def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any, peaks: Any) -> Any:
     """Fill the figures of one case with their least, stage by stage; its largest utilisation, and how warm it gets."""
     gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
-    found = least_mechanical(case, span, amounts)
+    unknown = unknown_torque(case)
+    if setting.cold != 0.0:
+        set_cold_start(case, least_mechanical(case, span, amounts, setting.cold_start).torque + unknown)
+    found = least_mechanical(case, span, amounts, setting.gear_temperature)
     figures.load_torque = found.load
     if not peaks:
         figures.average_load_torque = least_average(case, span)
@@ -282,7 +291,6 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
         )
     used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks)
     used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
-    unknown = 0.0 * (motor.rotor_inertia + gear.efficiency + gear.inertia)  # NaN where the torque rests on a guess
     figures.motor_torque = found.torque + unknown
     figures.rms_torque = math.sqrt(found.square / setting.duration) + unknown
     used, _ = worst(case, row, checks, TORQUE, used, NOTHING, peaks)
@@ -315,7 +323,7 @@ class LeastMechanical(NamedTuple):
 
 
 @law(fastmath=FAST)
-def least_mechanical(case: Any, span: Span, amounts: Any) -> Any:
+def least_mechanical(case: Any, span: Span, amounts: Any, gear_temperature: Any) -> Any:
     """The pass over the mechanics: ends of the motor's torque at every sample, and the peaks that are certain."""
     motion, low, high, shown, lossy = span.motion, span.own_low, span.own_high, span.shown, span.lossy
     add_rows(span.low, span.added, amounts, low)
@@ -324,12 +332,13 @@ def least_mechanical(case: Any, span: Span, amounts: Any) -> Any:
     mesh, inertia = mesh_of(case.gear), known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
     turning, excess = friction_curve(case.shaft), span.excess
     excess_series(turning, mesh.ratio, motion.loss_speed, excess)
+    drag_series(mesh, gear_temperature, motion.loss_speed, span.drag)
     least, most, shaft, load, torque, square = span.least, span.most, span.shaft, 0.0, 0.0, 0.0
     for t in range(len(low)):
         speed = motion.loss_speed[t]
         shaft[t] = (
             rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
-            + sliding_friction(turning, mesh.ratio * speed) + excess[t] + running_torque(mesh, speed)
+            + sliding_friction(turning, mesh.ratio * speed) + excess[t] + span.drag[t]
         )  # fmt: skip
         a, b = low[t] + lossy[t], high[t] + lossy[t]
         first, second = mesh_torque(mesh, a, speed), mesh_torque(mesh, b, speed)
@@ -397,7 +406,7 @@ def least_heat(case: Any, span: Span) -> Any:
         return LeastHeat(known_or(limit, ambient), ambient, -np.inf)
     if motor.magnet_coefficient > 0.0 or not known(limit):  # may be stronger without bound; or run away unjudged
         return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
-    square, loss = mean_square(span), friction_loss(case, span)
+    square, loss = mean_square(span), least_housing_loss(case, span)
     share = resting_share(nodes, len(span.motion.periods.shares), setting.duration)
     coolest, housing, winding = ambient, 0.0, 0.0
     for _ in range(STEPS):
@@ -427,15 +436,22 @@ def mean_square(span: Span) -> Any:
 
 
 @law(fastmath=FAST)
-def friction_loss(case: Any, span: Span) -> Any:
-    """Mean power that friction takes at the motor's shaft, that of falling friction left out [W]."""
-    shaft, ratio, speed, share, total = friction_curve(case.shaft), case.gear.ratio, span.motion.speed, span.share, 0.0
-    if shaft.falls:
-        return 0.0
-    here, after = speed[:-1], speed[1:]
+def least_housing_loss(case: Any, span: Span) -> Any:
+    """Least mean power that friction at the motor's shaft and the gear's share bring into the housing [W].
+
+    What falling friction has above its straight lines is left out.
+    """
+    shaft, mesh, speed, share = friction_curve(case.shaft), mesh_of(case.gear), span.motion.speed, span.share
+    loss = span.excess
+    low, high, shown, warms, total = span.own_low, span.own_high, span.shown, case.setting.gear_heat, 0.0
+    for t in range(len(loss)):
+        motor_speed, a, b = mesh.ratio * speed[t], low[t] + shown[t], high[t] + shown[t]
+        near = larger(a, 0.0) + smaller(b, 0.0)  # the load nearest to none: no other loses less in the mesh
+        gear = mesh_loss_power(mesh, near, speed[t]) + span.drag[t] * motor_speed
+        loss[t] = warms * gear + (0.0 if shaft.falls else sliding_friction(shaft, motor_speed) * motor_speed)
+    here, after = loss[:-1], loss[1:]
     for t in range(len(here)):
-        a, b = ratio * here[t], ratio * after[t]
-        total += 0.5 * share[t] * (sliding_friction(shaft, a) * a + sliding_friction(shaft, b) * b)
+        total += 0.5 * share[t] * (here[t] + after[t])
     return total
 
 
@@ -507,7 +523,7 @@ def power_line(offer: Offer, pairs: Any, first: Any, line: Any) -> None:
         loss = certain_loss(case.motor, ambient, ambient, False)
         for t in range(len(line)):
             load = 0.5 * (low[t] + high[t]) + lossy[t]
-            share = mesh_torque(mesh, 1.0 if load > 0.0 else -1.0, motion.loss_speed[t]) * (1.0 if load > 0.0 else -1.0)
+            share = mesh_slope(mesh, load * motion.loss_speed[t])
             torque = share * load + inertia * mesh.ratio * motion.acceleration[t]
             line[t] += share * (mesh.ratio * motion.speed[t] + 2.0 * loss * torque) / count
 
@@ -517,14 +533,14 @@ def least_energy(case: Any, span: Span, heat: LeastHeat, line: Any) -> Any:
     """The least energy less the line times the load's distance from the middle of its interval [J].
 
     The motor's torque is one straight line for a positive load and another for a negative one, so the power is a
-    parabola on each side, least at its vertex or at an end.
+    parabola on each side, least at its vertex or at an end; where a gear grips at rest the least torque counts.
     """
     motion, low, high, shaft, lossy = span.motion, span.own_low, span.own_high, span.shaft, span.lossy
-    mesh, total = mesh_of(case.gear), 0.0
-    loss = certain_loss(case.motor, heat.magnets, heat.coolest, heat.hottest > -np.inf)
+    mesh, total, least_torque, most_torque = mesh_of(case.gear), 0.0, span.least, span.most
+    loss, grips = certain_loss(case.motor, heat.magnets, heat.coolest, heat.hottest > -np.inf), mesh.grip != 0.0
     for t in range(len(line)):
         speed, turning, own, steep = motion.loss_speed[t], mesh.ratio * motion.speed[t], shaft[t], line[t]
-        up, down = mesh_torque(mesh, 1.0, speed), -mesh_torque(mesh, -1.0, speed)
+        up, down = mesh_slope(mesh, speed), mesh_slope(mesh, -speed)
         a, b = low[t] + lossy[t], high[t] + lossy[t]
         alone = own * (turning + loss * own) + steep * 0.5 * (a + b)
         above = parabola(loss * up * up, up * (turning + 2.0 * loss * own) - steep, larger(a, 0.0), larger(b, 0.0))
@@ -533,7 +549,9 @@ def least_energy(case: Any, span: Span, heat: LeastHeat, line: Any) -> Any:
         )
         least = smaller(above, below)
         least = above if a >= 0.0 else (below if b <= 0.0 else least)
-        total += motion.weight[t] * (least + alone)
+        near = larger(least_torque[t], 0.0) + smaller(most_torque[t], 0.0)
+        gripped = loss * near * near - 0.5 * abs(steep) * (b - a)  # at rest a grip is no straight line
+        total += motion.weight[t] * (gripped if (speed == 0.0) & grips else least + alone)
     return total
 
 
@@ -557,7 +575,7 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
     for pair in pairs:
         case = put(offer, pair)
         motor, setting = case.motor, case.setting
-        least_mechanical(case, whole, offer.numbers[pair][:own])
+        least_mechanical(case, whole, offer.numbers[pair][:own], setting.gear_temperature)
         path, ambient, limit = thermal_nodes(motor, setting.mounting), setting.ambient, motor.max_winding_temperature
         heated = known(path.inner + path.outer)
         coolest = smaller(ambient, known_or(limit, ambient)) if heated else known_or(limit, ambient)

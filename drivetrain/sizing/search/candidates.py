@@ -16,6 +16,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import unknown_loss
 from drivetrain.records import as_numbers, as_records
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
@@ -238,9 +239,8 @@ def candidates(study: Study, work: Workload | None = None) -> Candidates:
             )
         if task.drive is not None:
             (motor, gear), sheets = parts.pairs[joint][0], parts.gear_rows[0]
-            known &= not np.isnan(
-                parts.motor_rows["rotor_inertia"][motor] + sheets["efficiency"][gear] + sheets["inertia"][gear]
-            )
+            row = sheets[gear]
+            known &= not np.isnan(parts.motor_rows["rotor_inertia"][motor] + unknown_loss(row) + row.inertia)
     pairs, numbers = np.concatenate(parts.pairs), np.concatenate(parts.amounts)
     joints = tuple(
         _offer(work, parts, joint, shafts[task.motor_friction], (pairs, numbers))

@@ -17,8 +17,8 @@ from drivetrain.arrays import Array
 from drivetrain.study.model import Study
 from drivetrain.study.tolerances import SMALLEST, Tolerance
 
-PARTS = ("torque_constant", "resistance", "friction", "efficiency", "thermal_resistance")
-CONSTANT, RESISTANCE, FRICTION, EFFICIENCY, THERMAL = range(5)
+PARTS = ("torque_constant", "resistance", "friction", "efficiency", "thermal_resistance", "drag")
+CONSTANT, RESISTANCE, FRICTION, EFFICIENCY, THERMAL, DRAG = range(6)
 
 Pair = tuple[str, str]
 
@@ -45,7 +45,7 @@ class Draws:
     """Drawn samples.
 
     Attributes:
-        factors: On the numbers of each joint, in the order of ``PARTS``, (samples, n, 5).
+        factors: On the numbers of each joint, in the order of ``PARTS``, (samples, n, 6).
         ambient: Ambient temperature [C], (samples,).
         payload: Factors on mass and inertia of each payload, (samples, payloads).
     """

@@ -21,7 +21,7 @@ from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.verdicts import supply_figures
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.tolerance.draws import CONSTANT, EFFICIENCY, FRICTION, RESISTANCE, THERMAL, Draws, Pair
+from drivetrain.sizing.tolerance.draws import CONSTANT, DRAG, EFFICIENCY, FRICTION, RESISTANCE, THERMAL, Draws, Pair
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Study
 
@@ -30,6 +30,7 @@ SUPPLY_NAMES = tuple(check.name for check in SUPPLY_CHECKS)
 BLOCK = 64  # samples judged at once: their power over the cycle is a megabyte
 PATHS = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
 TIMES = ("winding_time_constant", "housing_time_constant")  # heat capacities stay
+DRAGS = ("drag_torque", "seal_drag_torque", "starting_torque")
 TORQUES = ("coulomb", "coulomb_negative", "viscous", "viscous_negative", "static")
 
 
@@ -144,13 +145,14 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
     return Candidate(study, drives, evaluation, lossy, tuple(cases), tuple(works), table(), limits)
 
 
-def as_built(nominal: Any, lossy: bool, factors: Array, ambient: Array) -> Any:
+def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: Array) -> Any:
     """Cases of one joint with drawn numbers: printed limits stay, what is computed from the numbers follows them.
 
     Args:
+        study: The nominal task.
         nominal: The case as the sheets have it, (1,).
         lossy: Whether its gear loses anything.
-        factors: On its numbers, in the order of ``draws.PARTS``, (S, 5).
+        factors: On its numbers, in the order of ``draws.PARTS``, (S, 6).
         ambient: [C], (S,).
     """
     cases = np.repeat(nominal, len(ambient))
@@ -162,16 +164,19 @@ def as_built(nominal: Any, lossy: bool, factors: Array, ambient: Array) -> Any:
     for name in (*PATHS, *TIMES):
         motor[name] *= factors[:, THERMAL]
     setting["mounting"] *= factors[:, THERMAL]
-    setting["ambient"] = ambient
+    setting["ambient"], setting["gear_temperature"] = ambient, study.drag_temperature(ambient)
     for shaft in ("joint", "shaft"):
         for name in TORQUES:
             cases[shaft][name] *= factors[:, FRICTION]
     if lossy:
         better, back = factors[:, EFFICIENCY], gear["backdriving_efficiency"]
-        gear["efficiency"] = np.minimum(gear["efficiency"] * better, 1.0)
+        for name in ("efficiency", "mesh_efficiency"):
+            gear[name] = np.minimum(gear[name] * better, 1.0)
         # A negative one (self-locking) is a loss too: a better gear locks less.
         gear["backdriving_efficiency"] = np.minimum(np.where(back < 0.0, back / better, back * better), 1.0)
         gear["no_load_torque"] *= factors[:, FRICTION]
+        for name in DRAGS:
+            gear[name] *= factors[:, DRAG]
     return cases
 
 
@@ -207,7 +212,9 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
     joints, power = np.empty((count, len(works), len(CHECKS))), np.zeros((count, 2, len(weight)))
     found, binding, lacking = np.zeros(count), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     for joint, work in enumerate(works):
-        cases = as_built(ready.cases[joint], ready.lossy[joint], draws.factors[part, joint], draws.ambient[part])
+        cases = as_built(
+            ready.study, ready.cases[joint], ready.lossy[joint], draws.factors[part, joint], draws.ambient[part]
+        )
         amounts = np.ascontiguousarray(draws.payload[part, : len(work.added.torque)] - 1.0)
         used = np.empty((count, len(CHECKS)))
         judge_cases(
