@@ -36,11 +36,12 @@ from drivetrain.report.views import (
     passed_over,
     used_rows,
 )
-from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
+from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import JointTask, Study
+from drivetrain.study.verdicts import shared_place
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent

@@ -164,6 +164,7 @@ def set_limits(case: Any) -> None:
     peaks = motor.peak_current, case.amplifier.peak_current
     limits.peak_current = known_or(min(peaks[0], peaks[1]), known_or(peaks[0], peaks[1]))
     limits.winding_temperature = motor.max_winding_temperature - case.safety.temperature_margin
+    limits.stiffness = setting.stiffness_share * gear.stiffness_1
     figures.input_speed = abs(gear.ratio) * setting.fastest
     figures.mean_input_speed = abs(gear.ratio) * setting.mean_speed
 
@@ -254,8 +255,8 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
 
 @law
 def bearing_asked(case: Any) -> Any:
-    """Whether the gear's output bearing carries the joint, or the study limits the inertia."""
-    return case.setting.bearing != 0.0 or known(case.safety.inertia_ratio)
+    """Whether the gear's output bearing carries the joint, or the study limits what its inertia does."""
+    return case.setting.bearing != 0.0 or known(case.safety.inertia_ratio) or case.setting.resonance != 0.0
 
 
 @law(fastmath=FAST)
@@ -301,6 +302,7 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
     rotor = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
     most = inertia if len(load.inertia) > 0 else np.nan
     figures.inertia_ratio = most / (gear.ratio * gear.ratio * rotor)
+    figures.wanted_stiffness = case.setting.resonance * case.setting.resonance * most
 
 
 @law(fastmath=FAST)

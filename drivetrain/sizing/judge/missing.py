@@ -24,6 +24,7 @@ SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
 BEARING = {
     row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing" and row.essential
 }
+SPRINGS = {"arm first resonance": "stiffness_1", "arm tip deviation": "stiffness_1", "arm lost motion": "backlash"}
 LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
 
@@ -81,12 +82,22 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     study = evaluation.study
     found: list[Gap] = []
     tasks = {task.name: task for task in study.joints}
-    unweighed = massless(study, evaluation.joints) if lacking(evaluation.shared) else ()
+    shared = lacking(evaluation.shared)
+    unweighed = massless(study, evaluation.joints) if shared else ()
     for name, joint in evaluation.joints.items():
         found += _of_checks(study, tasks[name], joint)
+        for column in dict.fromkeys(SPRINGS[check.name] for check in shared if check.name in SPRINGS):
+            if name in lacking_joints(evaluation.joints, column):
+                asked = tuple(check.name for check in shared if SPRINGS.get(check.name) == column)
+                found.append(_gap(study, joint, joint.drive.gear, (column,), asked))
         if name in unweighed:
             found += _of_column(study, joint, "mass", ("what the joints before must bear",))
     return tuple(found)
+
+
+def lacking_joints(joints: Mapping[str, JointResult], field: str) -> tuple[str, ...]:
+    """Joints whose gear does not print a number; a direct drive has nothing to print."""
+    return tuple(name for name, one in joints.items() if one.gear and getattr(one.drive.gear, field) is None)
 
 
 def torque_lacks(drive: Drive) -> str:
@@ -147,7 +158,7 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         columns = columns or "bearing_offset"
         beside = "(where the joint has a bearing of its own) output_bearing: external in the study"
         yield _gap(study, joint, gear, (columns, beside), bearing)
-    others = tuple(name for name in lacks if name != REPEATED and name not in BEARING)
+    others = tuple(name for name in lacks if name not in (REPEATED, "gear stiffness") and name not in BEARING)
     if not others:
         return
     if motor.rotor_inertia is None:

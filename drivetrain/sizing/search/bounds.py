@@ -71,7 +71,8 @@ class Span(NamedTuple):
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
         excess: Memory: of falling friction at the shaft [N m], (N,).
         drag: Memory: of the gear, at its input [N m], (N,).
-        bearing: Least tilting moment, axial and radial load on the output bearing [N m], [N]; NaN: nobody knows, (3,).
+        carried: Least tilting moment, axial and radial load on the output bearing [N m], [N], and least of the largest
+            inertia [kg m^2]; NaN: nobody knows, (4,).
     """
 
     motion: Motion
@@ -88,7 +89,7 @@ class Span(NamedTuple):
     shaft: Array
     excess: Array
     drag: Array
-    bearing: Array
+    carried: Array
 
 
 class Offer(NamedTuple):
@@ -131,7 +132,7 @@ class Offer(NamedTuple):
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((9, len(share))), np.full(3, np.nan))
+    memory: Any = (*np.zeros((9, len(share))), np.full(4, np.nan))
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -283,9 +284,10 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
         # About its centre, on the worse side, the moment is no less than about the joint's point, nor than the radial
         # force times the way there.
-        arm, radial = bearing_arm(gear), span.bearing[2]
-        figures.tilting_moment = larger(span.bearing[0], known_or(arm, 0.0) * radial) + 0.0 * (arm + radial)
-        figures.axial_load, figures.radial_load = span.bearing[1], span.bearing[2]
+        arm, radial = bearing_arm(gear), span.carried[2]
+        figures.tilting_moment = larger(span.carried[0], known_or(arm, 0.0) * radial) + 0.0 * (arm + radial)
+        figures.axial_load, figures.radial_load = span.carried[1], span.carried[2]
+        figures.wanted_stiffness = setting.resonance * setting.resonance * span.carried[3]
         figures.bearing_static_load = static_load(
             gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
         )

@@ -102,8 +102,19 @@ class JointOffer:
         """
         open_span(self.records, low, high)
         if self.heavy.size:
-            self.records.whole.bearing[:] = self._bearing(low, high)
+            self.records.whole.carried[:3] = self._bearing(low, high)
+        if self.records.plain["setting"]["resonance"].any() and self.work.load.inertia.size:
+            self.records.whole.carried[3] = self._inertia(low, high)
         return self.records.whole.low, self.records.whole.high
+
+    def _inertia(self, low: Array, high: Array) -> float:
+        """The least of the largest inertia that open choices leave."""
+        least = self.work.load.inertia
+        for drives, rows in ((list(self.others), self.rows.inertia), ([self.joint], self.work.added.inertia)):
+            if len(rows):
+                middle, half = 0.5 * (low[drives] + high[drives]).ravel(), 0.5 * (high[drives] - low[drives]).ravel()
+                least = least + middle @ rows - (half * (1.0 + WIDER)) @ np.abs(rows)
+        return float(max(least.max(), 0.0))
 
     def _bearing(self, low: Array, high: Array) -> list[float]:
         """The least that open choices leave on the output bearing: tilting moment, axial and radial load."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,10 +26,12 @@ from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
+from drivetrain.sizing.judge.stiffness import arm_checks, unsprung
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
 from drivetrain.sizing.search.problem import Problem
+from drivetrain.study.verdicts import Check
 
 PASSES = 8
 FEW, SOME = 24, 256  # candidates of a joint whose losses are counted one by one, and where the most is wanted too
@@ -161,20 +163,41 @@ class Propagation:
 # The supply
 
 
+def supply_limited(problem: Problem) -> bool:
+    """Whether the study limits the supply, and every power is known."""
+    supply = problem.candidates.study.supply
+    return problem.candidates.power_known and any(getattr(supply, row.limit) is not None for row in SUPPLY_CHECKS)
+
+
 def supply_use(problem: Problem, pairs: Sequence[int]) -> float:
     """The largest utilisation of the supply by a set that is feasible at every joint; 0 where nothing limits it."""
-    study = problem.candidates.study
-    limited = any(getattr(study.supply, row.limit) is not None for row in SUPPLY_CHECKS)
-    if not (limited and problem.candidates.power_known):
+    if not supply_limited(problem):
         return 0.0
-    checks = supply_checks(study, problem.power(pairs))
+    return _largest(supply_checks(problem.candidates.study, problem.power(pairs)))
+
+
+def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
+    """The largest utilisation of what is wished of the arm by a set; 0 where nothing is.
+
+    Infinite where a check lacks a number of a drive that the study does not give: such a drive is not chosen.
+    """
+    study = problem.candidates.study
+    if not study.stiffness.asked:
+        return 0.0
+    joints = problem.evaluation(pairs).joints
+    if unsprung(study, {task.name: joints[task.name] for task in study.joints if task.drive is None}):
+        return math.inf
+    return _largest(arm_checks(study, joints))
+
+
+def _largest(checks: Iterable[Check]) -> float:
     return max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
 
 
 def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: Ranges) -> bool:
     """Whether some set of what is left may ask no more of the supply than it gives."""
     study, supply = problem.candidates.study, problem.candidates.study.supply
-    if not problem.candidates.power_known:
+    if not supply_limited(problem):
         return True
     back, electronics = supply.regenerated_power, standby_power(study)
     least, most = power_range(problem, domains, ranges, most=back is not None)

@@ -29,7 +29,7 @@ from drivetrain.sizing.search.domains import Indices
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.study.model import Study
 from drivetrain.study.mounting import mass_counts
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import Check, Verdict, shared_place
 
 ALTERNATIVES = 5
 FIRST, AT_ONCE = 64, 4096  # candidates judged before it is seen whether they are enough, and most at once
@@ -240,7 +240,8 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
 
 def _place(near: Nearest) -> str:
     if near.joint == SUPPLY:
-        return "Every joint has a drive that holds; together they ask too much of the supply."
+        soft = ", or are not as stiff as wished" if near.study.stiffness.asked else ""
+        return f"Every joint has a drive that holds; together they ask too much of the supply{soft}."
     name = near.study.joints[near.joint].name
     motor, gear = near.keys[name]
     return f"No candidate at {name} holds; the nearest is {motor} with {gear or 'no gear'}."
@@ -250,7 +251,8 @@ def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
     """The failed check that is furthest over its limit: where the search stopped, then place by place to the base."""
     found = []
     places = [(name, joint.checks) for name, joint in evaluation.joints.items()]
-    for place, checks in [*places[near.joint :: -1], *places, ("supply", evaluation.shared)]:
+    shared = [(shared_place(check), (check,)) for check in evaluation.shared]
+    for place, checks in [*places[near.joint :: -1], *places, *shared]:
         failed = [check for check in checks if check.verdict is Verdict.FAIL]
         if failed:
             check = max(failed, key=_excess)

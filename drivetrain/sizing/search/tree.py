@@ -22,7 +22,7 @@ import numpy as np
 from drivetrain.sizing.search.common_parts import CommonParts
 from drivetrain.sizing.search.domains import Domains, Indices, cheapest_pairs, with_domain, without_cheapest
 from drivetrain.sizing.search.problem import Problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges, supply_may_be_feasible, supply_use
+from drivetrain.sizing.search.propagate import Propagation, Ranges, arm_use, supply_may_be_feasible, supply_use
 
 TELL_EVERY = 50  # nodes
 MISSES = 20  # dead ends on the way to the first sets
@@ -225,6 +225,8 @@ class Tree:
             return
         if supply_use(self.problem, pairs) > 1.0:
             self.supply_binds = True
+            return
+        if arm_use(self.problem, pairs) > 1.0:
             return
         if self.often is not None and not self.often(pairs):
             self.excluded |= {pairs}
