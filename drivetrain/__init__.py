@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from importlib import import_module
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
+from drivetrain.face import guarded
 from drivetrain.version import __version__ as __version__
 
 if TYPE_CHECKING:
@@ -364,10 +366,12 @@ __all__ = sorted([*_HOME, "__version__"])
 
 
 def __getattr__(name: str) -> Any:
-    """The public name, imported from the module it lives in."""
+    """The public name, imported from the module it lives in, and kept."""
     if name not in _HOME:
         raise AttributeError(f"module 'drivetrain' has no attribute {name!r}")
-    return getattr(import_module(f"drivetrain.{_HOME[name]}"), name)
+    found = getattr(import_module(f"drivetrain.{_HOME[name]}"), name)
+    globals()[name] = guarded(found, __name__) if isinstance(found, FunctionType) else found
+    return globals()[name]
 
 
 def __dir__() -> list[str]:

@@ -438,10 +438,15 @@ class _Names(Reader):
     """One name or a list of names, read into a tuple; a number is taken as the text it was written as."""
 
     def read(self, value: Any) -> tuple[str, ...]:
-        return tuple(map(read_name, value if isinstance(value, list | tuple) else [value]))
+        return read_names(value)
 
     def json_schema(self) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+
+
+def read_names(value: Any) -> tuple[str, ...]:
+    """Names, or one."""
+    return tuple(map(read_name, value if isinstance(value, list | tuple) else [value]))
 
 
 def read_name(value: Any) -> str:

@@ -1,11 +1,14 @@
-"""The holding brake: its sheet in SI."""
+"""The holding brake: its sheet in SI, what it must hold, and what a stop turns into heat in it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.jit import law
 
 BRAKE_KINDS = ("spring", "permanent_magnet")
 BRAKE_SIDES = ("motor", "output")
@@ -63,7 +66,27 @@ class Brake:
             value = getattr(self, name)
             if value not in known:
                 faults.append(
-                    Fault(f"{owner}.{name}", "must be one of " + ", ".join(known), value, nearest(value, known))
+                    Fault(f"{owner}.{name}", "must be one of " + ", ".join(known), value, nearest(str(value), known))
                 )
         if faults:
             raise InputError(faults)
+
+
+NO_BRAKE = Brake("", "motor")
+"""Of a motor without one."""
+
+
+@law
+def holding_torque(gear_torque: Any, ratio: Any) -> Any:
+    """Torque at the motor's shaft that holds one at the gear's output, without help of the mesh [N m]."""
+    return abs(gear_torque / ratio)
+
+
+@law
+def stopping_energy(torque: Any, load: Any, inertia: Any, speed: Any) -> Any:
+    """What a stop turns into heat in a brake while the load drives on [J]: J w^2/2 T/(T - T_load); all at its shaft.
+
+    The load's work up to the standstill is that torque over the same angle; losses of the gear, which help, are left
+    out. Infinite where the brake does not stop the load.
+    """
+    return math.inf if torque <= load else 0.5 * inertia * speed * speed * torque / (torque - load)

@@ -7,12 +7,13 @@ converts from other conventions and refuses a row that does not state its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.brake import NO_BRAKE, Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, TEMPERATURE, Range, range_faults
 from drivetrain.errors import Fault, InputError, nearest
@@ -77,6 +78,7 @@ class Motor:
         diameter, length: [m].
         price: In the user's currency; empty in the shipped catalogue.
         source: File and row, sheet, edition: what a report prints.
+        brake: On its shaft, counted in inertia, mass and price (``braked``).
     """
 
     key: str
@@ -116,6 +118,7 @@ class Motor:
     length: float | None = None
     price: float | None = None
     source: str = ""
+    brake: Brake = NO_BRAKE
 
     def __post_init__(self) -> None:
         owner = f"motor {self.key}"
@@ -124,6 +127,23 @@ class Motor:
             faults.append(Fault(f"{owner}.kind", "unknown kind", self.kind, nearest(str(self.kind), MOTOR_KINDS)))
         if faults:
             raise InputError(faults)
+
+
+def braked(motor: Motor, brake: Brake) -> Motor:
+    """A motor with a holding brake on its shaft as one part, of both keys: ``MOTOR+BRAKE``.
+
+    Args:
+        motor: Without a brake.
+        brake: That acts at the motor's shaft.
+
+    Returns:
+        Inertia, mass and price are those of both; unknown where one of them is.
+    """
+    sums: dict[str, float | None] = {}
+    for name, own in (("rotor_inertia", "inertia"), ("mass", "mass"), ("price", "price")):
+        values = getattr(motor, name), getattr(brake, own)
+        sums[name] = None if None in values else sum(values)
+    return replace(motor, key=f"{motor.key}+{brake.key}", brake=brake, **sums)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.ranges import FINITE, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError
+
+_RANGES = {
+    "torque_constant": POSITIVE, "ratio": FINITE, "rotor_inertia": POSITIVE, "load_inertia": POSITIVE,
+    "stiffness": POSITIVE, "spring_damping": NOT_NEGATIVE, "viscous": NOT_NEGATIVE,
+}  # fmt: skip
 
 if TYPE_CHECKING:
     from control import StateSpace, TransferFunction
@@ -45,21 +51,9 @@ class ServoAxis:
     viscous: float = 0.0
 
     def __post_init__(self) -> None:
-        positive = ("torque_constant", "rotor_inertia", "load_inertia")
-        faults = [
-            Fault(f"ServoAxis.{name}", "must be positive and finite", getattr(self, name))
-            for name in positive
-            if not 0.0 < getattr(self, name) < math.inf
-        ]
-        if not (math.isfinite(self.ratio) and self.ratio != 0.0):
-            faults.append(Fault("ServoAxis.ratio", "must be a number other than 0", self.ratio))
-        if self.stiffness is not None and not 0.0 < self.stiffness < math.inf:
-            faults.append(Fault("ServoAxis.stiffness", "must be positive [N m/rad], or None", self.stiffness))
-        faults += [
-            Fault(f"ServoAxis.{name}", "must not be negative [N m s/rad]", getattr(self, name))
-            for name in ("spring_damping", "viscous")
-            if not 0.0 <= getattr(self, name) < math.inf
-        ]
+        faults = range_faults("ServoAxis", self, _RANGES, required=[name for name in _RANGES if name != "stiffness"])
+        if self.ratio == 0:
+            faults.append(Fault("ServoAxis.ratio", "must not be 0", self.ratio))
         if faults:
             raise InputError(faults)
 

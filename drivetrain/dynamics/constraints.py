@@ -210,6 +210,13 @@ class LoopClosure(Constraint):
     _codes: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        kinds = (("first", Attachment), ("second", Attachment), ("joint", ClosingJoint))
+        strange = [(name, kind) for name, kind in kinds if not isinstance(getattr(self, name), kind)]
+        if strange:
+            raise InputError(
+                Fault(f"LoopClosure.{name}", f"must be of kind {kind.__name__}", type(getattr(self, name)).__name__)
+                for name, kind in strange
+            )
         if self.first.link == self.second.link:
             raise InputError(Fault("LoopClosure", "must hold frames on two different links", self.first.link))
         object.__setattr__(self, "_homes", np.array([self.first.pose, self.second.pose]))

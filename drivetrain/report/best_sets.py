@@ -14,6 +14,22 @@ WORDS = {
 }  # fmt: skip
 
 
+SHARED = {"mass": "mass", "price": "price", "energy": "energy a cycle", "weighted": "weighted objective"}
+
+
+def equals_sentence(selection: Selection) -> str:
+    """How many feasible sets share the objective of the chosen one, and what puts it before them."""
+    what, count = SHARED[selection.study.objective], selection.equals
+    if not selection.drives or not count:
+        return ""
+    if count == 1 and selection.all_equals:
+        return f"No other feasible set has the same {what}."
+    return (
+        f"{count if selection.all_equals else f'At least {count}'} feasible sets share this {what}: they come in the "
+        "order of their energy a cycle, then of their largest utilisation."
+    )
+
+
 @dataclass(frozen=True)
 class SetRow:
     """One set as it stands in a table.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drivetrain.report.best_sets import WORDS
+from drivetrain.report.best_sets import WORDS, equals_sentence
 from drivetrain.report.quantities import number
 from drivetrain.report.sections import Section, SheetTable
 from drivetrain.sizing.results import Selection
@@ -18,7 +18,7 @@ WORK = {
     "candidates judged": "candidates judged in full, by all checks",
     "descents": "descents to a whole set",
     "sets that fit": "whole sets met that hold every check",
-    "asked of the exact road": "candidates too close to a limit for compiled code, judged once more",
+    "equal sets judged": "equals of the best set, or of the last of the best, that hold every check",
     "disagreements": "sets on which compiled code and evaluation differed, taken out",
 }  # "pushed" only orders the search
 
@@ -37,7 +37,8 @@ def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
     worth = WORDS[selection.study.objective]
     if selection.drives and proven:
         first = f"No other allowed set of drives that holds every check has {worth}."
-        return (first, *((f"{selection.proof}.",) if selection.proof != "optimal" else ()))
+        words = (f"{selection.proof}." if selection.proof != "optimal" else "", equals_sentence(selection))
+        return (first, *(text for text in words if text))
     if proven:
         return (f"{selection.proof[0].upper()}{selection.proof[1:]}.",)
     told = f"The search stopped at its time limit. {selection.proof[0].upper()}{selection.proof[1:]}."

@@ -110,7 +110,7 @@ def _joint(joint: JointResult) -> dict[str, Any]:
     """One joint: its drive and every check."""
     return {
         "verdict": str(joint.verdict),
-        "drive": {"motor": joint.motor, "gear": joint.gear},
+        "drive": {"motor": joint.motor, "gear": joint.gear} | ({"brake": joint.brake} if joint.brake else {}),
         "binding": None if joint.binding is None else joint.binding.name,
         "checks": [_check(check) for check in joint.checks],
         "assumptions": list(joint.drive.assumptions),
@@ -135,6 +135,7 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
     return {
         "proof": selection.proof,
         "bound": _finite(selection.bound),
+        "equals": {"count": selection.equals, "all": selection.all_equals},
         "sets": [_set(one) for one in selection.sets],
         "alternatives": {
             joint: [{"motor": motor, "gear": gear, "objective": _finite(share)} for motor, gear, share in found]

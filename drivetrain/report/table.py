@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.table import Table
 from rich.text import Text
 
-from drivetrain.report.best_sets import set_lines
+from drivetrain.report.best_sets import equals_sentence, set_lines
 from drivetrain.report.quantities import DASH, percent
 from drivetrain.report.words import gaps, headline, objective_text, overall_sentence
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
@@ -76,6 +76,7 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     if selection is not None:
         lines += [Text(f"note: {line}", "yellow") for line in selection.notes]
         lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates fell"))
+        lines += [Text(line) for line in (equals_sentence(selection),) if line]
         lines += [Text(line, "dim") for line in set_lines(selection)]
         lines += [Text(f"mend: {line}") for line in selection.advice]
     missing = sum(

@@ -11,7 +11,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 import pandas as pd
 
-from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS, Column
+from drivetrain.catalog.schema import BRAKE_COLUMNS, GEAR_COLUMNS, MOTOR_COLUMNS, Column
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.report.fallen_columns import COLUMNS
@@ -153,7 +154,7 @@ def check_rows(evaluation: Evaluation) -> list[CheckRow]:
     """Every check of every joint and of the supply, in the arm's order."""
     rows = []
     for joint in evaluation.joints.values():
-        sources = (joint.drive.motor.source, joint.drive.gear.source)
+        sources = (joint.drive.motor.source, joint.drive.gear.source, joint.drive.motor.brake.source)
         rows += [check_row(joint.name, check, sources) for check in joint.checks]
     return rows + [check_row(shared_place(check), check) for check in evaluation.shared]
 
@@ -188,10 +189,11 @@ def matrix(evaluation: Evaluation) -> list[tuple[str, list[CheckRow | None]]]:
     return [(name, [found.get((joint, name)) for joint in evaluation.joints]) for name in names]
 
 
-def part(record: Motor | Gear) -> Part:
+def part(record: Motor | Gear | Brake) -> Part:
     """A catalogue row: every known number in SI."""
-    columns = {column.name: column for column in (MOTOR_COLUMNS if isinstance(record, Motor) else GEAR_COLUMNS)}
-    skipped = {"key", "maker", "series", "part_number", "source"}
+    listed = {Motor: MOTOR_COLUMNS, Gear: GEAR_COLUMNS, Brake: BRAKE_COLUMNS}[type(record)]
+    columns = {column.name: column for column in listed}
+    skipped = {"key", "maker", "series", "part_number", "source", "brake"}
     known, missing = [], []
     for field in fields(record):
         value = getattr(record, field.name)
@@ -207,19 +209,22 @@ def part(record: Motor | Gear) -> Part:
     )
 
 
-def identity(record: Motor | Gear | None) -> str:
-    """Maker, series and part number, as far as known and not said by the next."""
+def identity(record: Motor | Gear | Brake | None) -> str:
+    """Maker, series and part number, as far as known and not said by the next; those of a motor's brake behind it."""
     if record is None:
         return ""
     names = (record.maker, record.series, record.part_number)
-    return " ".join(name for i, name in enumerate(names) if name and not names[i + 1 :].count(name))
+    own = " ".join(name for i, name in enumerate(names) if name and not names[i + 1 :].count(name))
+    brake = identity(record.brake) if isinstance(record, Motor) else ""
+    return f"{own} + {brake}" if brake else own
 
 
 def used_rows(joint: JointResult, study: Study) -> list[Part]:
     """The catalogue rows of a joint's drive, as the catalogue gives them."""
-    motor = study.catalog.motors.get(joint.motor, joint.drive.motor)
+    brake = joint.drive.motor.brake
+    motor = study.catalog.motors.get(joint.motor.removesuffix(f"+{brake.key}"), joint.drive.motor)
     gear = study.catalog.gears.get(joint.gear, joint.drive.gear)
-    return [part(motor), *([part(gear)] if joint.gear else [])]
+    return [part(motor), *([part(brake)] if brake.key else []), *([part(gear)] if joint.gear else [])]
 
 
 def passed_over(tasks: tuple[JointTask, ...]) -> list[tuple[str, str]]:

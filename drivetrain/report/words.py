@@ -201,6 +201,7 @@ def safety_lines(study: Study) -> list[tuple[str, str]]:
         ("voltage", f"× {safety.voltage:g}"),
         ("kept below the winding's limit", f"{safety.temperature_margin:g} K"),
         ("MARGINAL above", f"{100 * (1 - safety.reserve):g} % of a limit"),
+        *([("holding brake torque", f"× {safety.brake:g}")] if any(task.brakes for task in study.joints) else []),
         ("load to rotor inertia", ratio),
         ("gear life", life),
     ]

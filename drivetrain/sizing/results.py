@@ -76,6 +76,11 @@ class JointResult:
     remarks: tuple[str, ...] = ()
 
     @property
+    def brake(self) -> str:
+        """Catalogue key of its holding brake; empty where it has none."""
+        return self.drive.motor.brake.key
+
+    @property
     def verdict(self) -> Verdict:
         """Of its checks, see ``verdict_of``."""
         return verdict_of(self.checks)
@@ -189,6 +194,8 @@ class Selection:
         bound: No set that holds has a smaller objective; infinite when there is proven to be none.
         state: What a search that was stopped needs to go on; None when it is finished.
         notes: What could not be counted in the objective: it is that of the rest then.
+        equals: How many feasible sets share the objective of the chosen one, that one counted.
+        all_equals: Whether these are all; else there may be more.
     """
 
     study: Study
@@ -204,6 +211,8 @@ class Selection:
     bound: float = math.nan
     state: object | None = None
     notes: tuple[str, ...] = ()
+    equals: int = 0
+    all_equals: bool = True
 
     @property
     def verdict(self) -> Verdict:

@@ -12,8 +12,9 @@ import numpy as np
 
 from drivetrain.catalog.read import Catalog, FramelessRule, compatible_pairs, fits
 from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, braked
 from drivetrain.errors import nearest
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
@@ -45,6 +46,18 @@ def candidate_pairs(
     possible = len(motors) * (1 if form.gears == DIRECT_DRIVE else len(gears))
     words.append(f"pairs: {len(pairs)} of {possible} combinations {_rule_words(form, frameless)}")
     return _lightest_first(catalog, pairs), tuple(words)
+
+
+def with_brakes(
+    catalog: Catalog, pairs: Iterable[Pair], brakes: Iterable[Brake]
+) -> tuple[tuple[Pair, ...], dict[str, Motor]]:
+    """Every pair with every brake beside its motor, and the motors with brakes by their keys."""
+    listed, motors, keys = tuple(pairs), dict[str, Motor](), dict[str, list[str]]()
+    for motor in dict.fromkeys(motor for motor, _ in listed):
+        rows = [braked(catalog.motors[motor], brake) for brake in brakes]
+        keys[motor] = [row.key for row in rows]
+        motors |= {row.key: row for row in rows}
+    return tuple((key, gear) for motor, gear in listed for key in keys[motor]), motors
 
 
 def _lightest_first(catalog: Catalog, pairs: list[Pair]) -> tuple[Pair, ...]:

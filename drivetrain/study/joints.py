@@ -9,9 +9,11 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
 from drivetrain.catalog.read import Catalog, FramelessRule, fits
 from drivetrain.drive.amplifier import Amplifier, to_dc
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import FRICTIONLESS, Friction
+from drivetrain.drive.motor import Motor
 from drivetrain.errors import nearest
-from drivetrain.study.candidates import candidate_pairs, known_pair
+from drivetrain.study.candidates import Pair, candidate_pairs, known_pair, with_brakes
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.form import given, made, over
@@ -20,6 +22,7 @@ from drivetrain.study.rules import CandidatesForm
 from drivetrain.study.schema import DEFAULT, AmplifierForm, FreeRatioForm, JointForm, StudyForm
 
 Found = tuple[tuple[tuple[str, str], ...], tuple[str, ...]]  # pairs, and what was excluded in words
+_BRAKE_NEEDS = ("static_torque", "inertia", "power")  # without which no check of its drive can be made
 _CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
 
 
@@ -33,6 +36,7 @@ class Surroundings:
         catalog: The rows.
         ledger: Takes faults and notes.
         found: Rules that were applied before, with the pairs they leave.
+        braked: Motors with a brake, by key: those that joints may be driven by.
     """
 
     form: StudyForm
@@ -40,6 +44,7 @@ class Surroundings:
     catalog: Catalog
     ledger: Ledger
     found: list[tuple[CandidatesForm, Found]] = field(default_factory=list)
+    braked: dict[str, Motor] = field(default_factory=dict)
 
 
 def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTask, ...]:
@@ -113,6 +118,12 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         friction = made(form.friction)
     with ledger.gather((*place, "motor_friction")):
         motor_friction = made(form.motor_friction)
+    brakes, told = _brakes(around, form, (*place, "brake"))
+    if brakes:
+        given = () if drive is None else _with_brakes(around, (drive,), brakes)
+        left_open = len(given) > 1  # one motor and gear, and the choice of its brake
+        pairs = given if left_open else _with_brakes(around, pairs, brakes)
+        drive, passed_over = None if left_open or not given else given[0], (*passed_over, *told)
     return JointTask(
         name=name,
         drive=drive,
@@ -131,7 +142,42 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         rules=form.candidates,
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),
         load_inertia=_load_inertia(around, form, place),
+        brakes=brakes,
     )
+
+
+def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[Brake, ...], tuple[str, ...]]:
+    """The brakes that may hold a joint, and in words how many of the catalogue were excluded."""
+    rows, ledger = around.catalog.brakes, around.ledger
+    found: list[Brake] = []
+    keys = form.brake if isinstance(form.brake, tuple) else tuple(rows) if form.brake else ()
+    chosen = form.brake is True
+    for key in keys:
+        brake = rows.get(key)
+        if brake is None:
+            if not ledger.spoiled(("catalogs",)) and not ledger.spoiled(("brakes",)):
+                ledger.fault(place, "no brake has this key", key, nearest(key, rows))
+            continue
+        lacks = [name for name in _BRAKE_NEEDS if getattr(brake, name) is None]
+        if brake.torque_side == "motor" and not lacks:
+            found.append(brake)
+        elif not chosen and lacks:
+            ledger.fault(place, f"this brake's row lacks {', '.join(lacks)}", key, "give it a row under `brakes`")
+        elif not chosen:
+            ledger.fault(place, "acts at the output: only brakes at the motor's shaft are judged", key)
+    if chosen and not found and not ledger.spoiled(("catalogs",)):
+        ledger.fault(place, f"no brake of the catalogue acts at the motor and has {', '.join(_BRAKE_NEEDS)}")
+    told = (
+        f"brakes: {len(found)} of {len(keys)} considered, the others lack {', '.join(_BRAKE_NEEDS).replace('_', ' ')}"
+    )
+    return tuple(found), (told,) if chosen else ()
+
+
+def _with_brakes(around: Surroundings, pairs: Sequence[Pair], brakes: Sequence[Brake]) -> tuple[Pair, ...]:
+    """Every pair with every brake beside its motor."""
+    found, motors = with_brakes(around.catalog, pairs, brakes)
+    around.braked.update(motors)
+    return found
 
 
 def _candidates(around: Surroundings, form: CandidatesForm, place: Place) -> Found:

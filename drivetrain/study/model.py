@@ -12,6 +12,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.motion.duty_cycle import Cycle
@@ -134,6 +135,7 @@ class JointTask:
         load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
             None: not stated.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
+        brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
     """
 
     name: str
@@ -153,6 +155,7 @@ class JointTask:
     load_inertia: float | None = None
     output_bearing: str = "gear"
     gear_heat: float = 1.0
+    brakes: tuple[Brake, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -171,6 +174,7 @@ class Safety:
         bearing_static_safety: On the static load of an output bearing: 1.5 is usual, 2 with shocks, 3 for precision.
         bearing_load_factor: On the mean load of an output bearing in its life: up to 1.2 smooth, up to 1.5 usual, up
             to 3 with shocks.
+        brake: On the torque that a holding brake must hold; B&R asks 2 for the brakes of its 8JSA motors.
     """
 
     peak_torque: Factor = 1.0
@@ -183,6 +187,7 @@ class Safety:
     life: Duration | None = None
     bearing_static_safety: Factor = 1.5
     bearing_load_factor: Factor = 1.2
+    brake: Factor = 2.0
 
 
 @dataclass(frozen=True)

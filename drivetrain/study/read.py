@@ -55,7 +55,8 @@ def study_from(document: Document) -> Study:
     cycle = resolve_cycle(form, motions, ledger)
     gear_assumptions, motor_assumptions = resolve_assumptions(form.assumptions, ledger)
     names = arm.joint_names if arm else next((motion.joint_names for motion in motions.values()), ())
-    joints = resolve_joints(Surroundings(form, arm, catalog, ledger), names)
+    around = Surroundings(form, arm, catalog, ledger)
+    joints = resolve_joints(around, names)
     wanted = resolve_wanted(form, names, ledger)
     trade_offs = resolve_trade_offs(form, cycle, payloads, ledger)
     simulation = resolve_simulation(form, names, ledger)
@@ -91,7 +92,7 @@ def study_from(document: Document) -> Study:
         cold_start=form.cold_start,
         gear_assumptions=gear_assumptions,
         motor_assumptions=motor_assumptions,
-        catalog=catalog,
+        catalog=replace(catalog, motors={**catalog.motors, **around.braked}),
         wanted=wanted,
         tolerances=made(form.tolerances),
         simulation=simulation,

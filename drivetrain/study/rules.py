@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 from pydantic import Discriminator, Field, Tag, create_model
 
 from drivetrain import units as f
-from drivetrain.catalog.schema import CHOICE, GEAR_COLUMNS, MOTOR_COLUMNS, NUMBER, YES_NO, Column
+from drivetrain.catalog.schema import BRAKE_COLUMNS, CHOICE, GEAR_COLUMNS, MOTOR_COLUMNS, NUMBER, YES_NO, Column
 from drivetrain.study.form import Form
 
 
@@ -53,11 +53,13 @@ def _form(title: str, doc: str, entries: dict[str, Any]) -> Any:
 if TYPE_CHECKING:
     MotorRow: TypeAlias = Form
     GearRow: TypeAlias = Form
+    BrakeRow: TypeAlias = Form
     MotorFilter: TypeAlias = Form
     GearFilter: TypeAlias = Form
 else:
     MotorRow = _form("MotorRow", "A motor's sheet, with its source.", _row(MOTOR_COLUMNS))
     GearRow = _form("GearRow", "A gear's sheet, with its source.", _row(GEAR_COLUMNS))
+    BrakeRow = _form("BrakeRow", "A holding brake's sheet, with its source.", _row(BRAKE_COLUMNS))
     MotorFilter = _form(
         "MotorFilter", "Which motors may be considered; every line must hold.",
         _filter(MOTOR_COLUMNS, "maker", "series", "kind", "frameless", "nominal_voltage", "nominal_torque", "mass",

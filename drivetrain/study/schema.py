@@ -22,7 +22,7 @@ from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
 from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Safety, StiffnessWish
-from drivetrain.study.rules import CandidatesForm, DriveForm, GearRow, MotorRow
+from drivetrain.study.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
 from drivetrain.study.selection import CRITERIA, TERMS, UNITS, CurveWanted, SelectionOptions, read_criterion, read_curve
 from drivetrain.study.simulation import Simulation
 from drivetrain.study.tolerances import Tolerances
@@ -189,6 +189,16 @@ class AmplifierForm(form_of(Amplifier)):  # type: ignore[misc]
     )
 
 
+class _Part(f.Reader):
+    """Keys of parts of the catalogue; true: all of them, false: none."""
+
+    def read(self, value: Any) -> tuple[str, ...] | bool:
+        return value if isinstance(value, bool) else f.read_names(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"anyOf": [{"type": "boolean"}, {"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+
+
 class JointForm(Form):
     """One joint: a given drive, or which catalogue rows may drive it; `default` holds for all joints."""
 
@@ -211,6 +221,9 @@ class JointForm(Form):
     )
     output_bearing: Literal["gear", "external"] = Field(
         default="gear", description="what carries the joint across its axis: the gear's own bearing, or one beside it"
+    )
+    brake: Annotated[tuple[str, ...] | bool, _Part()] = Field(
+        default=False, description="holding brake at the motor: a key, some keys, or true: any of the catalogue"
     )
     load_inertia: f.Inertia | None = Field(
         default=None, description="without an arm: what the gear turns, already in the table's torque"
@@ -339,6 +352,7 @@ class StudyForm(Form):
     catalogs: f.Names = ("shipped",)
     motors: dict[str, MotorRow] = Field(default_factory=dict)
     gears: dict[str, GearRow] = Field(default_factory=dict)
+    brakes: dict[str, BrakeRow] = Field(default_factory=dict)
     joints: dict[str, JointForm]
     assumptions: AssumptionsForm = AssumptionsForm()
     tolerances: Entry[Tolerances] = Tolerances()

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from drivetrain.catalog.convention import dc_equivalent
 from drivetrain.catalog.read import Catalog, read_catalog
 from drivetrain.catalog.schema import GEAR_KINDS
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError, nearest
@@ -26,7 +27,7 @@ SHIPPED_CATALOG = "shipped"  # what a study calls the catalogue that comes with 
 MOTOR_GROUPS = ("brushed", "brushless", "frameless")
 ASSUMPTIONS = Path(__file__).with_name("assumptions.yaml")
 
-Sheet = TypeVar("Sheet", Motor, Gear)
+Sheet = TypeVar("Sheet", Motor, Gear, Brake)
 
 
 def catalog_folders(form: StudyForm, folder: Path) -> list[Path]:
@@ -42,10 +43,15 @@ def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
         catalog = read_catalog(*folders) if folders else catalog  # `catalogs: []` means the study's own rows alone
     motors = _own(form.motors, Motor, "motors", ledger)
     gears = _own(form.gears, Gear, "gears", ledger)
-    replaced = [key for key in (*motors, *gears) if key in catalog.motors or key in catalog.gears]
+    brakes = _own(form.brakes, Brake, "brakes", ledger)
+    listed = {**catalog.motors, **catalog.gears, **catalog.brakes}
+    replaced = [key for key in (*motors, *gears, *brakes) if key in listed]
     if replaced:
         ledger.note([f"The study's own rows replace those of the catalogue: {', '.join(replaced)}."])
-    return replace(catalog, motors={**catalog.motors, **motors}, gears={**catalog.gears, **gears})
+    return replace(
+        catalog, motors={**catalog.motors, **motors}, gears={**catalog.gears, **gears},
+        brakes={**catalog.brakes, **brakes},
+    )  # fmt: skip
 
 
 def _own(forms: Mapping[str, Form], kind: type[Sheet], part: str, ledger: Ledger) -> dict[str, Sheet]:

@@ -42,7 +42,7 @@ def only_row(tmp_path: Path, header: str, cells: str) -> Table:
     return table(tmp_path, f"{NEEDED},{header}\nA,brushless,dc,line_line,1,10,{cells}\n")
 
 
-BY_STUDY = {"winding_share", "holding"}  # what no sheet says and a study fills in
+BY_STUDY = {"winding_share", "holding", "brake"}  # what no sheet says and a study fills in
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,10 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import belts_over, differential, placed, with_coupling
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.motion.mix import build_mix
+from drivetrain.study.candidates import with_brakes
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Study
 
 KINDS = ("table", "arm", "sliding", "coupled", "mix", "dwell")
@@ -81,6 +83,33 @@ def with_bearing(row, rng):
     )  # fmt: skip
     ratings = ("bearing_dynamic_rating", "bearing_static_rating", "bearing_pitch_diameter", "bearing_offset")
     return blanked(rng, row, ratings, 0.1)
+
+
+def random_brakes(rng, torque, silent):
+    """Two that may hold a joint, the stronger one heavier; some state no mass, some the energy of a stop."""
+    rows = []
+    for i, size in enumerate(np.sort(rng.uniform(0.1, 3.0, 2))):
+        mass = float(0.1 + 0.2 * size) if rng.random() >= silent else None
+        energy = float(rng.uniform(0.1, 20.0)) if rng.random() < 0.5 else None
+        rows.append(Brake(
+            f"b{i}", "motor", static_torque=float(size * torque), inertia=float(1e-6 * size),
+            power=float(5.0 + 5.0 * size), mass=mass, energy_per_stop=energy, price=float(20.0 + 30.0 * size),
+        ))  # fmt: skip
+    return tuple(rows)
+
+
+def held_by_brakes(study, seed, torque=0.3, share=0.3, silent=0.1):
+    """The study with brakes that some of its joints must have, all else as it was."""
+    rng, motors, tasks = np.random.default_rng((seed, 99)), dict(study.catalog.motors), []
+    for task in study.joints:
+        brakes = random_brakes(rng, torque, silent) if rng.random() < share else ()
+        if brakes:
+            brakes = tuple(replace(brake, key=f"{brake.key}_{task.name}") for brake in brakes)
+            pairs, rows = with_brakes(study.catalog, task.pairs, brakes)
+            given = None if task.drive is None else (f"{task.drive[0]}+{brakes[0].key}", task.drive[1])
+            task, motors = replace(task, pairs=pairs, brakes=brakes, drive=given), motors | rows
+        tasks.append(task)
+    return replace(study, joints=tuple(tasks), catalog=replace(study.catalog, motors=motors))
 
 
 def random_friction(rng, curved):
@@ -156,8 +185,9 @@ def random_study(make: SimpleNamespace, seed: int, kind: str) -> Study:
         1.1, 1.05, 1.02, 1.03, inertia_ratio=float(rng.choice([5.0, 200.0])) if rng.random() < 0.5 else None,
         life=float(rng.choice([1e6, 1e8])) if rng.random() < 0.7 else None, temperature_margin=5.0,
     )  # fmt: skip
-    return make.study(
+    study = make.study(
         cycle, arm=arm, drive_mass=mass, joints=tuple(tasks), catalog=Catalog(motors, gears), safety=safety,
         ambient=float(rng.choice([25.0, 40.0])), holding=str(rng.choice(["least", "lossless", "most"])),
         cold_start=float(rng.choice([-30.0, 0.0])) if rng.random() < 0.5 else None,
     )  # fmt: skip
+    return held_by_brakes(study, seed)

@@ -22,7 +22,7 @@ from drivetrain.study.selection import Wanted
 from drivetrain.study.verdicts import Verdict
 
 CLOSE = 1e-9  # relative; the same terms are summed in another order
-UNBOUNDED = ("inertia ratio",)
+UNBOUNDED = ("inertia ratio", "holding brake energy")
 
 
 def some_pairs(rng, offered, joint, count):
@@ -82,7 +82,7 @@ def test_no_choice_loads_a_bearing_less_than_its_bound(make, kind):
         low, high = (np.array([f(offered.numbers[pairs], axis=0) for pairs in open_pairs]) for f in (np.min, np.max))
         for joint, offer in enumerate(offered.joints):
             offer.interval(low, high)
-            bound = offer.records.whole.carried[:3].copy()
+            bound = offer.records.whole.still[:3].copy()
             for _ in range(4):
                 chosen = {k: int(rng.choice(open_pairs[k])) for k in joints}
                 numbers = offered.numbers_of(chosen)
@@ -94,13 +94,37 @@ def test_no_choice_loads_a_bearing_less_than_its_bound(make, kind):
                 if np.isfinite(found).all():
                     assert (bound <= np.array(found) * (1.0 + CLOSE)).all()
                     offer.interval(numbers, numbers)
-                    exact = offer.records.whole.carried[:3]  # at the samples where most is asked without drives
+                    exact = offer.records.whole.still[:3]  # at the samples where most is asked without drives
                     assert (exact >= bound * (1.0 - CLOSE)).all() and (exact <= np.array(found) * (1.0 + CLOSE)).all()
                     assert (exact >= 0.75 * np.array(found)).all()
                     told += 1
                 else:
                     assert np.isnan(bound).all() or np.isnan(found).all()
     assert told > 30 or kind not in ("arm", "dwell")
+
+
+@pytest.mark.parametrize("kind", ["arm", "sliding", "coupled"])
+def test_no_choice_asks_less_of_a_brake_than_its_bound(make, kind):
+    told = 0
+    for seed in range(12):
+        offered, rng = candidates(TASKS.random_study(make, seed, kind)), np.random.default_rng(seed)
+        joints = range(len(offered.joints))
+        open_pairs = [some_pairs(rng, offered, joint, rng.integers(1, 6)) for joint in joints]
+        low, high = (np.array([f(offered.numbers[pairs], axis=0) for pairs in open_pairs]) for f in (np.min, np.max))
+        for joint, offer in enumerate(offered.joints):
+            offer.interval(low, high)
+            bound = float(offer.records.whole.still[3])
+            assert np.isnan(bound) == (not offered.study.joints[joint].brakes)
+            for _ in range(4 * (not np.isnan(bound))):
+                chosen = {k: int(rng.choice(open_pairs[k])) for k in joints}
+                numbers = offered.numbers_of(chosen)
+                case = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases[0]
+                found = case.figures.holding_torque * abs(case.gear.ratio)
+                offer.interval(numbers, numbers)
+                exact = float(offer.records.whole.still[3])
+                assert bound <= exact * (1.0 + CLOSE) and 0.75 * found <= exact <= found * (1.0 + CLOSE)
+                told += 1
+    assert told > 30
 
 
 @pytest.mark.parametrize("kind", ["arm", "table", "dwell"])

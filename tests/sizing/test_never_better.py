@@ -105,9 +105,17 @@ def lower_supply(study, rng):
     return study, replace(study, supply=replace(study.supply, voltage=0.4 * study.supply.voltage))
 
 
+FACTORS = ("peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor", "brake")
+
+
+def weaker_brakes(study, rng):
+    names, factor = ("static_torque", "energy_per_stop"), float(rng.choice([0.1, 0.6]))
+    return study, with_parts(study, lambda row: replace(row, brake=times(row.brake, names, factor)))
+
+
 def higher_factors(study, rng):
     asked = study.safety
-    name = str(rng.choice(["peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor"]))
+    name = str(rng.choice(FACTORS))
     return study, replace(study, safety=replace(asked, **{name: 1.6 * getattr(asked, name)}))
 
 
@@ -120,7 +128,7 @@ def a_datum_less(study, rng):
 
 WORSE = (
     hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, lower_limits, weaker_amplifier,
-    lower_supply, higher_factors, a_datum_less,
+    lower_supply, higher_factors, a_datum_less, weaker_brakes,
 )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import random_tasks as TASKS
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -74,10 +75,11 @@ def random_study(make, seed: int, wanted: Wanted) -> Study:
         temperature_margin=rng.uniform(0.0, 40.0),
     )  # fmt: skip
     bus = bus_limits(np.random.default_rng((seed, 5)))
-    return make.study(
+    study = make.study(
         cycle, arm=arm, joints=tasks, catalog=parts, supply=Supply(48.0, *limits, **bus), safety=safety, wanted=wanted,
         drive_mass=DriveMass.INCLUDED if rng.random() < 0.2 else DriveMass.ADDED,
     )  # fmt: skip
+    return TASKS.held_by_brakes(study, seed, silent=0.0)
 
 
 def bus_limits(rng):

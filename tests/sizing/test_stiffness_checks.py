@@ -200,7 +200,7 @@ def test_bounds_of_what_a_gear_must_be(make):
         low, high = (np.array([f(offered.numbers[p], axis=0) for p in picked]) for f in (np.min, np.max))
         for joint, offer in enumerate(offered.joints):
             offer.interval(low, high)
-            bound = offer.records.whole.carried[3]
+            bound = offer.records.whole.still[4]
             chosen = {j: int(rng.choice(picked[j])) for j in range(2)}
             numbers = offered.numbers_of(chosen)
             cases = offered.judge(joint, np.array([chosen[joint]]), numbers, until=np.inf, quick=False).cases

@@ -59,7 +59,7 @@ class CurvePoint:
 
 def is_proven(proof: str) -> bool:
     """Whether the words of a search say that its answer is proven."""
-    return proof in ("", PROVEN, PROVEN_ROBUST) or proof.startswith("no set")
+    return not proof or proof.startswith((PROVEN, "no set"))
 
 
 @dataclass(frozen=True, eq=False)

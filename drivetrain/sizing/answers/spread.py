@@ -57,6 +57,7 @@ def robustly(selection: Selection) -> tuple[Selection, RobustSelection | None]:
         sets = (best, *(one for one in sets if one.drives != best.drives))
     proof = f"{selection.proof} with nominal numbers; {found.proof}"
     changed = replace(
-        selection, drives=dict(best.drives), evaluation=evaluation, objective=best.objective, proof=proof, sets=sets
-    )
+        selection, drives=dict(best.drives), evaluation=evaluation, objective=best.objective, proof=proof, sets=sets,
+        equals=0, all_equals=False,
+    )  # fmt: skip
     return changed, found

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.demand.demand import Workload
+from drivetrain.sizing.demand.demand import Workload, asks_brakes, at_rest
 from drivetrain.sizing.demand.load_basis import JointBasis, Loads, load_basis
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Study
@@ -43,7 +43,11 @@ class WorkFamily:
         basis = tuple(
             _combined(bases, share, slower) for bases in zip(self._moving, self._resting, *self._empty, strict=True)
         )
-        return Workload(study, basis, study.cycle.weights)
+        resting = () if not asks_brakes(study) else tuple(
+            _combined((still, still, empty, empty), share, 1.0)
+            for still, empty in zip(self._resting, self._empty[1], strict=True)
+        )  # fmt: skip
+        return Workload(study, basis, study.cycle.weights, resting)
 
     @cached_property
     def _moving(self) -> Basis:
@@ -51,7 +55,7 @@ class WorkFamily:
 
     @cached_property
     def _resting(self) -> Basis:
-        return load_basis(_at_rest(self.study))
+        return load_basis(at_rest(self.study))
 
     @cached_property
     def _empty(self) -> tuple[Basis, Basis]:
@@ -59,13 +63,7 @@ class WorkFamily:
         if not self.study.payloads:
             return self._moving, self._resting
         empty = changed(self.study, TaskChange(payload=0.0, payloads=self.payloads))
-        return load_basis(empty), load_basis(_at_rest(empty))
-
-
-def _at_rest(study: Study) -> Study:
-    """The same positions, each held for ever."""
-    still = np.zeros_like(study.cycle.velocity)
-    return replace(study, cycle=replace(study.cycle, velocity=still, acceleration=still))
+        return load_basis(empty), load_basis(at_rest(empty))
 
 
 def _combined(bases: tuple[JointBasis, ...], share: float, slower: float) -> JointBasis:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
@@ -51,6 +51,7 @@ class JointDemand:
         load_inertia: What the gear's output accelerates, own rotor excluded [kg m^2]; None where neither an arm nor the
             study tells it.
         cycle: The repeated task, whose parts repeat by themselves.
+        static_torque: ``gear_torque`` that holds each of its positions still [N m]; None where no brake is asked for.
     """
 
     time: Array
@@ -65,6 +66,7 @@ class JointDemand:
     wrench: Array | None
     load_inertia: Array | None
     cycle: Cycle
+    static_torque: Array | None = None
 
     @cached_property
     def load_torque(self) -> Array:
@@ -132,11 +134,13 @@ class Workload:
         study: The task.
         basis: What drives do to joints, one a joint; empty without an arm.
         weights: Time each sample stands for [s], (N,).
+        resting: What drives do to joints while every position is held still; empty where no brake is asked for.
     """
 
     study: Study
     basis: tuple[JointBasis, ...]
     weights: Array
+    resting: tuple[JointBasis, ...] = ()
 
     def at(self, joint: int, drives: Mapping[int, Drive]) -> JointWork:
         """The work of one joint with the drives after it in place."""
@@ -145,22 +149,42 @@ class Workload:
         basis = self.basis[joint]
         others = {index: drive for index, drive in drives.items() if index != joint}
         numbers = all_numbers(self.study, basis, others)
-        return JointWork(self, joint, _Sums(*_sums(basis, numbers, 0, len(numbers), _bare(basis))))
+        sums = _sums(basis, numbers, 0, len(numbers), _bare(basis))
+        return JointWork(self, joint, _Sums(*sums, self.static(joint, numbers)))
+
+    def static(self, joint: int, numbers: Array) -> Array | None:
+        """What holds a joint still at each position with all drives' numbers [N m or N], (N,); None: nobody asks."""
+        if not self.resting:
+            return None
+        return np.asarray(self.resting[joint].bare.force + numbers @ self.resting[joint].force)
 
 
 @lru_cache(maxsize=1)
 def workload(study: Study) -> Workload:
     """The work of a study's joints, prepared for any set of drives; kept while the same study is asked again."""
-    return Workload(study, load_basis(study), study.cycle.weights)
+    resting = load_basis(at_rest(study)) if asks_brakes(study) else ()
+    return Workload(study, load_basis(study), study.cycle.weights, resting)
+
+
+def asks_brakes(study: Study) -> bool:
+    """Whether a joint must be held by a brake."""
+    return any(task.brakes for task in study.joints)
+
+
+def at_rest(study: Study) -> Study:
+    """The same positions, each held for ever."""
+    still = np.zeros_like(study.cycle.velocity)
+    return replace(study, cycle=replace(study.cycle, velocity=still, acceleration=still))
 
 
 @dataclass(frozen=True, eq=False)
 class _Sums:
-    """What is asked of a joint in its own coordinate: force (N,), wrench (6 N,), inertia (N,)."""
+    """What is asked of a joint in its own coordinate: force (N,), wrench (6 N,), inertia (N,), static force (N,)."""
 
     force: Array
     wrench: Array
     inertia: Array
+    static: Array | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,8 +219,10 @@ class JointWork:
         at = NUMBERS * basis.drives.index(self.joint)
         numbers = np.zeros(len(basis.force))
         numbers[at : at + NUMBERS] = drive_numbers(self.work.study, self.joint, drive)
-        others = (self.others.force, self.others.wrench, self.others.inertia)
-        return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others)))
+        others, static = (self.others.force, self.others.wrench, self.others.inertia), self.others.static
+        if static is not None:
+            static = static + numbers @ self.work.resting[self.joint].force
+        return self._demand(_Sums(*_sums(basis, numbers, at, at + NUMBERS, others), static))
 
     def _demand(self, sums: _Sums | None) -> JointDemand:
         """At the gear's output, from sums in the joint's own coordinate."""
@@ -207,9 +233,10 @@ class JointWork:
             nothing = np.zeros_like(speed)
             given = nothing if cycle.torque is None else cycle.torque[:, self.joint]
             told = None if task.load_inertia is None else np.full_like(speed, task.load_inertia)
+            static = given if told is None else given - told * acceleration
             return JointDemand(
                 cycle.time, self.work.weights, position, speed, acceleration, nothing, given, task.friction,
-                cycle.payload, None, told, cycle,
+                cycle.payload, None, told, cycle, static if task.brakes else None,
             )  # fmt: skip
         basis, travel = self.work.basis[self.joint], task.travel_per_turn or 1.0
         at = seat(self.joint, task.mount)
@@ -222,6 +249,7 @@ class JointWork:
         return JointDemand(
             cycle.time, self.work.weights, position, speed / travel, acceleration / travel, carrier,
             sums.force * travel, task.friction, cycle.payload, across, sums.inertia * travel**2, cycle,
+            sums.static * travel if sums.static is not None and task.brakes else None,
         )  # fmt: skip
 
 

@@ -50,23 +50,33 @@ class Load(NamedTuple):
         torque: [N m], (N,).
         wrench: Moment [N m] and force [N] in the joint frame, (6, N) or (6, 0).
         inertia: That the output accelerates [kg m^2], (N,) or (0,).
+        static: Torque that holds each position still [N m], (N,) or (0,).
     """
 
     torque: Array
     wrench: Array
     inertia: Array
+    static: Array
 
 
 class Added(NamedTuple):
     """What a unit of each of K amounts adds to a load: of drives (their five numbers), or of payloads (their masses).
 
     Attributes:
-        torque, wrench, inertia: As in ``Load``, (K, N), (K, 6, N), (K, N); (0, 0), (0, 6, 0) where K is 0.
+        torque, wrench, inertia, static: As in ``Load``, (K, N), (K, 6, N), (K, N), (K, N); (0, 0), (0, 6, 0) where K
+            is 0.
     """
 
     torque: Array
     wrench: Array
     inertia: Array
+    static: Array
+
+
+def nothing_added(load: Load) -> Added:
+    """No amounts at all, for a load."""
+    rows = (np.zeros((0, *np.shape(values))) for values in load)
+    return Added(*rows)
 
 
 class Traces(NamedTuple):
@@ -124,16 +134,15 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
     """
     motion, load, pick, parts = motion_of(demand), load_of(demand), _sharp(demand), len(demand.cycle.parts)
     if added is None:
-        empty = np.zeros((0, len(demand.time)))
-        added = Added(empty, np.zeros((0, 6, load.wrench.shape[1])), np.zeros((0, len(load.inertia))))
+        added = nothing_added(load)
     periods = motion.periods._replace(step=np.zeros(len(pick)))
     rows = {name: np.ascontiguousarray(getattr(motion, name)[pick]) for name in motion._fields[:-2]}
     some = motion._replace(rests=motion.rests[:0], periods=periods, **rows)
-    nothing, count = np.zeros((6, 0)), len(added.torque)
+    nothing, count = (np.zeros((6, 0)), np.zeros(0), np.zeros(0)), len(added.torque)
     torque = np.ascontiguousarray(added.torque[:, pick])
     few = Work(
-        some, Load(np.ascontiguousarray(load.torque[pick]), nothing, np.zeros(0)),
-        Added(torque, np.zeros((count, 6, 0)), np.zeros((count, 0))), Load(np.zeros(len(pick)), nothing, np.zeros(0)),
+        some, Load(np.ascontiguousarray(load.torque[pick]), *nothing),
+        Added(torque, *(np.zeros((count, *values.shape)) for values in nothing)), Load(np.zeros(len(pick)), *nothing),
         new_traces(len(pick), parts),
     )  # fmt: skip
     return Work(motion, load, added, Load(*(row.copy() for row in load)), new_traces(len(demand.time), parts), few)
@@ -166,9 +175,8 @@ def motion_of(demand: JointDemand) -> Motion:
 def load_of(demand: JointDemand) -> Load:
     """What a joint carries."""
     wrench = np.zeros((6, 0)) if demand.wrench is None else np.array(demand.wrench.T, order="C")
-    return Load(
-        _row(demand.gear_torque), wrench, np.zeros(0) if demand.load_inertia is None else _row(demand.load_inertia)
-    )
+    inertia, static = (np.zeros(0) if row is None else _row(row) for row in (demand.load_inertia, demand.static_torque))
+    return Load(_row(demand.gear_torque), wrench, inertia, static)
 
 
 def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
@@ -179,16 +187,18 @@ def added_by(work: Workload, joint: int, drives: Sequence[int]) -> Added:
     basis, travel = work.basis[joint], work.study.joints[joint].travel_per_turn or 1.0
     samples, rows = len(work.study.cycle.time), NUMBERS * len(drives)
     told = not (basis.slides or work.study.joints[joint].coupled)
-    torque, inertia = np.zeros((rows, samples)), np.zeros((rows, samples))
+    held = work.resting[joint].force if work.study.joints[joint].brakes else np.zeros((len(basis.force), 0))
+    torque, inertia, static = (np.zeros((rows, width)) for width in (samples, samples, held.shape[1]))
     wrench = np.zeros((rows, 6, samples if told else 0))
     for position, drive in enumerate(drives):
         if drive not in basis.drives:
             continue
         to, at = (slice(NUMBERS * k, NUMBERS * (k + 1)) for k in (position, basis.drives.index(drive)))
         torque[to], inertia[to] = travel * basis.force[at], travel**2 * basis.inertia[at]
+        static[to] = travel * held[at]
         if told:
             wrench[to] = basis.wrench[at].reshape(NUMBERS, samples, 6).transpose(0, 2, 1)
-    return Added(torque, wrench, inertia)
+    return Added(torque, wrench, inertia, static)
 
 
 def own_work(work: Workload, joint: int, drives: Mapping[int, Drive]) -> tuple[JointDemand, Work]:

@@ -36,6 +36,7 @@ class Setting:
         gear_heat: Share of the gear's loss that warms the motor's housing.
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.
+        brake: 1 where a brake must hold the joint, else 0.
         resonance: Lowest natural frequency that the arm must have [rad/s]; 0: none is wished.
         stiffness_share: Of a gear's printed stiffness that counts.
     """
@@ -52,6 +53,7 @@ class Setting:
     gear_heat: float = 1.0
     cold_start: float | None = None
     cold: float = 0.0
+    brake: float = 0.0
     resonance: float = 0.0
     stiffness_share: float = 1.0
 
@@ -104,6 +106,8 @@ class Figures:
         gear_loss: Mean power that the gear takes while it turns [W].
         housing_temperature: Mean [C].
         energy, mean_power: Electrical, over a cycle [J], [W].
+        holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
+        stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
     """
 
     input_speed: float = UNKNOWN
@@ -135,6 +139,8 @@ class Figures:
     housing_temperature: float = UNKNOWN
     energy: float = UNKNOWN
     mean_power: float = UNKNOWN
+    holding_torque: float = UNKNOWN
+    stopping_energy: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -175,7 +181,7 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, float(study.drag_temperature(study.ambient)), task.gear_heat,
-        study.cold_start, float(study.cold_start is not None),
+        study.cold_start, float(study.cold_start is not None), float(bool(task.brakes)),
         0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
         1.0 - study.stiffness.scatter,
     )  # fmt: skip

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -132,6 +133,16 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         peak=True, instant="speed", formula="|G| max |w|",
     ),
     Requirement(
+        "holding brake torque", "N m", "figures.holding_torque", "motor.brake.static_torque", SPEED, "static torque",
+        "safety.brake", essential=True, asked="setting.brake", wish=True, instant="static_torque", words=words.brake,
+        formula="largest |T| / |G| that holds a position of the cycle still, without help of the mesh",
+    ),
+    Requirement(
+        "holding brake energy", "J", "figures.stopping_energy", "motor.brake.energy_per_stop", SPEED,
+        "energy per stop", asked="setting.brake", wish=True, words=words.brake,
+        formula="J w^2 / 2 x T / (T - T_load): largest speed and inertia, the worst position driving on",
+    ),
+    Requirement(
         "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED, instant="load_inertia",
         words=words.inertia_ratio, formula="load inertia / (G^2 rotor inertia), at its largest",
     ),
@@ -238,11 +249,16 @@ def factors(safety: Safety) -> dict[str, float]:
 
 def table(checks: tuple[Requirement, ...] | None = None) -> Any:
     """The checks for compiled code: places of the named numbers among a case's floats, (checks,)."""
+    return _table(CHECKS if checks is None else checks)
+
+
+@cache
+def _table(checks: tuple[Requirement, ...]) -> Any:
     place = columns(CASE)
     names = ("required", "factor", "limit", "origin", "stage", "rise", "geared", "peak", "essential", "asked")
     rows = [
         (place[one.required], place[one.factor], place[one.limit], place[one.origin], one.stage, one.origin != "zero",
          one.stage == GEAR, one.peak, one.essential, place[one.asked])
-        for one in (CHECKS if checks is None else checks)
+        for one in checks
     ]  # fmt: skip
     return np.array(rows, dtype=np.dtype((np.record, [(name, np.int64) for name in names])))

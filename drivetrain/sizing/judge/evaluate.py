@@ -144,11 +144,13 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
     for task in study.joints:
         given = drives.get(task.name, task.drive)
         if given is None:
-            faults.append(Fault(f"drives.{task.name}", "has no drive", None, GIVE))
+            problem = "has no drive" + (": which of its brakes is left open" if task.brakes else "")
+            faults.append(Fault(f"drives.{task.name}", problem, None, GIVE))
         elif isinstance(given, str) or len(given) != 2:
             faults.append(Fault(f"drives.{task.name}", "must be a motor key and a gear key", given))
         else:
-            pair = (given[0], "" if given[1] in NO_GEAR else str(given[1]))
+            motor = f"{given[0]}+{task.brakes[0].key}" if len(task.brakes) == 1 else given[0]
+            pair = (motor if motor in study.catalog.motors else given[0], "" if given[1] in NO_GEAR else str(given[1]))
             faults += _unknown_keys(study, task.name, pair)
             found[task.name] = pair
     if faults:
@@ -214,9 +216,13 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
 def _unknown_keys(study: Study, joint: str, pair: Pair) -> list[Fault]:
     motor, gear = pair
     catalog, faults = study.catalog, []
+    brakes = [brake.key for task in study.joints if task.name == joint for brake in task.brakes]
     if motor not in catalog.motors:
         hint = nearest(motor, catalog.motors)
         faults.append(Fault(f"drives.{joint}.motor", "is not in the catalogue", motor, hint))
+    elif brakes and catalog.motors[motor].brake.key not in brakes:
+        hint = f"such as {motor}+{brakes[0]}"
+        faults.append(Fault(f"drives.{joint}.motor", "needs the key of a brake beside its own", motor, hint))
     if gear and gear not in catalog.gears:
         faults.append(Fault(f"drives.{joint}.gear", "is not in the catalogue", gear, nearest(gear, catalog.gears)))
     return faults

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import HOLDING, Gear
 from drivetrain.drive.motor import Motor, no_load_friction
@@ -38,6 +39,8 @@ class Shelf:
         if task.motor_friction is None and no_load_friction(row) is None:
             reason = "a frameless motor has no bearings; " if row.frameless else ""
             words.append(f"motor {motor}: {reason}no-load friction is not on the sheet and not counted")
+        if row.brake.key:
+            words.append(_with_brake(row.brake))
         if task.housing_to_ambient is not None and _lumped(row):
             words.append(_mounted(row, task.housing_to_ambient, self.study))
         return Drive(row, wheel, task.friction, task.motor_friction, tuple(words))
@@ -57,6 +60,13 @@ class Shelf:
     def filled(self, gear: Gear) -> Gear:
         """A gear that stands in no catalogue."""
         return _filled_gear(gear, self.study)[0]
+
+
+def _with_brake(brake: Brake) -> str:
+    """What a brake adds to its motor."""
+    mass = "mass unknown" if brake.mass is None else f"{brake.mass:g} kg"
+    added = f"{mass}, {brake.inertia:g} kg m^2, {brake.power:g} W while it is open"
+    return f"brake {brake.key}: {added} count with its motor"
 
 
 def _lumped(motor: Motor) -> bool:

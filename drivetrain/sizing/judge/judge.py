@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.drive.amplifier import conduction_loss, standstill_current
+from drivetrain.drive.brake import holding_torque, stopping_energy
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, unknown_loss, wear
@@ -94,7 +95,7 @@ def judge_all(
         if len(work.added.torque) > 0:
             torque = work.sum.torque
             add_rows(work.load.torque, work.added.torque, amounts[i], torque)
-        if len(work.added.torque) > 0 and bearing_asked(case):
+        if len(work.added.torque) > 0 and still_asked(case):
             set_carried(case, added_up(work.load, work.added, amounts[i], work.sum), motion, quick)
         else:
             set_carried(case, work.load, motion, quick)
@@ -242,6 +243,7 @@ def utilisation(required: Any, available: Any) -> Any:
 def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
     """A load with so much of each series on top: the joint's own drive, or a heavier payload; its torque is there."""
     add_rows(load.inertia, added.inertia, amounts, total.inertia)
+    add_rows(load.static, added.static, amounts, total.static)
     for component in range(6):
         start, out = load.wrench[component], total.wrench[component]
         for t in range(len(out)):
@@ -254,9 +256,10 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
 
 
 @law
-def bearing_asked(case: Any) -> Any:
-    """Whether the gear's output bearing carries the joint, or the study limits what its inertia does."""
-    return case.setting.bearing != 0.0 or known(case.safety.inertia_ratio) or case.setting.resonance != 0.0
+def still_asked(case: Any) -> Any:
+    """Whether the gear's output bearing carries the joint, a brake holds it, or the study limits what inertia does."""
+    setting, limited = case.setting, known(case.safety.inertia_ratio)
+    return setting.bearing != 0.0 or setting.brake != 0.0 or setting.resonance != 0.0 or limited
 
 
 @law(fastmath=FAST)
@@ -282,13 +285,15 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
     gear, figures, arm, wrench = case.gear, case.figures, bearing_arm(case.gear), load.wrench
     mx, my, fx, fy, fz = wrench[0], wrench[1], wrench[3], wrench[4], wrench[5]
     lever, unknown = known_or(arm, 0.0), 0.0 * arm if len(mx) > 0 else np.nan
-    tilt, side, push, inertia = 0.0, 0.0, 0.0, 0.0
+    tilt, side, push, inertia, static = 0.0, 0.0, 0.0, 0.0, 0.0
     for t in range(len(mx)):
         tilt = larger(tilt, moment_square(lever, mx[t], my[t], fx[t], fy[t]))
         side = larger(side, fx[t] * fx[t] + fy[t] * fy[t])
         push = larger(push, abs(fz[t]))
     for t in range(len(load.inertia)):
         inertia = larger(inertia, abs(load.inertia[t]))
+    for t in range(len(load.static)):
+        static = larger(static, abs(load.static[t]))
     figures.tilting_moment = math.sqrt(tilt) + unknown
     figures.radial_load, figures.axial_load = (math.sqrt(side), push) if len(mx) > 0 else (np.nan, np.nan)
     figures.bearing_static_load = static_load(
@@ -303,6 +308,9 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
     most = inertia if len(load.inertia) > 0 else np.nan
     figures.inertia_ratio = most / (gear.ratio * gear.ratio * rotor)
     figures.wanted_stiffness = case.setting.resonance * case.setting.resonance * most
+    figures.holding_torque = holding_torque(static if len(load.static) > 0 else np.nan, gear.ratio)
+    turning, strength = rotor + most / (gear.ratio * gear.ratio), case.motor.brake.static_torque
+    figures.stopping_energy = stopping_energy(strength, figures.holding_torque, turning, figures.input_speed)
 
 
 @law(fastmath=FAST)
@@ -432,14 +440,14 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 @law(fastmath=FAST)
 def housing_losses(case: Any, motion: Any, traces: Any) -> None:
-    """The power that friction at the motor's shaft and the gear's share bring into the housing [W]."""
+    """The power that friction at the motor's shaft, a brake's coil and the gear's share bring into the housing [W]."""
     shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.housing_loss
-    share, total = case.setting.gear_heat, 0.0
+    share, coil, total = case.setting.gear_heat, known_or(case.motor.brake.power, 0.0), 0.0
     excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
     for t in range(len(loss)):
         speed = mesh.ratio * motion.speed[t]
         gear = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + traces.drag[t] * speed
-        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + share * gear
+        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + share * gear + coil
         total += motion.weight[t] * gear
     case.figures.gear_loss = total / case.setting.duration + unknown_torque(case)
 
@@ -487,8 +495,9 @@ def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
 def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
     """Largest voltage at the temperatures of the cycle [V]; adds the power, inductance left out, to what is there [W].
 
-    Beside it the least: with a gear and a shaft that lose nothing and a cold winding more comes back. The figures take
-    the energy, that of the amplifier's switches included.
+    Beside it the least: with a gear and a shaft that lose nothing and a cold winding more comes back. The coil of a
+    brake takes its power all the time that it is open. The figures take the energy, that of the amplifier's switches
+    included.
     """
     drawn_power, least_power, switches = power[0], power[1], known_or(case.amplifier.on_resistance, 0.0)
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
@@ -498,12 +507,13 @@ def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
     ratio, inductance, largest, energy = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 0.0
     constant, ohms = torque_constant(case.motor, case.figures.magnet_temperature), winding_resistance(case.motor, 0.0)
     slope, inverse, more = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant, torque_factor(case.safety)
+    coil = known_or(case.motor.brake.power, 0.0)
     for t in range(len(torque)):
         rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
         speed, current, hot = ratio * motion.speed[t], torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
         volts = winding_voltage(constant, hot, inductance, speed, current, rate * inverse)
         spare = winding_voltage(constant, hot, inductance, speed, more * current, more * (rate * inverse))
-        drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current
+        drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current + coil
         largest = larger(largest, larger(abs(volts), abs(spare)))
         taken = drawn + conduction_loss(switches, current)
         energy += motion.weight[t] * taken

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear, unknown_loss
 from drivetrain.drive.motor import Motor
@@ -19,6 +20,7 @@ from drivetrain.study.model import JointTask, Study
 from drivetrain.study.mounting import drive_mass, mass_counts
 from drivetrain.study.verdicts import lacking
 
+HOLDING = "holding brake torque"
 REPEATED, PEAK, RMS = "gear repeated peak torque", "motor peak torque", "motor RMS current"
 SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
 BEARING = {
@@ -35,7 +37,7 @@ class Gap:
 
     Attributes:
         joint: Whose drive it is.
-        part: ``motor`` or ``gear``.
+        part: ``motor``, ``gear`` or ``brake``.
         key: Of its row in the catalogue.
         row: File and line, or the place in the study that holds it.
         columns: Any one of them fills the gap.
@@ -137,7 +139,7 @@ def massless(study: Study, results: Mapping[str, JointResult]) -> tuple[str, ...
     return tuple(name for name in unknown if mass_counts(study, joints[name]))
 
 
-def row_of(study: Study, part: Motor | Gear) -> str:
+def row_of(study: Study, part: Motor | Gear | Brake) -> str:
     """Where a sheet stands."""
     row = _ROW.match(part.source)
     if row is not None:
@@ -158,7 +160,9 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         columns = columns or "bearing_offset"
         beside = "(where the joint has a bearing of its own) output_bearing: external in the study"
         yield _gap(study, joint, gear, (columns, beside), bearing)
-    others = tuple(name for name in lacks if name not in (REPEATED, "gear stiffness") and name not in BEARING)
+    if HOLDING in lacks:
+        yield _gap(study, joint, motor.brake, ("static_torque",), (HOLDING,))
+    others = tuple(name for name in lacks if name not in (REPEATED, HOLDING, "gear stiffness", *BEARING))
     if not others:
         return
     if motor.rotor_inertia is None:
@@ -179,10 +183,11 @@ def _of_column(study: Study, joint: JointResult, column: str, checks: tuple[str,
         yield _gap(study, joint, part, (column,), checks)
 
 
-def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear, ...]:
-    """The parts of a drive whose sheets lack a number that both should have."""
-    free = drive.gear.key == "" if column == "price" else drive.gear.kind == "ideal"
-    parts: tuple[Motor | Gear, ...] = (drive.motor,) if free else (drive.motor, drive.gear)
+def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear | Brake, ...]:
+    """The parts of a drive whose sheets lack a number that all should have."""
+    free, brake = drive.gear.key == "" if column == "price" else drive.gear.kind == "ideal", drive.motor.brake
+    own = brake if brake.key and getattr(brake, column) is None else drive.motor
+    parts: tuple[Motor | Gear | Brake, ...] = (own,) if free else (own, drive.gear)
     return tuple(part for part in parts if getattr(part, column) is None)
 
 
@@ -222,10 +227,10 @@ def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
 
 
 def _gap(
-    study: Study, joint: JointResult, part: Motor | Gear, columns: tuple[str, ...], checks: tuple[str, ...]
+    study: Study, joint: JointResult, part: Motor | Gear | Brake, columns: tuple[str, ...], checks: tuple[str, ...]
 ) -> Gap:
     return Gap(joint.name, _kind(part), part.key, row_of(study, part), columns, checks)
 
 
-def _kind(part: Motor | Gear) -> str:
-    return "motor" if isinstance(part, Motor) else "gear"
+def _kind(part: Motor | Gear | Brake) -> str:
+    return type(part).__name__.lower()

@@ -99,7 +99,12 @@ class Operation:
 
     def number(self, name: str) -> float:
         """A field of the case, such as ``figures.rms_current``."""
-        return float(as_numbers(self.judgement.case.reshape(1))[0, PLACES[name]])
+        return float(self._numbers[PLACES[name]])
+
+    @cached_property
+    def _numbers(self) -> Array:
+        """The fields of the case in a row."""
+        return np.asarray(as_numbers(self.judgement.case.reshape(1))[0])
 
     def utilisation(self, row: Any) -> float | None:
         """Of one check; None where it is not checked."""

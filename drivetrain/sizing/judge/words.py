@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear, torque_exponent
 from drivetrain.drive.heat import rms_rule_validity
 from drivetrain.drive.motor import Motor
@@ -151,6 +152,15 @@ def stiffness(op: Any, row: Any) -> Words:
     return Words(source, f"for the wished {wish.first_resonance:g} Hz")
 
 
+def brake(op: Any, row: Any) -> Words:
+    """Of the brake beside the motor, and what its torque is held against."""
+    own = op.drive.motor.brake
+    lack = "" if known(op.number(row.limit)) else f"{row.sheet} is not in the catalogue row"
+    given = op.demand.cycle.torque is not None and op.demand.load_inertia is None
+    table = "without load_inertia the whole torque of the table counts as static" if given else ""
+    return Words(f"{row.sheet} of {sheet_name(own)}", "; ".join(filter(None, (lack, table))))
+
+
 def inertia_ratio(op: Any, row: Any) -> Words:
     """The span over the motion; judged only where the study sets a limit."""
     inertia = op.demand.load_inertia
@@ -261,7 +271,7 @@ def winding(op: Any, row: Any) -> Words:
     return Words(source, "" if ripple else "mean over the cycle: the winding time constant is unknown")
 
 
-def sheet_name(part: Motor | Gear) -> str:
+def sheet_name(part: Motor | Gear | Brake) -> str:
     """A part with the source of its sheet."""
-    kind = "motor" if isinstance(part, Motor) else "gear"
+    kind = type(part).__name__.lower()
     return f"{kind} {part.key}" + (f" ({part.source})" if part.source else "")

@@ -15,6 +15,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import conduction_loss
+from drivetrain.drive.brake import holding_torque
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
     Friction,
@@ -71,8 +72,8 @@ class Span(NamedTuple):
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
         excess: Memory: of falling friction at the shaft [N m], (N,).
         drag: Memory: of the gear, at its input [N m], (N,).
-        carried: Least tilting moment, axial and radial load on the output bearing [N m], [N], and least of the largest
-            inertia [kg m^2]; NaN: nobody knows, (4,).
+        still: Least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the
+            worst position still [N m], and least of the largest inertia [kg m^2]; NaN: nobody knows, (5,).
     """
 
     motion: Motion
@@ -89,7 +90,7 @@ class Span(NamedTuple):
     shaft: Array
     excess: Array
     drag: Array
-    carried: Array
+    still: Array
 
 
 class Offer(NamedTuple):
@@ -132,7 +133,7 @@ class Offer(NamedTuple):
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((9, len(share))), np.full(4, np.nan))
+    memory: Any = (*np.zeros((9, len(share))), np.full(5, np.nan))
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -284,13 +285,14 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
         # About its centre, on the worse side, the moment is no less than about the joint's point, nor than the radial
         # force times the way there.
-        arm, radial = bearing_arm(gear), span.carried[2]
-        figures.tilting_moment = larger(span.carried[0], known_or(arm, 0.0) * radial) + 0.0 * (arm + radial)
-        figures.axial_load, figures.radial_load = span.carried[1], span.carried[2]
-        figures.wanted_stiffness = setting.resonance * setting.resonance * span.carried[3]
+        arm, radial = bearing_arm(gear), span.still[2]
+        figures.tilting_moment = larger(span.still[0], known_or(arm, 0.0) * radial) + 0.0 * (arm + radial)
+        figures.axial_load, figures.radial_load = span.still[1], span.still[2]
+        figures.wanted_stiffness = setting.resonance * setting.resonance * span.still[4]
         figures.bearing_static_load = static_load(
             gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
         )
+        figures.holding_torque = holding_torque(span.still[3], gear.ratio)
     used, _ = worst(case, row, checks, GEAR, 0.0, NOTHING, peaks)
     used, _ = worst(case, row, checks, SPEED, used, NOTHING, peaks)
     figures.motor_torque = found.torque + unknown
@@ -446,11 +448,12 @@ def least_housing_loss(case: Any, span: Span) -> Any:
     shaft, mesh, speed, share = friction_curve(case.shaft), mesh_of(case.gear), span.motion.speed, span.share
     loss = span.excess
     low, high, shown, warms, total = span.own_low, span.own_high, span.shown, case.setting.gear_heat, 0.0
+    coil = known_or(case.motor.brake.power, 0.0)
     for t in range(len(loss)):
         motor_speed, a, b = mesh.ratio * speed[t], low[t] + shown[t], high[t] + shown[t]
         near = larger(a, 0.0) + smaller(b, 0.0)  # the load nearest to none: no other loses less in the mesh
         gear = mesh_loss_power(mesh, near, speed[t]) + span.drag[t] * motor_speed
-        loss[t] = warms * gear + (0.0 if shaft.falls else sliding_friction(shaft, motor_speed) * motor_speed)
+        loss[t] = coil + warms * gear + (0.0 if shaft.falls else sliding_friction(shaft, motor_speed) * motor_speed)
     here, after = loss[:-1], loss[1:]
     for t in range(len(here)):
         total += 0.5 * share[t] * (here[t] + after[t])
@@ -538,7 +541,8 @@ def least_energy(case: Any, span: Span, heat: LeastHeat, line: Any) -> Any:
     parabola on each side, least at its vertex or at an end; where a gear grips at rest the least torque counts.
     """
     motion, low, high, shaft, lossy = span.motion, span.own_low, span.own_high, span.shaft, span.lossy
-    mesh, total, least_torque, most_torque = mesh_of(case.gear), 0.0, span.least, span.most
+    mesh, least_torque, most_torque = mesh_of(case.gear), span.least, span.most
+    total = known_or(case.motor.brake.power, 0.0) * case.setting.duration
     loss, grips = certain_loss(case.motor, heat.magnets, heat.coolest, heat.hottest > -np.inf), mesh.grip != 0.0
     for t in range(len(line)):
         speed, turning, own, steep = motion.loss_speed[t], mesh.ratio * motion.speed[t], shaft[t], line[t]
@@ -587,10 +591,11 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
         switches = known_or(case.amplifier.on_resistance, 0.0)
         loss = (winding_resistance(motor, hottest) + conduction_loss(switches, 1.0)) / (weakest * weakest)
         bounded = weakest > 0.0 and not math.isnan(limit if heated else ambient)
+        coil = known_or(motor.brake.power, 0.0)
         for t in range(len(least)):
             low, high, turning = whole.least[t], whole.most[t], case.gear.ratio * motion.speed[t]
             best = (low if turning > 0.0 else high) if certain == 0.0 else -0.5 * turning / certain
             best = larger(low, smaller(high, best))
-            least[t] = smaller(least[t], best * (turning + certain * best))
+            least[t] = smaller(least[t], best * (turning + certain * best) + coil)
             ends = larger(low * (turning + loss * low), high * (turning + loss * high)) if bounded else np.inf
-            most[t] = larger(most[t], ends)
+            most[t] = larger(most[t], ends + coil)

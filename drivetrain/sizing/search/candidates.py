@@ -20,7 +20,17 @@ from drivetrain.drive.gear import unknown_loss
 from drivetrain.records import as_numbers, as_records
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.demand.series import STRETCHES, Added, Load, Work, added_by, new_traces, work_of
+from drivetrain.sizing.demand.series import (
+    STRETCHES,
+    Added,
+    Load,
+    Work,
+    added_by,
+    load_of,
+    new_traces,
+    nothing_added,
+    work_of,
+)
 from drivetrain.sizing.judge.cases import paired, rests_on_gear
 from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.fill import DIRECT
@@ -65,6 +75,7 @@ class JointOffer:
         rows: What a unit of each number of each of their drives adds.
         heavy: Load of the output bearing without drives where it is largest in each stretch, (6, M) or (6, 0).
         heavy_rows: What a unit of each number of the others' and the own drive adds to it, (K, 6, M).
+        held, held_rows: The same of the torque that holds a position still, (M,) or (0,), (K, M).
         few: The work at a few samples, with its memory.
         records: The candidates for the bounds, with their memory.
         given: Whether the study gives the drive: it stays, whatever is known of it.
@@ -77,6 +88,8 @@ class JointOffer:
     rows: Added
     heavy: Array
     heavy_rows: Array
+    held: Array
+    held_rows: Array
     few: Work
     records: Offer
     given: bool
@@ -101,10 +114,10 @@ class JointOffer:
             low, high: Numbers of all joints' drives, (n, NUMBERS).
         """
         open_span(self.records, low, high)
-        if self.heavy.size:
-            self.records.whole.carried[:3] = self._bearing(low, high)
+        if self.heavy.size or self.held.size:
+            self._still(low, high, self.records.whole.still)
         if self.records.plain["setting"]["resonance"].any() and self.work.load.inertia.size:
-            self.records.whole.carried[3] = self._inertia(low, high)
+            self.records.whole.still[4] = self._inertia(low, high)
         return self.records.whole.low, self.records.whole.high
 
     def _inertia(self, low: Array, high: Array) -> float:
@@ -116,15 +129,21 @@ class JointOffer:
                 least = least + middle @ rows - (half * (1.0 + WIDER)) @ np.abs(rows)
         return float(max(least.max(), 0.0))
 
-    def _bearing(self, low: Array, high: Array) -> list[float]:
-        """The least that open choices leave on the output bearing: tilting moment, axial and radial load."""
-        drives = [*self.others, *([self.joint] if len(self.work.added.wrench) else [])]
+    def _still(self, low: Array, high: Array, found: Array) -> None:
+        """Fill the least that open choices leave on the output bearing, and to be held still."""
+        drives = [*self.others, *([self.joint] if len(self.work.added.torque) else [])]
         middle = 0.5 * (low[drives] + high[drives]).ravel()
         half = 0.5 * (high[drives] - low[drives]).ravel()
         half = np.where(half > 0.0, half + WIDER * (half + np.abs(middle)), 0.0)
-        centre = self.heavy + np.tensordot(middle, self.heavy_rows, 1)
-        least = np.maximum(np.abs(centre) - np.tensordot(half, np.abs(self.heavy_rows), 1), 0.0)
-        return [float(series.max()) for series in _bearing_loads(least)]
+
+        def least(bare: Array, rows: Array) -> Array:
+            centre = bare + np.tensordot(middle, rows, 1)
+            return np.asarray(np.maximum(np.abs(centre) - np.tensordot(half, np.abs(rows), 1), 0.0))
+
+        if self.heavy.size:
+            found[:3] = [series.max() for series in _bearing_loads(least(self.heavy, self.heavy_rows))]
+        if self.held.size:
+            found[3] = least(self.held, self.held_rows).max()
 
     def bounded(
         self, pairs: Indices, base: Array, cost: Array, exact: Mask, *, until: float, energies: bool,
@@ -164,6 +183,7 @@ class JointOffer:
             bare.torque + amounts @ self.rows.torque,
             bare.wrench + np.tensordot(amounts, self.rows.wrench, 1) if bare.wrench.size else bare.wrench,
             bare.inertia + amounts @ self.rows.inertia if bare.inertia.size else bare.inertia,
+            bare.static + amounts @ self.rows.static if bare.static.size else bare.static,
         )
         few = self._few(load.torque, load.torque) if quick else None
         work = self.work._replace(load=load, few=None if few is None else self._at(load, few))
@@ -274,8 +294,7 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     loading = () if basis is None else basis.drives
     added = {k: added_by(work, joint, [k]) for k in loading}
     others = [k for k in loading if k != joint and any(row.any() for row in added[k])]
-    told = 0 if demand.load_inertia is None else len(cycle.time)
-    nothing = Added(np.zeros((0, len(cycle.time))), np.zeros((0, 6, 0)), np.zeros((0, told)))
+    nothing = nothing_added(load_of(replace(demand, wrench=None)))
     rows = nothing if basis is None else added_by(work, joint, others)
     own = nothing if basis is None else added_by(work, joint, [joint] if joint in basis.drives else [])
     offered = work_of(demand, own if demand.wrench is not None else own._replace(wrench=own.wrench[:, :, :0].copy()))
@@ -284,6 +303,10 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         at = np.unique([_peaks(series) for series in _bearing_loads(offered.load.wrench)])
         heavy = offered.load.wrench[:, at]
         heavy_rows = np.concatenate([rows.wrench[:, :, at], offered.added.wrench[:, :, at]])
+    held, held_rows = np.zeros(0), np.zeros((0, 0))
+    if demand.static_torque is not None:
+        at = _peaks(np.abs(demand.static_torque))
+        held, held_rows = offered.load.static[at], np.concatenate([rows.static[:, at], offered.added.static[:, at]])
     few, size = offered.few, 2 * STRETCHES
     assert few is not None
     nowhere = {name: np.zeros(size) for name in few.motion._fields[:-2]}
@@ -308,7 +331,9 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
         span_of(offered.motion, friction, own.torque, share),
     )  # fmt: skip
     given = study.joints[joint].drive is not None
-    return JointOffer(joint, demand, offered, tuple(others), rows, heavy, heavy_rows, few, records, given)
+    return JointOffer(
+        joint, demand, offered, tuple(others), rows, heavy, heavy_rows, held, held_rows, few, records, given
+    )
 
 
 def _bearing_loads(wrench: Array) -> tuple[Array, Array, Array]:

@@ -27,7 +27,7 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.search.bounds import BELOW
 from drivetrain.sizing.search.domains import Domain, Domains, Mask, with_domain
 from drivetrain.sizing.search.problem import ROUNDING, Problem
-from drivetrain.sizing.search.propagate import arm_use, supply_use
+from drivetrain.sizing.search.propagate import arm_use, supply_limited, supply_use
 from drivetrain.sizing.search.robust import OftenEnough
 from drivetrain.sizing.search.tree import Tell, halves
 from drivetrain.sizing.search.zones import Zones, reaching, survivors
@@ -252,7 +252,12 @@ class FrontTree:
             else:
                 offers[joint].interval(low, high)
                 _, used, energy, line = offers[joint].bounded(
-                    domain.pairs, problem.base, np.zeros(len(domain)), domain.exact, until=1.0 + ROUNDING, energies=True
+                    domain.pairs,
+                    problem.share,
+                    np.zeros(len(domain)),
+                    domain.exact,
+                    until=1.0 + ROUNDING,
+                    energies=True,
                 )
                 slope[joint] = problem.slopes(joint, line)
                 taken = float((slope[joint] * 0.5 * (low + high)).sum())
@@ -350,7 +355,10 @@ class FrontTree:
         self.counters["sets judged"] += 1
         if pairs in self.excluded or not all(one.satisfied(pairs) for one in self.problem.constraints):
             return
-        cost = np.append(cost[:3], max(cost[USED], supply_use(self.problem, pairs), arm_use(self.problem, pairs)))
+        if supply_limited(self.problem):
+            cost = np.append(cost[:3], max(cost[USED], supply_use(self.problem, self.problem.power(pairs))))
+        if cost[USED] <= 1.0:
+            cost = np.append(cost[:3], max(cost[USED], arm_use(self.problem, pairs)))
         if not cost[USED] <= 1.0 or self.zones.matched(self._point(cost)):
             return
         if self.often is not None and not self.often(pairs):

@@ -14,14 +14,13 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.search.candidates import Candidates
+from drivetrain.sizing.search.candidates import Candidates, Judged
 from drivetrain.sizing.search.common_parts import CommonParts, common_parts
 from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, Mask
 from drivetrain.study.mounting import mass_counts
 from drivetrain.study.selection import Wanted
 
-EQUAL = 5e-10  # of the objective: sets that differ by less are put in order by their reserve
-RANK, RANKS = 2e-5, 50  # of a utilisation: pairs that differ by less are put in order by the study, up to so many
+EQUAL = 1e-9  # of the objective, of the energy: sets that differ by less are equals
 ROUNDING = 1e-9  # of a utilisation: a bound that asks so little more rules nothing out
 AT_ONCE = 4096  # candidates judged at most at once
 REMEMBERED = 10**6  # verdicts
@@ -35,9 +34,8 @@ class Problem:
         candidates: Of the study.
         wanted: What is minimised and must be respected.
         share: What each pair adds to the objective whatever it does, (P,).
-        base: The same, and so little more that pairs of equal share come in the order of the study, (P,).
         energy: What one joule a cycle adds.
-        tie_break: What a whole utilisation adds: so little that it only puts sets of equal objective in order.
+        step, joules: Objectives, and energies [J], that round to the same multiple of it are equal.
         loads: Whether the drive of joint k changes what is asked of joint j, (j, k).
         known: Pairs by joint that may be chosen, cheapest first.
         unknown: Pairs by joint whose share of the objective is not known.
@@ -49,9 +47,9 @@ class Problem:
     candidates: Candidates
     wanted: Wanted
     share: Array
-    base: Array
     energy: float
-    tie_break: float
+    step: float
+    joules: float
     loads: Mask
     known: tuple[Indices, ...]
     unknown: tuple[Indices, ...]
@@ -64,17 +62,16 @@ class Problem:
         """How many joints there are."""
         return len(self.known)
 
-    @property
-    def tie_breaks(self) -> float:
-        """What puts equal sets in order adds less than this to their objective."""
-        return 1.1 * self.n * self.tie_break
+    def level(self, objective: float) -> int:
+        """The same number for all objectives that are equal."""
+        return math.floor(objective / self.step + 0.5)
 
     def domains(self) -> Domains:
         """All candidates, with nothing known of them."""
         return tuple(self._domain(pairs) for pairs in self.known)
 
     def _domain(self, pairs: Indices) -> Domain:
-        cost = np.full(len(pairs), UNPRICED) if self.energy else self.base[pairs]
+        cost = np.full(len(pairs), UNPRICED) if self.energy else self.share[pairs]
         return Domain(pairs, cost, np.zeros(len(pairs), dtype=np.bool_), float(cost.min(initial=np.inf)))
 
     def range_of(self, domain: Domain) -> tuple[Array, Array]:
@@ -102,7 +99,7 @@ class Problem:
         offer, cost = self.candidates.joints[joint], domain.cost.copy()
         offer.interval(low, high)
         count, used, _, _ = offer.bounded(
-            domain.pairs, self.base, cost, domain.exact, until=1.0 + ROUNDING, energies=self.energy != 0.0,
+            domain.pairs, self.share, cost, domain.exact, until=1.0 + ROUNDING, energies=self.energy != 0.0,
             weight=self.energy, room=limit, full=full,
         )  # fmt: skip
         return (used <= 1.0 + ROUNDING) & (cost < limit), cost, count
@@ -130,12 +127,17 @@ class Problem:
         new = np.array([pair for pair in pairs.tolist() if pair not in known], dtype=np.int64)
         for some in np.array_split(new, range(AT_ONCE, len(new), AT_ONCE)) if len(new) else ():
             found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given)
-            feasible = (found.used <= 1.0) & (offer.given | (found.lacking < 0))
-            energy = np.nan_to_num(found.cases["figures"]["energy"])
-            figures = np.column_stack([np.where(feasible, found.used, math.inf), energy])
+            figures = np.column_stack(_used_and_energy(found, offer.given))
             known.update(zip(some.tolist(), figures.tolist(), strict=True))
         used, energy = np.array([known[pair] for pair in pairs.tolist()]).reshape(-1, 2).T
         return used, energy
+
+    def with_power(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array, Array]:
+        """The same with their electrical power, and the least [W], (K, 2, N)."""
+        offer, power = self.candidates.joints[joint], np.zeros((len(pairs), 2, len(self.candidates.study.cycle.time)))
+        quick = not offer.given and len(pairs) > 1
+        found = self.candidates.judge(joint, pairs, numbers, until=1.0, quick=quick, power=power)
+        return *_used_and_energy(found, offer.given), power
 
     def power(self, pairs: Sequence[int]) -> Array:
         """Electrical power of all drives of a set that is feasible at every joint, and the least [W], (2, N)."""
@@ -153,6 +155,12 @@ class Problem:
         """Keys of (motor, gear) by joint name."""
         joints = self.candidates.study.joints
         return {joints[joint].name: self.candidates.keys(pair) for joint, pair in sorted(pairs.items())}
+
+
+def _used_and_energy(found: Judged, given: bool) -> tuple[Array, Array]:
+    """Of candidates judged: utilisation, infinite where one is not feasible, and energy a cycle [J]."""
+    feasible = (found.used <= 1.0) & (given | (found.lacking < 0))
+    return np.where(feasible, found.used, math.inf), np.nan_to_num(found.cases["figures"]["energy"])
 
 
 @kernel
@@ -179,12 +187,14 @@ def problem(offered: Candidates, wanted: Wanted) -> Problem:
         pairs = pairs[~lacking[pairs]]
         known.append(pairs[np.argsort(share[pairs], kind="stable")])
     energy = weight_of(wanted, "energy")
-    tie_break = _tie_break(offered, share, energy, known)
+    works = [offer.work for offer in offered.joints]
+    work = math.fsum(float(np.abs(one.load.torque * one.motion.speed * one.motion.weight).sum()) for one in works)
+    size = math.fsum(float(share[pairs[0]]) for pairs in known if len(pairs)) + energy * work
     loads = np.zeros((len(known), len(known)), dtype=np.bool_)
     for joint, offer in enumerate(offered.joints):
         loads[joint, list(offer.others)] = True
     return Problem(
-        offered, wanted, share, _in_order(share, tie_break, known), energy, tie_break, loads, tuple(known),
+        offered, wanted, share, energy, EQUAL * (abs(size) or 1.0), EQUAL * (work or 1.0), loads, tuple(known),
         tuple(unknown), _reach(offered), common_parts(offered, wanted),
     )  # fmt: skip
 
@@ -202,28 +212,6 @@ def _shares(offered: Candidates, wanted: Wanted) -> tuple[Array, Mask]:
             pairs = slice(offered.first[joint], offered.first[joint + 1])
             lacking[pairs] |= np.isnan(offered.mass[pairs])
     return share, lacking
-
-
-def _tie_break(offered: Candidates, share: Array, energy: float, known: list[Indices]) -> float:
-    """What a whole utilisation counts: so little that all joints together count less than EQUAL of the objective."""
-    size = math.fsum(float(share[pairs[0]]) for pairs in known if len(pairs))
-    if energy:
-        works = (offer.work for offer in offered.joints)
-        size += energy * math.fsum(
-            float(np.abs(one.load.torque * one.motion.speed * one.motion.weight).sum()) for one in works
-        )
-    return EQUAL * (abs(size) or 1.0) / max(len(known), 1)
-
-
-def _in_order(share: Array, tie_break: float, known: list[Indices]) -> Array:
-    """Shares with still less added, by which pairs of equal share come in the order of the study."""
-    base = share.copy()
-    for joint, pairs in enumerate(known):
-        new = np.append(True, np.diff(share[pairs]) > tie_break)
-        place = np.arange(len(pairs))
-        rank = np.minimum(place - np.maximum.accumulate(np.where(new, place, 0)), RANKS)
-        base[pairs] += RANK * tie_break * rank * (1.0 + 0.5 * (len(known) - joint) / len(known))
-    return base
 
 
 def _reach(offered: Candidates) -> Array:

@@ -141,7 +141,7 @@ class Propagation:
             pair = domain.pairs[best]
             used, energy = problem.judged(joint, domain.pairs[best : best + 1], self.ranges.low)
             self.counters["candidates judged"] += 1
-            cost[best], exact[best] = problem.base[pair] + problem.tie_break * used[0], True
+            cost[best], exact[best] = problem.share[pair], True
             if problem.energy:
                 cost[best] += problem.energy * energy[0]
             if used[0] == math.inf:
@@ -164,16 +164,14 @@ class Propagation:
 
 
 def supply_limited(problem: Problem) -> bool:
-    """Whether the study limits the supply, and every power is known."""
+    """Whether the supply has a limit that sets can be held against."""
     supply = problem.candidates.study.supply
     return problem.candidates.power_known and any(getattr(supply, row.limit) is not None for row in SUPPLY_CHECKS)
 
 
-def supply_use(problem: Problem, pairs: Sequence[int]) -> float:
-    """The largest utilisation of the supply by a set that is feasible at every joint; 0 where nothing limits it."""
-    if not supply_limited(problem):
-        return 0.0
-    return _largest(supply_checks(problem.candidates.study, problem.power(pairs)))
+def supply_use(problem: Problem, power: Array) -> float:
+    """The largest utilisation of a limited supply by the power of all drives together, and the least [W], (2, N)."""
+    return _largest(supply_checks(problem.candidates.study, power))
 
 
 def arm_use(problem: Problem, pairs: Sequence[int]) -> float:

@@ -277,7 +277,7 @@ def _searched(base: Nominal, wanted: float, confidence: float, seed: int, most: 
         tree.run(0.0, lambda done, total, text: None)  # one step at a time
     chosen = often.trials[tree.best[0].pairs] if tree.best else None
     trials = tuple(sorted(often.trials.values(), key=lambda one: (one.drives.objective, one is chosen)))
-    bound = math.inf if tree.finished else tree.bound - what.tie_breaks
+    bound = math.inf if tree.finished else tree.bound
     if chosen is not None and tree.finished:
         bound = chosen.drives.objective
     return RobustSelection(wanted, confidence, chosen, trials, tree.finished and chosen is None, often.passed, bound)

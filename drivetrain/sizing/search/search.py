@@ -63,9 +63,9 @@ def select(
 
     Returns:
         The drives, their evaluation, the next best sets, the bound below which no set can be, every candidate that
-        fell beside the drives; when nothing fits the nearest set and what would mend it. Sets whose objectives differ
-        by less than 1e-9 of it are equals: they come in the order of the sum of their joints' largest utilisations,
-        least first, and where that is the same to 1e-3 a joint, in the order of the study's candidates. Nothing else
+        fell beside the drives; when nothing fits the nearest set and what would mend it. Sets whose objectives are
+        equal to 1e-9 come in the order of their energy a cycle, those of equal energy in that of their largest
+        utilisation; the proof is one of this order, and up to 1000 equals of the best set are counted. Nothing else
         orders them: neither how often a search was stopped, nor the machine.
 
     Raises:
@@ -138,14 +138,9 @@ def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
     return Selection(
         study, told[0].drives, best.evaluation, best.objective, _proof(tree),
         Rejected(tree.problem, chosen), alternatives(tree.problem, chosen), missing_words(best.evaluation),
-        dict(tree.counters), told, _bound(tree, best), None if tree.finished else tree,
-        notes=tuple(f"{told}; the objective is that of the rest" for told in uncounted(best.evaluation)),
+        dict(tree.counters), told, min(tree.bound, best.objective), None if tree.finished else tree,
+        tuple(f"{told}; the objective is that of the rest" for told in uncounted(best.evaluation)), *tree.equals,
     )  # fmt: skip
-
-
-def _bound(tree: Tree, best: _Set) -> float:
-    """What no set undercuts, the tie-breaks that put equals in order taken off."""
-    return best.objective if tree.finished else min(tree.bound - tree.problem.tie_breaks, best.objective)
 
 
 def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
@@ -180,8 +175,10 @@ def _impossible(problem: Problem) -> tuple[str, ...]:
 def _proof(tree: Tree) -> str:
     """Whether the best set is proven to be, or how far from it the bound is."""
     best, bound = tree.best[0].objective, tree.bound
-    if tree.finished or best <= bound + ROUNDING * abs(bound):
+    if tree.finished:
         return OPTIMAL
+    if best <= bound + ROUNDING * abs(bound):
+        return f"{OPTIMAL}; whether an equal set takes less energy is not proven: the search was stopped"
     told = f"lower bound {bound:.3g}{UNITS.get(tree.problem.wanted.objective, '')}"
     if not 0.0 < bound < math.inf:
         return f"not proven: {told}"

@@ -14,7 +14,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -22,12 +22,15 @@ import numpy as np
 from drivetrain.sizing.search.common_parts import CommonParts
 from drivetrain.sizing.search.domains import Domains, Indices, cheapest_pairs, with_domain, without_cheapest
 from drivetrain.sizing.search.problem import Problem
-from drivetrain.sizing.search.propagate import Propagation, Ranges, arm_use, supply_may_be_feasible, supply_use
+from drivetrain.sizing.search.propagate import Propagation, Ranges, supply_may_be_feasible
+from drivetrain.sizing.search.whole_sets import Found, Pairs, can_be_judged, feasible_sets, least_joules
 
 TELL_EVERY = 50  # nodes
 MISSES = 20  # dead ends on the way to the first sets
 SMALL, EVERY = 16, 10**9  # candidates of a joint: so few are all tested again at every node, at the first node all
 DESCEND = 3  # every third node of smallest bound is followed down to a set or a dead end
+FEW = 1024  # sets of a node that are equals, judged one by one
+COUNTED = 1000  # equals of the best set; of more nobody is told how many
 COARSE = 0.05  # of what a node can still gain: open loads that matter less are decided one by one
 
 
@@ -40,7 +43,6 @@ class OftenEnough(Protocol):
 
 
 Tell = Callable[[int, int, str], None]
-Pairs = tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,26 +53,18 @@ class Node:
         bound: No feasible set in it has a smaller objective.
         domains: The candidates left.
         ranges: Of their numbers.
+        whole: Whether its cheapest candidates are a feasible set.
     """
 
     bound: float
     domains: Domains
     ranges: Ranges
+    whole: bool = False
 
-
-@dataclass(frozen=True, order=True)
-class Found:
-    """One feasible set.
-
-    Attributes:
-        objective: Of the set, with the tie-breaks that put equals in order.
-        pairs: One a joint.
-        costs: What each adds to it.
-    """
-
-    objective: float
-    pairs: Pairs
-    costs: tuple[float, ...] = field(default=(), compare=False)
+    @property
+    def sets(self) -> int:
+        """How many sets it has."""
+        return math.prod(len(domain) for domain in self.domains)
 
 
 @dataclass
@@ -89,6 +83,8 @@ class Tree:
         suspects: Pairs that were judged infeasible although the bounds let them pass.
         often: Says whether a set is feasible often enough; None where that is not asked.
         counters: Work done.
+        counted: Feasible sets by the level of their objective, of the nodes that were looked at.
+        uncounted: Levels of which a node was left, as none of its sets comes before the best.
     """
 
     problem: Problem
@@ -102,20 +98,34 @@ class Tree:
     suspects: set[int] = field(default_factory=set)
     often: OftenEnough | None = None
     counters: Counter[str] = field(default_factory=Counter)
+    counted: Counter[int] = field(default_factory=Counter)
+    uncounted: set[int] = field(default_factory=set)
 
     def copied(self) -> Tree:
         """The same search, to go on without touching this one."""
         other = copy.copy(self)
         other.best, other.open, other.counters = list(self.best), list(self.open), Counter(self.counters)
+        other.counted, other.uncounted = Counter(self.counted), set(self.uncounted)
         return other
 
     @property
+    def last(self) -> Found | None:
+        """The last of the sets wanted; None while there are fewer."""
+        return self.best[-1] if len(self.best) >= self.problem.wanted.sets else None
+
+    @property
     def limit(self) -> float:
-        """Sets that cost as much or more are of no interest."""
-        if len(self.best) < self.problem.wanted.sets:
-            return math.inf
-        last = self.best[-1].objective
-        return last - 2e-15 * abs(last)  # what is equal but for rounding is no better
+        """Sets that cost as much or more are of no interest; those that are equal to the last one are."""
+        return math.inf if self.last is None else (self.last.level + 0.5) * self.problem.step
+
+    @property
+    def equals(self) -> tuple[int, bool]:
+        """How many feasible sets share the best objective, and whether that is all of them or at least so many."""
+        if not self.best:
+            return 0, self.finished
+        level = self.best[0].level
+        known = sum(found.level == level for found in self.best)
+        return max(self.counted[level], known), self.finished and level not in self.uncounted
 
     @property
     def finished(self) -> bool:
@@ -145,7 +155,13 @@ class Tree:
             node = self._next()
             if self.counters["nodes"] % TELL_EVERY == 0:
                 self._tell(tell)
-            parts = [found for part in self._branches(node) if (found := self.narrowed(part, SMALL, node)) is not None]
+            if node.whole:
+                self.counted[self.problem.level(node.bound)] += 1
+            parts = (
+                []
+                if self._settled_equals(node)
+                else [found for part in self._branches(node) if (found := self.narrowed(part, SMALL, node)) is not None]
+            )
             if parts and self.counters["descents"] % DESCEND == 0:
                 self.following = parts[0] if self.fine else min(parts, key=lambda one: one.bound)
             for part in parts:
@@ -204,7 +220,7 @@ class Tree:
             return None
         node = Node(bound, left, ranges)
         if all(domain.settled for domain in left) and not self._open_loads(node).size:
-            self._offer(node)
+            node = replace(node, whole=self._offer_cheapest(node))
         often = left if self.often is None else self.often.without_failing(left, ranges)
         return node if often is left else self.narrowed(often, full, node)
 
@@ -217,24 +233,43 @@ class Tree:
         """Joints whose drives load others and are not decided."""
         return np.flatnonzero(self.problem.loads.any(axis=0) & ~node.ranges.decided)
 
-    def _offer(self, node: Node) -> None:
-        """Keep the cheapest set of a node whose loads are decided, if it is among the best."""
-        pairs = cheapest_pairs(node.domains)
-        known = pairs in self.excluded or any(found.pairs == pairs for found in self.best)
-        if known or self._violated(node.domains) is not None:
-            return
-        if supply_use(self.problem, pairs) > 1.0:
-            self.supply_binds = True
-            return
-        if arm_use(self.problem, pairs) > 1.0:
-            return
-        if self.often is not None and not self.often(pairs):
-            self.excluded |= {pairs}
-            return
+    def _offer_cheapest(self, node: Node) -> bool:
+        """Keep the cheapest set of a node whose loads are decided, if it is among the best; whether it is feasible."""
+        cheapest = [domain.kept(np.arange(len(domain)) == domain.cheapest) for domain in node.domains]
+        if cheapest_pairs(cheapest) in self.excluded or self._violated(node.domains) is not None:
+            return False
+        found = next(feasible_sets(self.problem, tuple(cheapest), node.ranges, math.inf), None)
+        self.supply_binds |= found is None
+        return found is not None and self._offer(found)
+
+    def _offer(self, found: Found) -> bool:
+        """Keep a feasible set if it is among the best; whether it may be one."""
+        if found.pairs in self.excluded:
+            return False
+        if (self.last is not None and found >= self.last) or found.pairs in {one.pairs for one in self.best}:
+            return True
+        if self.often is not None and not self.often(found.pairs):
+            self.excluded |= {found.pairs}
+            return False
         self.counters["sets that fit"] += 1
-        costs = tuple(float(domain.cost.min()) for domain in node.domains)
-        found = Found(sum(costs), pairs, costs)
         self.best = sorted([*self.best, found])[: self.problem.wanted.sets]
+        return True
+
+    def _settled_equals(self, node: Node) -> bool:
+        """Whether a node is done with: all of its sets are equals of the last one wanted, and few, or come after it."""
+        problem, last = self.problem, self.last
+        if last is None or node.bound < (last.level - 0.5) * problem.step:
+            return False
+        counting = self.often is None and last.level == self.best[0].level and self.counted[last.level] < COUNTED
+        if not counting and least_joules(problem, node.domains, node.ranges) > last.joules:
+            self.uncounted.add(last.level)
+            return True
+        if node.sets > FEW or not can_be_judged(problem, node.ranges.decided):
+            return False
+        found = sorted(feasible_sets(problem, node.domains, node.ranges, self.limit))
+        self.counters["equal sets judged"] += len(found)
+        self.counted[last.level] += sum([self._offer(one) for one in found]) - node.whole
+        return True
 
     def _dive(self, node: Node | None) -> None:
         """Go for feasible sets: the cheapest candidate from the tip to the base."""

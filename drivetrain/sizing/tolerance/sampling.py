@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
-from drivetrain.sizing.demand.demand import Workload, workload
+from drivetrain.sizing.demand.demand import Workload, at_rest, workload
 from drivetrain.sizing.demand.load_basis import load_basis
 from drivetrain.sizing.demand.series import Added, Load, Work, new_traces, work_of
 from drivetrain.sizing.judge.cases import cases_of
@@ -104,21 +104,29 @@ def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
 def _payload_rows(study: Study, work: Workload) -> Iterator[Added]:
     """What the whole of each payload asks of each joint; nothing where payloads are known exactly."""
     bodies = [body for body in study.payloads if body.mass > 0.0 and "payload" in study.tolerances.given]
-    without = {body.name: load_basis(changed(study, TaskChange(payload=0.0, payloads=(body.name,)))) for body in bodies}
+    bare = {body.name: changed(study, TaskChange(payload=0.0, payloads=(body.name,))) for body in bodies}
+    without = {name: load_basis(one) for name, one in bare.items()}
+    still = {name: load_basis(at_rest(one)) for name, one in bare.items() if work.resting}
     samples, rows = len(study.cycle.time), len(study.payloads) if without and work.basis else 0
     for joint, task in enumerate(study.joints):
         if not rows:
-            yield Added(np.zeros((0, samples)), np.zeros((0, 6, 0)), np.zeros((0, 0)))
+            yield Added(np.zeros((0, samples)), np.zeros((0, 6, 0)), np.zeros((0, 0)), np.zeros((0, 0)))
             continue
         full, travel = work.basis[joint], task.travel_per_turn or 1.0
         told = not (full.slides or task.coupled)
-        added = Added(np.zeros((rows, samples)), np.zeros((rows, 6, samples if told else 0)), np.zeros((rows, samples)))
+        added = Added(
+            np.zeros((rows, samples)), np.zeros((rows, 6, samples if told else 0)), np.zeros((rows, samples)),
+            np.zeros((rows, samples if task.brakes else 0)),
+        )  # fmt: skip
         for row, body in enumerate(study.payloads):
             if body.name not in without:
                 continue
             empty = without[body.name][joint].bare
             added.torque[row] = travel * (full.bare.force - empty.force)
             added.inertia[row] = travel**2 * (full.bare.inertia - empty.inertia)
+            if task.brakes:
+                full_still, empty_still = work.resting[joint].bare, still[body.name][joint].bare
+                added.static[row] = travel * (full_still.force - empty_still.force)
             if told:
                 added.wrench[row] = (full.bare.wrench - empty.wrench).T
         yield added

@@ -1,0 +1,68 @@
+"""Arguments of the wrong kind anywhere in the public face end in an InputError that names them."""
+
+from __future__ import annotations
+
+import inspect
+import pickle
+from enum import Enum
+from typing import Any
+
+import pytest
+
+import drivetrain as dt
+
+CALLABLE = [
+    name for name in dt.__all__
+    if callable(getattr(dt, name)) and name not in ("Effect", "Recording")  # abstract; made by simulate
+    and not (isinstance(getattr(dt, name), type) and issubclass(getattr(dt, name), (Exception, Enum)))
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("value", [None, "x", object(), 1.5, [], {}], ids=repr)
+@pytest.mark.filterwarnings("ignore")
+def test_every_public_callable_takes_or_refuses_any_value(value: Any) -> None:
+    strange = []
+    for name in CALLABLE:
+        called = getattr(dt, name)
+        needed = [one for one in inspect.signature(called).parameters.values() if one.default is one.empty]
+        args = [value for one in needed if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
+        named = {one.name: value for one in needed if one.kind is one.KEYWORD_ONLY}
+        try:
+            called(*args, **named)
+        except dt.InputError:
+            pass
+        except Exception as error:
+            strange.append(f"{name}: {error!r}")
+    assert not strange, "\n".join(strange)
+
+
+@pytest.mark.parametrize("name", [name for name in CALLABLE if not isinstance(getattr(dt, name), type)])
+def test_an_unknown_keyword_is_named(name: str) -> None:
+    called = getattr(dt, name)
+    if any(one.kind is one.VAR_KEYWORD for one in inspect.signature(called).parameters.values()):
+        return
+    with pytest.raises(dt.InputError, match="quark"):
+        called(quark=1)
+
+
+def test_the_message_names_the_argument_and_what_it_may_be() -> None:
+    with pytest.raises(dt.InputError, match=r"inverse_dynamics\(arm=\): must be of kind Arm \(found 'str'\)"):
+        dt.inverse_dynamics("ur5", [0.0], [0.0], [0.0])  # type: ignore[arg-type]
+    with pytest.raises(dt.InputError, match="did you mean 'tip'"):
+        dt.load_arm("ur5", tipp="x")  # type: ignore[call-arg]
+    with pytest.raises(dt.InputError, match="missing a required argument: 'source'"):
+        dt.load_arm()  # type: ignore[call-arg]
+
+
+def test_faults_of_the_program_stay_what_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise TypeError("ours")
+
+    monkeypatch.setattr("drivetrain.study.read.read_document", broken)
+    with pytest.raises(TypeError, match="ours"):
+        dt.load_study("some.yaml")
+
+
+def test_public_functions_are_found_by_other_processes() -> None:
+    assert pickle.loads(pickle.dumps(dt.evaluate)) is dt.evaluate
+    assert inspect.signature(dt.evaluate) == inspect.signature(dt.evaluate.__wrapped__)  # type: ignore[attr-defined]
