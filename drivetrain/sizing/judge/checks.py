@@ -219,11 +219,6 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "the resistor burns",
     ),
     Requirement(
-        "arm first resonance", "Hz", "resonance", "first_resonance", ARM, essential=True,
-        formula="lowest root of det(K - w^2 M) over the cycle: M with rotors riding along, held still by their motors; "
-        "K: K1 of every gear less the scatter",
-    ),
-    Requirement(
         "arm tip deviation", "m", "deviation", "tip_deviation", ARM, essential=True,
         formula="largest |sum J phi(T)| over the cycle: what the gears' wind-up, with K1 to K3 less the scatter, does "
         "to the tip",
@@ -231,6 +226,11 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "arm lost motion", "m", "play", "lost_motion", ARM, essential=True,
         formula="largest |sum +-J b| over the cycle and all signs, b the whole backlash of every gear",
+    ),
+    Requirement(
+        "arm first resonance", "Hz", "resonance", "first_resonance", ARM, essential=True,
+        formula="lowest root of det(K - w^2 M) over the cycle: M with rotors riding along, held still by their motors; "
+        "K: K1 of every gear less the scatter",
     ),
 )  # fmt: skip
 """In the order in which they are told."""

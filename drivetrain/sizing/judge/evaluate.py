@@ -205,7 +205,8 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
     told = supply_checks(study, power, unknown=", ".join(lacking))
     found = tuple(placed(study.cycle, check) for check in told)
-    found += tuple(placed(study.cycle, check) for check in arm_checks(study, results))
+    torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}
+    found += tuple(placed(study.cycle, check) for check in arm_checks(study, drives, torque))
     unknown = massless(study, results)
     if unknown:
         remark = f"unknown at {', '.join(unknown)}: the joints before are judged too lightly"

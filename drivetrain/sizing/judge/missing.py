@@ -89,7 +89,7 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     for name, joint in evaluation.joints.items():
         found += _of_checks(study, tasks[name], joint)
         for column in dict.fromkeys(SPRINGS[check.name] for check in shared if check.name in SPRINGS):
-            if name in lacking_joints(evaluation.joints, column):
+            if lacking_joints({name: joint.drive}, column):
                 asked = tuple(check.name for check in shared if SPRINGS.get(check.name) == column)
                 found.append(_gap(study, joint, joint.drive.gear, (column,), asked))
         if name in unweighed:
@@ -97,9 +97,9 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     return tuple(found)
 
 
-def lacking_joints(joints: Mapping[str, JointResult], field: str) -> tuple[str, ...]:
+def lacking_joints(drives: Mapping[str, Drive], field: str) -> tuple[str, ...]:
     """Joints whose gear does not print a number; a direct drive has nothing to print."""
-    return tuple(name for name, one in joints.items() if one.gear and getattr(one.drive.gear, field) is None)
+    return tuple(name for name, one in drives.items() if one.gear.key and getattr(one.gear, field) is None)
 
 
 def torque_lacks(drive: Drive) -> str:

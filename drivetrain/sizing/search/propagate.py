@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,12 +26,12 @@ from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
+from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.stiffness import arm_checks, unsprung
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
 from drivetrain.sizing.search.problem import Problem
-from drivetrain.study.verdicts import Check
 
 PASSES = 8
 FEW, SOME = 24, 256  # candidates of a joint whose losses are counted one by one, and where the most is wanted too
@@ -171,7 +171,8 @@ def supply_limited(problem: Problem) -> bool:
 
 def supply_use(problem: Problem, power: Array) -> float:
     """The largest utilisation of a limited supply by the power of all drives together, and the least [W], (2, N)."""
-    return _largest(supply_checks(problem.candidates.study, power))
+    checks = supply_checks(problem.candidates.study, power)
+    return max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
 
 
 def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
@@ -179,17 +180,21 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
 
     Infinite where a check lacks a number of a drive that the study does not give: such a drive is not chosen.
     """
-    study = problem.candidates.study
+    study, work = problem.candidates.study, problem.candidates.work
     if not study.stiffness.asked:
         return 0.0
-    joints = problem.evaluation(pairs).joints
-    if unsprung(study, {task.name: joints[task.name] for task in study.joints if task.drive is None}):
+    shelf, keys = Shelf(study), problem.keys(dict(enumerate(pairs)))
+    mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
+    drives = {task.name: mounted[i] for i, task in enumerate(study.joints)}
+    if unsprung(study, {task.name: drives[task.name] for task in study.joints if task.drive is None}):
         return math.inf
-    return _largest(arm_checks(study, joints))
-
-
-def _largest(checks: Iterable[Check]) -> float:
-    return max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
+    torque = np.column_stack([work.at(i, mounted).demand(drive).load_torque for i, drive in mounted.items()])
+    used = 0.0
+    for check in arm_checks(study, drives, torque):
+        used = max(used, check.utilisation or 0.0)
+        if used > 1.0:  # the rest costs much and changes nothing
+            break
+    return used
 
 
 def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: Ranges) -> bool:
