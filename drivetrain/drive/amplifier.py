@@ -48,6 +48,7 @@ class Amplifier:
         modulation: Largest share of the supply voltage that reaches the motor terminals.
         standby_power: That it takes whatever the motor does [W].
         on_resistance: Of one of its switches, hot; the loss of switching is not counted [ohm].
+        current_basis: The ampere in which the user thinks; currents are told in it beside.
     """
 
     peak_current: Current | None = None
@@ -55,6 +56,7 @@ class Amplifier:
     modulation: Efficiency = 0.95
     standby_power: Power | None = None
     on_resistance: Resistance | None = None
+    current_basis: str = "dc"
 
     def __post_init__(self) -> None:
         ranges = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
@@ -87,10 +88,12 @@ def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledge
     return Amplifier(**{**study, **own})
 
 
-def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, float]:
+def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, Any]:
     """What an entry states, currents in DC-equivalent ampere."""
     plain = ("modulation", "standby_power", "on_resistance")
-    found = {name: value for name in plain if (value := getattr(form, name)) is not None}
+    found: dict[str, Any] = {name: value for name in plain if (value := getattr(form, name)) is not None}
+    if basis is not None:
+        found["current_basis"] = str(basis)
     for name in ("peak_current", "continuous_current"):
         current = getattr(form, name)
         if current is not None and basis is None:

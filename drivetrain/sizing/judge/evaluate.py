@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -167,7 +168,12 @@ def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, key
 def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult:
     """One joint's drive with every check and its series."""
     checks = tuple(placed(op.demand.cycle, check) for check in checks_of(op))
-    return JointResult(name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)))
+    loss, housing = op.number("figures.gear_loss"), op.number("figures.housing_temperature")
+    return JointResult(
+        name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)),
+        gear_loss=None if op.direct or math.isnan(loss) else loss,
+        housing_temperature=housing if math.isfinite(housing) else None,
+    )  # fmt: skip
 
 
 def _remarks(op: Operation) -> list[str]:
