@@ -90,7 +90,8 @@ def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledge
 
 def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, Any]:
     """What an entry states, currents in DC-equivalent ampere."""
-    found: dict[str, Any] = {} if form.modulation is None else {"modulation": form.modulation}
+    plain = ("modulation", "standby_power", "on_resistance")
+    found: dict[str, Any] = {name: value for name in plain if (value := getattr(form, name)) is not None}
     if basis is not None:
         found["current_basis"] = str(basis)
     for name in ("peak_current", "continuous_current"):

@@ -82,6 +82,7 @@ safety:
 stop: # of all joints at once, from any state of the cycle; without a ramp the motors brake with their peak current
   ramp: 0.5 s
   # stops_per_day: 10 # with service_life: 87600 h, how many momentary peaks the gears must bear
+# stiffness: {{first_resonance: 8 Hz, tip_deviation: 0.5 mm}} # of the arm on its gears' springs; lost_motion likewise
 objective: mass # or price, energy, or a mix by the kg, the unit of price, the J a cycle: {{mass: 1, energy: 0.001}}
 # selection: # what the chosen set must respect, and how far the search goes
 #   sets: 5 # how many of the best sets are wanted

@@ -105,7 +105,7 @@ class Traces(NamedTuple):
         friction_loss: Power lost at the motor's shaft and in a brake's coil [W].
         mesh_loss, drag_loss: In mesh and seals, and of the drag as at 20 C [W].
         stop: Torque at the gear's output where a stop at a current limit begins [N m].
-        power: Electrical, where nobody asks for it [W].
+        power: Electrical, and the least, where nobody asks for them [W], (2, N).
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
     """
@@ -174,7 +174,8 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, drag, starting, friction, gear, turning, stop, power = np.zeros((11, samples))
+    load, joint, loss, shaft, drag, starting, friction, gear, turning, stop = np.zeros((10, samples))
+    power = np.zeros((2, samples))
     return Traces(
         load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, friction, gear, turning, stop, power,
         new_losses(samples), new_parts(parts),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -44,6 +45,8 @@ class Setting:
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.
         brake: 1 where a brake must hold the joint, else 0.
+        resonance: Lowest natural frequency that the arm must have [rad/s]; 0: none is wished.
+        stiffness_share: Of a gear's printed stiffness that counts.
     """
 
     ambient: float = 0.0
@@ -67,6 +70,8 @@ class Setting:
     cold_start: float | None = None
     cold: float = 0.0
     brake: float = 0.0
+    resonance: float = 0.0
+    stiffness_share: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -79,6 +84,7 @@ class Limits:
         peak_current: The smaller of the motor's and the amplifier's [A].
         continuous_current: Of the motor in this air and mounting [A].
         winding_temperature: [C].
+        stiffness: Of the gear at small torque, as soft as it may be built [N m/rad].
     """
 
     repeated_peak_torque: float = UNKNOWN
@@ -87,6 +93,7 @@ class Limits:
     peak_current: float = UNKNOWN
     continuous_current: float = UNKNOWN
     winding_temperature: float = UNKNOWN
+    stiffness: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -109,6 +116,7 @@ class Figures:
         bearing_static_load: That stands for the largest of each [N].
         bearing_life: L10 of the output bearing [s].
         inertia_ratio: Load over rotor, at its largest.
+        wanted_stiffness: Of the gear; with less the arm swings slower than wished, whatever its other gears [N m/rad].
         motor_torque: Largest electromagnetic, starting from rest included [N m].
         rms_torque: [N m].
         magnet_temperature, winding_temperature: Mean of the magnets, largest of the winding [C].
@@ -144,6 +152,7 @@ class Figures:
     bearing_static_load: float = UNKNOWN
     bearing_life: float = UNKNOWN
     inertia_ratio: float = UNKNOWN
+    wanted_stiffness: float = UNKNOWN
     motor_torque: float = UNKNOWN
     rms_torque: float = UNKNOWN
     magnet_temperature: float = UNKNOWN
@@ -209,7 +218,8 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         duration if duration > 0.0 else 1.0, stop_current(task), stop.ramp, stop.rise, float(stop.ramp is not None),
         float(stop.jam), stops, float(stops is not None), float(study.drag_temperature(study.ambient)),
         float(study.gear_temperature is None), task.gear_heat, study.cold_start, float(study.cold_start is not None),
-        float(bool(task.brakes)),
+        float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
+        1.0 - study.stiffness.scatter,
     )  # fmt: skip
 
 

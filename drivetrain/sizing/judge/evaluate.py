@@ -16,6 +16,7 @@ from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
+from drivetrain.sizing.judge.stiffness import arm_checks
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import Study
@@ -202,15 +203,16 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     """The checks of all joints together.
 
     Returns:
-        The supply's power [W]; and, where an unknown mass leaves joints too lightly loaded, that it was not checked.
+        The supply's; what the study wishes of the arm's stiffness; and, where an unknown mass leaves joints too lightly
+        loaded, that it was not checked.
     """
     lacking = [name for name, result in results.items() if not result.torque_known]
-    found = supply_checks(
-        study.supply, study.cycle.time, study.cycle.weights,
-        {name: result.series.electrical_power for name, result in results.items()},
-        reserve=study.safety.reserve, unknown=", ".join(lacking),
-    )  # fmt: skip
-    found = tuple(placed(study.cycle, check) for check in found)
+    every = [result.series for result in results.values()]
+    power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
+    told = supply_checks(study, power, unknown=", ".join(lacking))
+    found = tuple(placed(study.cycle, check) for check in told)
+    torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}
+    found += tuple(placed(study.cycle, check) for check in arm_checks(study, drives, torque))
     unknown = massless(study, results)
     if unknown:
         remark = f"unknown at {', '.join(unknown)}: the joints before are judged too lightly"

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import conduction_loss
 from drivetrain.drive.brake import holding_torque
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
@@ -97,7 +98,8 @@ class Span(NamedTuple):
         excess: Memory: of falling friction at the shaft [N m], (N,).
         drag: Memory: of the gear, at its input [N m], (N,).
         still: Least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the
-            worst position still, and in stops on a ramp [N m]; NaN: nobody knows, (5,).
+            worst position still [N m], least of the largest inertia [kg m^2], and torque in stops on a ramp [N m]; NaN:
+            nobody knows, (6,).
         brake: Stops at the current limit.
     """
 
@@ -159,7 +161,7 @@ class Offer(NamedTuple):
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array, brake: Brake) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((9, len(share))), np.full(5, np.nan), brake)
+    memory: Any = (*np.zeros((9, len(share))), np.full(6, np.nan), brake)
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -311,8 +313,8 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
     stop = least_hard_stop(case, span.brake, amounts)
     figures.momentary_torque, figures.stop_motor_torque = larger(found.load, stop.load), stop.torque
     if not peaks:
-        if known(span.still[4]):
-            figures.momentary_torque = larger(figures.momentary_torque, span.still[4])
+        if known(span.still[5]):
+            figures.momentary_torque = larger(figures.momentary_torque, span.still[5])
         figures.average_load_torque = least_average(case, span)
         figures.gear_life = life_of(gear, figures.average_load_torque, figures.mean_input_speed)
         # About its centre, on the worse side, the moment is no less than about the joint's point, nor than the radial
@@ -320,6 +322,7 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
         arm, radial = bearing_arm(gear), span.still[2]
         figures.tilting_moment = larger(span.still[0], known_or(arm, 0.0) * radial) + 0.0 * (arm + radial)
         figures.axial_load, figures.radial_load = span.still[1], span.still[2]
+        figures.wanted_stiffness = setting.resonance * setting.resonance * span.still[4]
         figures.bearing_static_load = static_load(
             gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
         )
@@ -680,7 +683,8 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
         certain = certain_loss(motor, ambient, coolest, heated)
         hottest = larger(limit - case.safety.temperature_margin, ambient) if heated else known_or(limit, ambient)
         weakest = torque_constant(motor, hottest if heated and motor.magnet_coefficient < 0.0 else ambient)
-        loss = winding_resistance(motor, hottest) / (weakest * weakest)
+        switches = known_or(case.amplifier.on_resistance, 0.0)
+        loss = (winding_resistance(motor, hottest) + conduction_loss(switches, 1.0)) / (weakest * weakest)
         bounded = weakest > 0.0 and not math.isnan(limit if heated else ambient)
         coil = known_or(motor.brake.power, 0.0)
         for t in range(len(least)):

@@ -127,13 +127,24 @@ class JointOffer:
             found[:3] = [series.max() for series in _bearing_loads(least)]
         if self.held.size:
             found[3] = self._least(self.held, self.held_rows, low, high).max()
+        if self.records.plain["setting"]["resonance"].any() and self.work.load.inertia.size:
+            found[4] = self._inertia(low, high)
         if self.stops.size:
-            found[4] = self._least(self.stops, self.stop_rows, low, high).max()
+            found[5] = self._least(self.stops, self.stop_rows, low, high).max()
         memory = self.records.whole.brake
         every = (memory.torque, memory.static, memory.inertia) if self.brake.size else ()
         for start, rows, ends in zip(self.brake, self.brake_rows, every, strict=False):
             ends[:] = self._ends(start, rows, list(self.others), low, high)
         return self.records.whole.low, self.records.whole.high
+
+    def _inertia(self, low: Array, high: Array) -> float:
+        """The least of the largest inertia that open choices leave."""
+        least = self.work.load.inertia
+        for drives, rows in ((list(self.others), self.rows.inertia), ([self.joint], self.work.added.inertia)):
+            if len(rows):
+                middle, half = 0.5 * (low[drives] + high[drives]).ravel(), 0.5 * (high[drives] - low[drives]).ravel()
+                least = least + middle @ rows - (half * (1.0 + WIDER)) @ np.abs(rows)
+        return float(max(least.max(), 0.0))
 
     def _least(self, start: Array, rows: Array, low: Array, high: Array) -> Array:
         """The least magnitudes that open choices leave of some loads, the joint's own drive among them."""
@@ -177,7 +188,7 @@ class JointOffer:
             own: Numbers of the candidates, (K, NUMBERS).
             numbers: Of all joints' drives, (n, NUMBERS).
             until, quick: As for ``judge_cases``.
-            power: Takes the electrical power on top of what is there [W], (1, N) or (K, N).
+            power: Takes the electrical power, and the least, on top of what is there [W], (1, 2, N) or (K, 2, N).
             all_checks: Whether every check's utilisation is wanted.
         """
         cases, count = self.cases(parts), len(parts)
@@ -193,7 +204,7 @@ class JointOffer:
         few = self._few(load.torque, load.torque) if quick else None
         work = self.work._replace(load=load, few=None if few is None else self._at(load, few))
         used, binding, lacking = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
-        power = np.zeros((0, len(load.torque))) if power is None else power
+        power = np.zeros((0, 2, len(load.torque))) if power is None else power
         checks = np.zeros((count, len(TABLE)) if all_checks else (0, 0))
         judge_cases(
             cases, as_numbers(cases), TABLE, work, self.amounts(own), until, quick, power, checks, used,
