@@ -316,7 +316,7 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
 
 @law
 def still_asked(case: Any) -> Any:
-    """Whether the gear's bearing carries the joint, a brake holds it, the motor stops it, or what inertia does counts."""
+    """Whether the bearing carries the joint, a brake holds it, the motor stops it, or what inertia does counts."""
     setting, limited = case.setting, known(case.safety.inertia_ratio)
     asked = setting.bearing != 0.0 or setting.brake != 0.0 or setting.resonance != 0.0 or setting.ramped == 0.0
     return asked or limited
