@@ -110,7 +110,9 @@ def _joint(joint: JointResult) -> dict[str, Any]:
     """One joint: its drive and every check."""
     return {
         "verdict": str(joint.verdict),
-        "drive": {"motor": joint.motor, "gear": joint.gear} | ({"brake": joint.brake} if joint.brake else {}),
+        "drive": {"motor": joint.motor, "gear": joint.gear}
+        | ({"brake": joint.brake} if joint.brake else {})
+        | ({"amplifier": joint.amplifier.key} if joint.amplifier.key else {}),
         "binding": None if joint.binding is None else joint.binding.name,
         "checks": [_check(check) for check in joint.checks],
         "assumptions": list(joint.drive.assumptions),

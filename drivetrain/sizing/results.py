@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive
 from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check, Verdict, lacking, verdict_of
+
+UNLIMITED = Amplifier()
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +66,7 @@ class JointResult:
         checks: Every check, in a fixed order.
         series: What the drive does over the cycle.
         remarks: In words: standstill rule, RMS rule validity, assumptions.
+        amplifier: Against which it was judged: the study's, or of several the chosen one.
     """
 
     name: str
@@ -72,6 +76,7 @@ class JointResult:
     checks: tuple[Check, ...]
     series: JointSeries
     remarks: tuple[str, ...] = ()
+    amplifier: Amplifier = UNLIMITED
 
     @property
     def brake(self) -> str:

@@ -124,6 +124,8 @@ class JointTask:
         load_inertia: Without an arm, what the gear turns, whose acceleration is already in the table's torque [kg m^2];
             None: not stated.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
+        amplifiers: One of which is chosen, the first that holds; empty: ``amplifier``, which else allows what any of
+            them allows.
         brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
     """
 
@@ -145,6 +147,7 @@ class JointTask:
     output_bearing: str = "gear"
     gear_heat: float = 1.0
     brakes: tuple[Brake, ...] = ()
+    amplifiers: tuple[Amplifier, ...] = ()
 
 
 @dataclass(frozen=True)

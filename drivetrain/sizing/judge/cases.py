@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.drive.amplifier import Amplifier, available_voltage
+from drivetrain.drive.amplifier import Amplifier, available_voltage, judges_overload, rates_supply
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear, complete
 from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.drive.motor import Motor
-from drivetrain.records import UNKNOWN, as_records, record_type
+from drivetrain.records import UNKNOWN, as_record, as_records, record_type
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.study.model import JointTask, Safety, Study
 
@@ -36,6 +36,9 @@ class Setting:
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.
         brake: 1 where a brake must hold the joint, else 0.
+        supply: Voltage of the supply [V].
+        listed: 1 where the amplifier is one of the catalogue, or the study states the supply that it bears, else 0.
+        overload: 1 where the amplifier says how long it bears more than its continuous current, else 0.
     """
 
     ambient: float = 0.0
@@ -51,6 +54,9 @@ class Setting:
     cold_start: float | None = None
     cold: float = 0.0
     brake: float = 0.0
+    supply: float = 0.0
+    listed: float = 0.0
+    overload: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -100,6 +106,7 @@ class Figures:
         energy, mean_power: Electrical, over a cycle [J], [W].
         holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
         stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
+        overload: Share of what the amplifier bears above its continuous current.
     """
 
     input_speed: float = UNKNOWN
@@ -132,6 +139,7 @@ class Figures:
     mean_power: float = UNKNOWN
     holding_torque: float = UNKNOWN
     stopping_energy: float = UNKNOWN
+    overload: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -173,7 +181,16 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, float(study.drag_temperature(study.ambient)), task.gear_heat,
         study.cold_start, float(study.cold_start is not None), float(bool(task.brakes)),
+        study.supply.voltage, float(rates_supply(task.amplifier)), float(judges_overload(task.amplifier)),
     )  # fmt: skip
+
+
+def put_amplifier(cases: Any, amplifier: Amplifier) -> None:
+    """Another amplifier in every case of a joint."""
+    setting = cases["setting"]
+    cases["amplifier"] = as_record(amplifier)
+    setting["volts"] = available_voltage(amplifier, 1.0) * setting["supply"]
+    setting["listed"], setting["overload"] = rates_supply(amplifier), judges_overload(amplifier)
 
 
 def rests_on_gear(task: JointTask, demand: JointDemand) -> bool:

@@ -17,7 +17,7 @@ from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.model import Study
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.verdicts import UNWEIGHED, Check, Verdict
 
 Pair = tuple[str, str]
@@ -117,7 +117,12 @@ def _holds(joint: JointResult) -> bool:
 
 
 def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
-    """The results of all joints as one evaluation, with what the set is worth."""
+    """The results of all joints as one evaluation, with what the set is worth; its study names the amplifiers."""
+    chosen = {
+        i: replace(task, amplifier=results[task.name].amplifier, amplifiers=())
+        for i, task in enumerate(study.joints) if task.amplifiers and task.name in results
+    }  # fmt: skip
+    study = with_joints(study, chosen) if chosen else study
     found = criteria(study, results, shared)
     return Evaluation(study, results, shared, weighted(study.wanted, found), found)
 
@@ -158,15 +163,27 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
 
 
 def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
-    """One joint's drive with every check."""
-    demand, name = work.at(joint, mounted).demand(mounted[joint]), work.study.joints[joint].name
-    return joint_result(operation(work.study, joint, demand, mounted[joint]), name, *keys)
+    """One joint's drive with every check, with the first of its amplifiers that holds, else the least overloaded."""
+    study, demand, found = work.study, work.at(joint, mounted).demand(mounted[joint]), []
+    task = study.joints[joint]
+    for amplifier in task.amplifiers or (task.amplifier,):
+        own = replace(task, amplifier=amplifier)
+        one = study if amplifier is task.amplifier else with_joints(study, {joint: own})
+        found.append(joint_result(operation(one, joint, demand, mounted[joint]), task.name, *keys))
+        if found[-1].verdict is not Verdict.FAIL:
+            return found[-1]
+    return min(found, key=lambda one: max(check.utilisation or 0.0 for check in one.checks))
+
+
+def with_joints(study: Study, tasks: Mapping[int, JointTask]) -> Study:
+    """A study with other tasks at some joints."""
+    return replace(study, joints=tuple(tasks.get(i, task) for i, task in enumerate(study.joints)))
 
 
 def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult:
     """One joint's drive with every check and its series."""
     checks = tuple(placed(op.demand.cycle, check) for check in checks_of(op))
-    return JointResult(name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)))
+    return JointResult(name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)), op.task.amplifier)
 
 
 def _remarks(op: Operation) -> list[str]:

@@ -126,8 +126,7 @@ class Problem:
         known, offer = self._judged.setdefault(key, {}), self.candidates.joints[joint]
         new = np.array([pair for pair in pairs.tolist() if pair not in known], dtype=np.int64)
         for some in np.array_split(new, range(AT_ONCE, len(new), AT_ONCE)) if len(new) else ():
-            power = np.zeros((1, len(offer.records.load)))
-            found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given, power=power)
+            found = self.candidates.judge(joint, some, numbers, until=1.0, quick=not offer.given)
             figures = np.column_stack(_used_and_energy(found, offer.given))
             known.update(zip(some.tolist(), figures.tolist(), strict=True))
         used, energy = np.array([known[pair] for pair in pairs.tolist()]).reshape(-1, 2).T
