@@ -228,14 +228,18 @@ def factors(safety: Safety) -> dict[str, float]:
     }
 
 
-@cache
 def table(checks: tuple[Requirement, ...] | None = None) -> Any:
     """The checks for compiled code: places of the named numbers among a case's floats, (checks,)."""
+    return _table(CHECKS if checks is None else checks)
+
+
+@cache
+def _table(checks: tuple[Requirement, ...]) -> Any:
     place = columns(CASE)
     names = ("required", "factor", "limit", "origin", "stage", "rise", "geared", "peak", "essential", "asked")
     rows = [
         (place[one.required], place[one.factor], place[one.limit], place[one.origin], one.stage, one.origin != "zero",
          one.stage == GEAR, one.peak, one.essential, place[one.asked])
-        for one in (CHECKS if checks is None else checks)
+        for one in checks
     ]  # fmt: skip
     return np.array(rows, dtype=np.dtype((np.record, [(name, np.int64) for name in names])))
