@@ -61,6 +61,7 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
             "remark": "; ".join(uncounted(evaluation)),
         },
         "criteria": {name: _finite(value) for name, value in sorted(evaluation.criteria.items())},
+        "currency": study.prices.currency,
         "missing": [_gap(gap) for gap in gaps(evaluation)],
         "joints": {name: _joint(joint) for name, joint in evaluation.joints.items()},
         "shared": [_check(check) for check in evaluation.shared],
@@ -71,8 +72,8 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
 
 
 def _objective_unit(evaluation: Evaluation) -> str:
-    """Nothing for a price in the user's own currency, and for a weighted sum."""
-    return {"mass": "kg", "energy": "J"}.get(evaluation.study.objective, "")
+    """Nothing for a price where nobody says the currency, and for a weighted sum."""
+    return {"mass": "kg", "energy": "J", "price": evaluation.study.prices.currency}.get(evaluation.study.objective, "")
 
 
 def _finite(value: float | None) -> float | None:

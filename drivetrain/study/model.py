@@ -218,6 +218,19 @@ class MotorAssumption:
     source: Name = ""
 
 
+@dataclass(frozen=True)
+class Prices:
+    """In which currency prices are, and what others are worth in it.
+
+    Attributes:
+        currency: Three letters, of the column ``price`` of catalogues too; empty: not stated, only that column counts.
+        rates: What one unit of another currency is worth in it, by its three letters.
+    """
+
+    currency: Name = ""
+    rates: dict[str, Factor] = field(default_factory=dict)
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
     """Everything one job needs, in SI.
@@ -244,6 +257,7 @@ class Study:
         tolerances: How far what is built may lie from these numbers.
         simulation: What a simulation of it holds, and how it is run.
         trade_offs: What the report of a selection tells beside the best set.
+        prices: In which currency.
         notes: Warnings raised while reading (arm, motion, catalogue), for the report.
     """
 
@@ -270,6 +284,7 @@ class Study:
     gear_temperature: float | None = None
     cold_start: float | None = None
     notes: tuple[str, ...] = ()
+    prices: Prices = field(default_factory=Prices)
 
     def drag_temperature(self, ambient: Any) -> Any:
         """At which the drag of gears is taken in air of a temperature [C]: that of a machine just switched on.

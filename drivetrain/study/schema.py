@@ -21,7 +21,7 @@ from drivetrain import units as f
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
-from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Safety
+from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety
 from drivetrain.study.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
 from drivetrain.study.selection import CRITERIA, TERMS, UNITS, CurveWanted, SelectionOptions, read_criterion, read_curve
 from drivetrain.study.simulation import Simulation
@@ -366,6 +366,9 @@ class StudyForm(Form):
     brakes: dict[str, BrakeRow] = Field(default_factory=dict)
     joints: dict[str, JointForm]
     assumptions: AssumptionsForm = AssumptionsForm()
+    prices: Annotated[Prices, AsForm(needed=("currency",))] | None = Field(
+        default=None, description="currency of all prices; parts without one take theirs from prices.csv"
+    )
     tolerances: Entry[Tolerances] = Tolerances()
     simulation: Entry[Simulation] = Simulation()
 
