@@ -93,6 +93,7 @@ if TYPE_CHECKING:
     from drivetrain.effects.effect import Effect as Effect
     from drivetrain.effects.encoder import Encoder as Encoder
     from drivetrain.effects.flexible_joint import FlexibleJoint as FlexibleJoint
+    from drivetrain.effects.gear_drag import GearDrag as GearDrag
     from drivetrain.effects.given_current import GivenCurrent as GivenCurrent
     from drivetrain.effects.given_torque import GivenTorque as GivenTorque
     from drivetrain.effects.given_voltage import GivenVoltage as GivenVoltage
@@ -269,6 +270,7 @@ _HOME = {
     "Effect": "effects.effect",
     "Encoder": "effects.encoder",
     "FlexibleJoint": "effects.flexible_joint",
+    "GearDrag": "effects.gear_drag",
     "GivenCurrent": "effects.given_current",
     "GivenTorque": "effects.given_torque",
     "GivenVoltage": "effects.given_voltage",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -34,6 +34,7 @@ class Basis:
     Attributes:
         motors: Sheets by joint name.
         networks: Thermal networks by joint name; a joint that is not named has no temperature.
+        gear_heat: Share of the gear's loss that warms the housing, by joint name.
         evaluation: Of the study; None: no checks.
         period: Of the repeated cycle [s], the last of which is looked at; None: the whole recording.
         ends: Of the parts of a mix within the period [s].
@@ -42,6 +43,7 @@ class Basis:
 
     motors: Mapping[str, Motor]
     networks: Mapping[str, ThermalNetwork]
+    gear_heat: Mapping[str, float] = field(default_factory=dict)
     evaluation: Evaluation | None = None
     period: float | None = None
     ends: tuple[float, ...] = (math.inf,)
@@ -59,19 +61,19 @@ class Basis:
 
 def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
     """What recordings of a scene are judged by."""
-    motors, networks = {}, {}
+    motors, networks, gear_heat = {}, {}, {}
     for name, effects in scene.effects.items():
         for effect in effects:
             sheet = getattr(effect, "motor", None)
             if isinstance(sheet, Motor):
                 motors[name] = sheet
             if isinstance(effect, WindingHeat):
-                networks[name] = effect.network
+                networks[name], gear_heat[name] = effect.network, effect.gear_heat
     if evaluation is None:
-        return Basis(motors, networks)
+        return Basis(motors, networks, gear_heat)
     cycle = evaluation.study.cycle
     ends = tuple(float(cycle.time[part.stop - 1]) for part in cycle.parts)
-    return Basis(motors, networks, evaluation, cycle.duration, ends, cycle.shares)
+    return Basis(motors, networks, gear_heat, evaluation, cycle.duration, ends, cycle.shares)
 
 
 def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
@@ -196,8 +198,11 @@ def _heat(name: str, time: Array, series: Mapping[str, Array], basis: Basis, war
     if network is None or motor is None or current is None:
         return None
     loss = np.zeros(len(time))
-    for what in ("motor_friction_power", "motor_viscous_power"):
-        loss = loss + series.get(f"{name}.{what}", 0.0)
+    share = basis.gear_heat.get(name, 0.0)
+    shares = {"motor_friction_power": 1.0, "motor_viscous_power": 1.0, "mesh_power": share}
+    shares["gear_drag_power"] = share - 1.0  # it stands in the motor's friction already
+    for what, counted in shares.items():
+        loss = loss + counted * series.get(f"{name}.{what}", np.zeros(1))
     use = basis.use(time)
     found = mixed_temperature_of_current(network, motor, time, current, use, housing_loss=loss)
     if warm:

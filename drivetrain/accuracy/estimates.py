@@ -16,6 +16,7 @@ from drivetrain.arm.with_rotors import at_level
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
 from drivetrain.drive.friction import friction_torque
+from drivetrain.drive.gear_loss import drag_torque
 from drivetrain.drive.heat import periodic_temperature
 from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant
 from drivetrain.drive.thermal_network import ThermalNetwork
@@ -28,6 +29,7 @@ from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect, Place
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear_drag import GearDrag
 from drivetrain.effects.mesh_loss import MeshLoss
 from drivetrain.effects.position_loop import PositionLoop
 from drivetrain.effects.sampled_cascade import SampledCascade
@@ -43,7 +45,7 @@ MOST_POSES = 400  # at which inertias and lever arms are looked at
 COSTS = {
     "FlexibleJoint": 6.0, "Backlash": 6.0, "MeshLoss": 3.0, "LuGreFriction": 3.0, "CurrentLoop": 2.0,
     "SampledCurrentLoop": 8.0, "SampledCascade": 2.0, "Encoder": 0.5,
-    "DryFriction": 2.0, "ViscousFriction": 1.0, "Cogging": 1.0, "WindingHeat": 0.5, "FullRotor": 0.5,
+    "DryFriction": 2.0, "GearDrag": 2.0, "ViscousFriction": 1.0, "Cogging": 1.0, "WindingHeat": 0.5, "FullRotor": 0.5,
 }  # fmt: skip
 """What keeping an effect is thought to cost, relative to others: states and coordinates more, bounds to be solved."""
 BESIDE = 1.25  # the simulated motion lies beside the commanded one, on which the inverse run stands
@@ -189,7 +191,10 @@ def _shaft_loss(effects: Sequence[Effect], speed: Array) -> Array:
         for effect in effects
         if isinstance(effect, DryFriction | ViscousFriction) and effect.side == "motor"
     ]
-    return np.asarray(sum((friction_torque(law, speed) * speed for law in laws), start=np.zeros(len(speed))))
+    drags = [effect for effect in effects if isinstance(effect, GearDrag)]
+    lost = [np.asarray(drag_torque(one.mesh, speed, one.temperature)) * speed for one in drags]
+    lost += [friction_torque(law, speed) * speed for law in laws]
+    return np.asarray(sum(lost, start=np.zeros(len(speed))))
 
 
 def shortest_move(series: TaskSeries) -> float:

@@ -42,6 +42,7 @@ LABELS = {
     "DryFriction": "dry friction",
     "LuGreFriction": "bristle friction",
     "MeshLoss": "mesh loss",
+    "GearDrag": "drag of the gear",
     "Cogging": "cogging",
     "Backlash": "backlash",
     "FlexibleJoint": "joint spring",
@@ -208,7 +209,8 @@ def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ..
     network = thermal_network(joint.drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if network is None or winding is None or housing is None or not np.isfinite(winding).all():
         return ()
-    return (WindingHeat(_lasting(network, study.cycle.duration), float(winding[0]), float(housing[0])),)
+    lasting, start = _lasting(network, study.cycle.duration), (float(winding[0]), float(housing[0]))
+    return (WindingHeat(lasting, *start, gear_heat=task.gear_heat),)
 
 
 def _lasting(network: ThermalNetwork, period: float) -> ThermalNetwork:

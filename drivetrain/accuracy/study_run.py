@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from drivetrain.accuracy.auto import choose_effects
 from drivetrain.accuracy.costs import interval_of
 from drivetrain.accuracy.decision import basis_of
 from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
+from drivetrain.accuracy.verify import verified, whole_run
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import run
@@ -52,6 +53,7 @@ def simulate(
     interval: float | None = None,
     resume: Recording | None = None,
     progress: Progress | None = None,
+    verify: bool = False,
 ) -> Recording:
     """What happens when a scene, or the drives of a study, run.
 
@@ -65,6 +67,8 @@ def simulate(
         interval: Between two recorded instants [s]; None: 10 ms of a scene; 1 ms of a study, longer for a long cycle.
         resume: A recording of the same scene that ended earlier or was stopped: go on from its end.
         progress: Told the share done after every few thousand steps; False from it stops the run.
+        verify: Run once more at half the step or a tenth of the tolerance: ``verified`` of the recording holds both
+            values of all that it decides, and an event tells what changes by more than 1 %.
 
     Returns:
         ``<joint>.position`` and all other states and signals, energies of all powers, ``stored_energy`` and
@@ -78,15 +82,24 @@ def simulate(
         if drives is not None:
             raise InputError(Fault("drives", "go with a study", hint="a scene holds its drives as effects"))
         usual = run.DEFAULT_INTERVAL if interval is None else interval
-        return run.simulate(
-            scene, solver=solver, duration=duration, interval=usual, resume=resume, progress=progress
-        )  # fmt: skip
-    evaluation = _evaluation(scene, drives)
-    wishes = evaluation.study.simulation
-    ready = study_scene(evaluation, wishes).scene
-    usual = interval_of(ready.duration if duration is None else duration) if interval is None else interval
-    engine = engine_of(wishes) if solver is None else solver
-    return run.simulate(ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress)
+        ready, basis, engine = scene, None, run.engine_of(solver)
+    else:
+        evaluation = _evaluation(scene, drives)
+        wishes = evaluation.study.simulation
+        built = study_scene(evaluation, wishes)
+        ready, basis = built.scene, basis_of(built.full, evaluation)
+        usual = interval_of(built.scene.duration if duration is None else duration) if interval is None else interval
+        engine = engine_of(wishes) if solver is None else run.engine_of(solver)
+    whole_run(verify, resume)
+    recording = run.simulate(
+        ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress
+    )  # fmt: skip
+    if not verify:
+        return recording
+    same = ready.scene if isinstance(ready, Plan) else ready
+    if duration is not None:
+        same = replace(same, duration=float(duration))
+    return verified(recording, same, engine, basis or basis_of(same), interval=usual, progress=progress)
 
 
 def study_scene(

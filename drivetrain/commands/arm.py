@@ -59,6 +59,9 @@ def _simulate(
     resume: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Of a study: go on from this recording.", show_default=False)
     ] = None,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="Of a study: run once more, finer, and tell what that changes.")
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="DIR", help="Folder for the recording and its pictures.", show_default=False),
@@ -69,7 +72,9 @@ def _simulate(
         if Path(what).suffix.lower() in STUDIES:
             from drivetrain.commands.simulation import Asked, simulate_study
 
-            asked = Asked(duration, None if solver is None else solver.value, step, effects, tolerance, resume, out)
+            asked = Asked(
+                duration, None if solver is None else solver.value, step, effects, tolerance, resume, out, verify
+            )
             whose = "an arm without drives; the study says where it starts"
             misplaced = _not_of(whose, {"--from": start != "0 rad", "--tip": tip})
             raise typer.Exit(simulate_study(Path(what), asked, misplaced))
@@ -78,7 +83,9 @@ def _simulate(
         from drivetrain.units import quantity
 
         together = Together()
-        together.faults += _not_of("studies", {"--effects": effects, "--tolerance": tolerance, "--resume": resume})
+        together.faults += _not_of(
+            "studies", {"--effects": effects, "--tolerance": tolerance, "--resume": resume, "--verify": verify}
+        )
         with together:
             writable(out)
         with together:

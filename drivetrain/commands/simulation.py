@@ -28,6 +28,7 @@ class Asked:
         duration, solver, step, effects, tolerance: As texts.
         resume: Recording to go on from.
         out: Folder for the files.
+        verify: Whether to run once more, finer.
     """
 
     duration: str | None = None
@@ -37,6 +38,7 @@ class Asked:
     tolerance: str | None = None
     resume: Path | None = None
     out: Path | None = None
+    verify: bool = False
 
 
 def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) -> int:
@@ -53,8 +55,10 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     Raises:
         InputError: A faulty study, command line, or recording to go on from.
     """
+    from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.decision import basis_of, decision
-    from drivetrain.accuracy.study_run import study_scene
+    from drivetrain.accuracy.study_run import engine_of, study_scene
+    from drivetrain.accuracy.verify import verified, whole_run
     from drivetrain.report.simulation_page import SimulationFound, simulation_lines, simulation_report
     from drivetrain.simulation.plan import plan
     from drivetrain.sizing.results import Verdict
@@ -75,6 +79,8 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
         said = loaded.simulation
     with together:
         wishes = _wishes(said, asked)
+    with together:
+        whole_run(asked.verify, earlier)
     together.tell()
     result = judged(loaded)
     with working("choosing effects") as step:
@@ -82,9 +88,16 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
     say(str(ready))
     recording = _run(ready.scene, wishes, earlier)
+    basis = basis_of(built.full, result)
+    if asked.verify:
+        with working("once more, finer") as step:
+            recording = verified(
+                recording, ready.scene, engine_of(wishes), basis, interval=interval_of(ready.scene.duration),
+                progress=lambda share: step(round(100.0 * share), 100, "once more, finer"),
+            )  # fmt: skip
     inverse = wishes.solver == "inverse"
     whole = not inverse and recording.stopped_by is None
-    decided = decision(recording, built.scene, basis_of(built.full, result)) if whole else None
+    decided = decision(recording, built.scene, basis) if whole else None
     found = SimulationFound(
         result, recording, decided, str(ready), built.words, _limits(result), wishes.current_bandwidth
     )  # fmt: skip

@@ -50,6 +50,7 @@ class Amplifier:
         peak_current: [A], DC equivalent.
         continuous_current: RMS over the cycle [A], DC equivalent.
         modulation: Largest share of the supply voltage that reaches the motor terminals.
+        current_basis: The ampere in which the user thinks; currents are told in it beside.
         peak_time: For which it gives the peak current from its continuous one on [s].
         thermal_time_constant: Of its first-order overload model, where it has that instead [s].
         min_voltage, max_voltage: Of the supply [V].
@@ -59,6 +60,7 @@ class Amplifier:
     peak_current: Current | None = None
     continuous_current: Current | None = None
     modulation: Efficiency = 0.95
+    current_basis: str = "dc"
     peak_time: Duration | None = None
     thermal_time_constant: Duration | None = None
     min_voltage: Voltage | None = None
@@ -156,8 +158,9 @@ def limits_of(sheet: AmplifierSheet) -> Amplifier:
     """What an amplifier of the catalogue allows one joint; where its sheet has no modulation, that of ``Amplifier``."""
     modulation = Amplifier.modulation if sheet.modulation is None else sheet.modulation
     return Amplifier(
-        sheet.peak_current, sheet.continuous_current, modulation, sheet.peak_time, sheet.thermal_time_constant,
-        sheet.min_voltage, sheet.max_voltage, sheet.key, sheet.source,
+        sheet.peak_current, sheet.continuous_current, modulation, peak_time=sheet.peak_time,
+        thermal_time_constant=sheet.thermal_time_constant, min_voltage=sheet.min_voltage,
+        max_voltage=sheet.max_voltage, key=sheet.key, source=sheet.source,
     )  # fmt: skip
 
 

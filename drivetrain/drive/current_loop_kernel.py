@@ -53,6 +53,43 @@ def stretch(current: float, integral: float, h: float, limit: float, loop: Loop)
 
 
 @kernel
+def flows(
+    current: float, integral: float, end: float, drawn: float, mean: float, h: float, limit: float, loop: Loop
+) -> tuple[float, float]:
+    """What heats and what flows over a stretch, from its two ends.
+
+    The mean square follows from y' = A y, y off what it settles at, and A' Q + Q A = -e e' (Q of a Lyapunov equation):
+    the integral of the square is what y' Q y has lost. The power is that of voltage and current, the controller's own.
+
+    Args:
+        current, integral: At the beginning [A], [V].
+        end, drawn: Both at the end.
+        mean: Of the current [A].
+        h: [s].
+        limit: The voltage held [V]; 0: the controller's own.
+
+    Returns:
+        Mean square of the current [A^2], mean of voltage times current [W].
+    """
+    resistance, inductance, kp, ki, command, emf, forward = loop
+    if limit != 0.0:
+        settled = (limit - emf) / resistance
+        first, last = current - settled, end - settled
+        lost = 0.5 * (first * first - last * last) * inductance / resistance
+        return settled * (2.0 * mean - settled) + lost / h, limit * mean
+    settled = resistance * command + emf - forward  # what the integrator settles at; the current, at the command
+    first, last = current - command, end - command
+    begun, left = integral - settled, drawn - settled
+    whole, off = kp + resistance, mean - command
+    lost = 0.5 * ((first * first - last * last) * inductance + (begun * begun - left * left) / ki) / whole
+    square = command * (2.0 * mean - command) + lost / h
+    # V is R c + e at rest, and kp y falls and z' = -ki y grows beside it.
+    beside = inductance * (last - first) / h + resistance * off
+    power = (resistance * command + emf) * mean + command * beside
+    return square, power - kp * lost / h - 0.5 * (left * left - begun * begun) / (ki * h)
+
+
+@kernel
 def held_at(current: float, integral: float, volts: float, kp: float, command: float, forward: float) -> float:
     """At which limit the voltage is.
 
@@ -71,7 +108,9 @@ def held_at(current: float, integral: float, volts: float, kp: float, command: f
 
 
 @kernel
-def loop_step(current: float, integral: float, h: float, volts: float, loop: Loop) -> tuple[float, float, float]:
+def loop_step(
+    current: float, integral: float, h: float, volts: float, loop: Loop
+) -> tuple[float, float, float, float, float]:
     """The state after a step, through any number of changes at the limit.
 
     Args:
@@ -80,10 +119,10 @@ def loop_step(current: float, integral: float, h: float, volts: float, loop: Loo
         volts: Limit of the voltage [V]; infinite: none.
 
     Returns:
-        Both at its end, and the mean current [A].
+        Both at its end, the mean current [A], the mean of its square [A^2], and of voltage times current [W].
     """
     kp, command, forward = loop[2], loop[4], loop[6]
-    left, carried, trial = h, 0.0, h
+    left, carried, heated, flowed, trial = h, 0.0, 0.0, 0.0, h
     while left > 0.0:
         trial = min(trial, left)
         limit = held_at(current, integral, volts, kp, command, forward)
@@ -94,10 +133,13 @@ def loop_step(current: float, integral: float, h: float, volts: float, loop: Loo
             if not (same and held_at(i_half, z_half, volts, kp, command, forward) == limit):
                 trial *= 0.5
                 continue
+        square, power = flows(current, integral, i, z, mean, trial, limit, loop)
         current, integral = i, z
         carried += trial * mean
+        heated += trial * square
+        flowed += trial * power
         left -= trial
         trial *= 2.0
         if left <= 1e-12 * h:
             break
-    return current, integral, carried / h
+    return current, integral, carried / h, heated / h, flowed / h

@@ -86,12 +86,19 @@ class Pin:
 
 @dataclass
 class HeatPort:
-    """A motor's two thermal nodes: temperatures [C], and losses that warm them [W]."""
+    """A motor's two thermal nodes and its gear: temperatures [C], and losses that warm them [W].
+
+    Attributes:
+        gear: Of the gear, the housing's where it warms that.
+        drag_power: Share of the motor's dry friction that is the gear's drag.
+    """
 
     winding: float = 0.0
     housing: float = 0.0
+    gear: float = 0.0
     copper_loss: float = 0.0
     viscous_power: float = 0.0
+    drag_power: float = 0.0
 
 
 @dataclass
@@ -156,6 +163,10 @@ class World:
         size: Of the memory, in numbers [-].
         joints, coordinates: How many there are [-].
         kinetic_energy, potential_energy: [J], at instants only.
+        payload_energy: That payloads have brought or taken [J].
+        tries: How often this step has been solved before [-].
+        again: Set by an effect that must tell something else for this step.
+        longest: Set by an effect: the step that it can follow [s].
     """
 
     size: int
@@ -163,6 +174,10 @@ class World:
     coordinates: int
     kinetic_energy: float
     potential_energy: float
+    payload_energy: float
+    tries: int
+    again: int
+    longest: float
     tip: Tip
 
 

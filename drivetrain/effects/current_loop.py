@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.current_loop_kernel import held_at, loop_step, stretch
+from drivetrain.drive.current_loop_kernel import flows, held_at, loop_step, stretch
 from drivetrain.drive.held_step_kernel import held_step, put_matrix
 from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
 from drivetrain.effects import signals as s
@@ -38,8 +38,9 @@ class Own:
         whole, held: Over a step the end's share of the beginning and of what is held.
         mean: The mean current's share of what is held.
         half, half_held: Over half a step as over the whole.
+        asked: Command within its limits [A].
         speed, position: Of the motor, that the step was guessed at [rad/s], [rad].
-        free, between: 1 where the command, and where the voltage, was between its limits.
+        free: 1 where command and, at the beginning, voltage were between their limits.
         current, integrated_voltage: States [A], [V].
     """
 
@@ -56,10 +57,10 @@ class Own:
     mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))
     half: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
     half_held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    asked: float = 0.0
     speed: float = 0.0
     position: float = 0.0
     free: float = 0.0
-    between: float = 0.0
     current: float = 0.0
     current_rate: float = 0.0
     integrated_voltage: float = 0.0
@@ -90,83 +91,82 @@ def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tupl
     )
 
 
+@law
+def _moved(
+    h: float, own: Any, volts: float, asked: float, resistance: float, constant: float, speed: float
+) -> tuple[float, float, float, float, float, bool]:
+    """The winding over a step in which command and speed are held.
+
+    Returns:
+        Current and integrator at its end, mean current, mean of its square, mean power, whether a limit was reached.
+    """
+    if own.resistance != resistance or own.step != h:
+        _make(own, resistance, h)
+    current, integral, kp, ki, inductance = (
+        own.current, own.integrated_voltage, own.proportional, own.integral, own.inductance
+    )  # fmt: skip
+    forward, emf = own.forward * speed, constant * speed
+    loop = (resistance, inductance, kp, ki, asked, emf, forward)
+    push, drive = h * (kp * asked + forward - emf) / inductance, h * ki * asked
+    end, drawn = _reached(own.whole, own.held, own, push, drive)
+    if volts < math.inf:
+        middle = _reached(own.half, own.half_held, own, 0.5 * push, 0.5 * drive)
+        limited = held_at(current, integral, volts, kp, asked, forward) != 0.0
+        limited = limited or held_at(middle[0], middle[1], volts, kp, asked, forward) != 0.0
+        if limited or held_at(end, drawn, volts, kp, asked, forward) != 0.0:
+            end, drawn, mean, square, power = loop_step(current, integral, h, volts, loop)
+            return end, drawn, mean, square, power, True
+    mean = own.held[0] * current + own.held[1] * integral + own.mean[0] * push + own.mean[1] * drive
+    square, power = flows(current, integral, end, drawn, mean, h, 0.0, loop)
+    return end, drawn, mean, square, power, False
+
+
 @joint_law(Own)
 def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, motor, heat = joint.pin, joint.motor, joint.heat
     resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
     inductance, kp, ki, volts = own.inductance, own.proportional, own.integral, pin.limit
-    asked, free = pin.command, 1.0
-    if abs(asked) > own.peak:
-        asked, free = own.peak if asked > 0.0 else -own.peak, 0.0
+    own.asked, free = pin.command, 1.0
+    if abs(own.asked) > own.peak:
+        own.asked, free = own.peak if own.asked > 0.0 else -own.peak, 0.0
     current, integral = own.current, own.integrated_voltage
-    forward, emf = own.forward * motor.speed, constant * motor.speed
-    limit = held_at(current, integral, volts, kp, asked, forward)
+    forward = own.forward * motor.speed
+    limit = held_at(current, integral, volts, kp, own.asked, forward)
     if h == 0.0:
-        wanted = kp * (asked - current) + integral + forward
+        wanted = kp * (own.asked - current) + integral + forward
         pin.voltage = limit if limit != 0.0 else wanted
-        own.current_rate = (pin.voltage - resistance * current - emf) / inductance
-        own.integrated_voltage_rate = ki * (asked - current) + (pin.voltage - wanted) * ki / kp
+        own.current_rate = (pin.voltage - resistance * current - constant * motor.speed) / inductance
+        own.integrated_voltage_rate = ki * (own.asked - current) + (pin.voltage - wanted) * ki / kp
         motor.torque += constant * current
         return
-    if own.resistance != resistance or own.step != h:
-        _make(own, resistance, h)
-    push, drive, own.between = h * (kp * asked + forward - emf) / inductance, h * ki * asked, 1.0
-    end, drawn = _reached(own.whole, own.held, own, push, drive)
-    mean = own.held[0] * current + own.held[1] * integral + own.mean[0] * push + own.mean[1] * drive
+    end, _, mean, _, _, _ = _moved(h, own, volts, own.asked, resistance, constant, motor.speed)
     # The mean is a straight function of command and back-emf as long as the limit stays.
     by_command = h * (own.mean[0] * kp / inductance + own.mean[1] * ki)
     by_speed = h * own.mean[0] * (own.forward - constant) / inductance
-    if volts < math.inf:
-        middle = _reached(own.half, own.half_held, own, 0.5 * push, 0.5 * drive)
-        limited = limit != 0.0 or held_at(end, drawn, volts, kp, asked, forward) != 0.0
-        if limited or held_at(middle[0], middle[1], volts, kp, asked, forward) != 0.0:
-            loop = (resistance, inductance, kp, ki, asked, emf, forward)
-            end, drawn, mean = loop_step(current, integral, h, volts, loop)
-            own.between = 0.0
     if limit != 0.0:
         # Held there, the current follows the back-emf alone.
         _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, limit + constant, 0.0))
         free = 0.0
     own.speed, own.position, own.free = motor.speed, motor.position, free
-    own.current_rate, own.integrated_voltage_rate = (end - current) / h, (drawn - integral) / h
-    pin.voltage = resistance * mean + emf + inductance * (end - current) / h
+    pin.voltage = resistance * mean + constant * motor.speed + inductance * (end - current) / h
     motor.torque += constant * mean
     motor.damping += constant * (free * by_command * pin.damping - by_speed)
     motor.stiffness += constant * free * by_command * pin.stiffness
 
 
-@law
-def _correct(h: float, constant: float, own: Any, joint: Any) -> None:
-    """Move the end of a step from the guessed motion, which the law has seen, to that which was found."""
-    pin, faster, further = joint.pin, joint.motor.speed - own.speed, joint.motor.position - own.position
-    more = -own.free * (pin.damping * faster + pin.stiffness * further)
-    push = h * (own.proportional * more + (own.forward - constant) * faster) / own.inductance
-    drive = h * own.integral * more
-    end = own.held[0] * push + own.held[1] * drive
-    mean = own.mean[0] * push + own.mean[1] * drive
-    pin.voltage += own.resistance * mean + constant * faster + own.inductance * end / h
-    own.current_rate += end / h
-    own.integrated_voltage_rate += (own.held[2] * push + own.held[3] * drive) / h
-
-
 @joint_law(Own)
 def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
-    pin, heat, speed, current = joint.pin, joint.heat, joint.motor.speed, own.current
+    pin, heat, motor, current = joint.pin, joint.heat, joint.motor, own.current
     resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
-    square, mean, grown = current * current, current, 0.0
+    square, pin.power = current * current, pin.voltage * current
     if h > 0.0:
-        if own.between != 0.0:
-            _correct(h, constant, own, joint)
-        change = h * own.current_rate
-        end = current + change
-        # The mean that the voltage told: V = R I + e + L dI/dt, all of them means over the step.
-        mean = (pin.voltage - constant * speed - own.inductance * change / h) / resistance
-        # Simpson's rule, with the middle that this mean asks for.
-        middle = 1.5 * mean - 0.25 * (current + end)
-        square = (current * current + 4.0 * middle * middle + end * end) / 6.0
-        grown = 0.5 * own.inductance * (end * end - current * current) / h
+        # Once more at the motion that was found: the law has seen a guess of it.
+        faster, further = motor.speed - own.speed, motor.position - own.position
+        asked = own.asked - own.free * (pin.damping * faster + pin.stiffness * further)
+        end, drawn, mean, square, pin.power, _ = _moved(h, own, pin.limit, asked, resistance, constant, motor.speed)
+        own.current_rate, own.integrated_voltage_rate = (end - current) / h, (drawn - own.integrated_voltage) / h
+        pin.voltage = resistance * mean + constant * motor.speed + own.inductance * own.current_rate
     heat.copper_loss = resistance * square
-    pin.power = heat.copper_loss + constant * speed * mean + grown if h > 0.0 else pin.voltage * current
     pin.magnetic_energy = 0.5 * own.inductance * current * current
 
 

@@ -11,8 +11,10 @@ In a fixed step (h > 0) ``t`` and the connectors are those of the middle of the 
 rates are what the states change by over the whole step, divided by h, what it provides are means over it. An effect
 faster than the step solves its own equation there; any other just adds half a step of its rates.
 
-``account`` is called after motion and forces are known, and puts out powers; with h > 0 the step is taken for good, and
-memory may change. ``sample`` is called at the instants of the effect's period, and only changes memory.
+``account`` is called after motion and forces are known, puts out powers, and fills rates of states that are ``late``;
+it may find that a step was too long, or that what had been told before does not fit, and ask for it once more.
+``accept`` is called when a fixed step is taken for good, and may change what is kept. ``sample`` is called at the
+instants of the effect's period, and only changes memory.
 """
 
 from __future__ import annotations
@@ -41,6 +43,7 @@ class State:
         unit: SI.
         atol: Error that does not matter [unit].
         memory: True: it does not follow a rate, but changes at samples or after steps.
+        late: True: its rate is known once motion, forces and powers are, so ``account`` fills it.
         path: Field of the effect's own record, beside which stands its rate, ``<path>_rate``; empty: as its name.
     """
 
@@ -49,6 +52,7 @@ class State:
     atol: float = 1e-6
     memory: bool = False
     path: str = ""
+    late: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,8 @@ class Ports:
         outputs: What it sets in ``account``, after motion and forces are known.
         powers: Roles of those outputs that are powers [W], by name.
         stores: Those outputs that are stored energies [J].
+        guard: Field of its own record, filled in ``account`` at instants, that must not become negative where the error
+            is controlled: ``accept`` is called there with h = 0, and makes the change that it stands for. Empty: none.
     """
 
     states: tuple[State, ...] = ()
@@ -97,6 +103,7 @@ class Ports:
     outputs: tuple[Signal, ...] = ()
     powers: Mapping[str, Role] | None = None
     stores: tuple[str, ...] = ()
+    guard: str = ""
 
 
 @dataclass(frozen=True)
@@ -198,12 +205,14 @@ class Effect(ABC):
         scope: ``joint`` or ``scene``.
         compute: Provides and contributes, fills the rates of its states; None: only a shape.
         account: Puts out powers once motion and forces are known; None: there are none.
+        accept: Changes what is kept after a fixed step, or (h = 0) where its guard is spent; None: nothing.
         sample: Changes memory at the instants of ``period``; None: not sampled.
     """
 
     scope: ClassVar[str] = "joint"
     compute: ClassVar[Law | None] = None
     account: ClassVar[Law | None] = None
+    accept: ClassVar[Law | None] = None
     sample: ClassVar[Law | None] = None
 
     def __init_subclass__(cls) -> None:
@@ -298,14 +307,6 @@ class Effect(ABC):
             Instants [s].
         """
         return ()
-
-    def refined(self) -> Effect:
-        """The same effect for engines that control their error: without steps of its own between which it waits.
-
-        Returns:
-            The effect.
-        """
-        return self
 
     def piecewise(self) -> bool:
         """Whether what it adds to a gear's or to the tip's forces has pieces, so that a step looks again.

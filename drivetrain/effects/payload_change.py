@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.effects.effect import NOTHING, Effect, Place, Ports
+from drivetrain.effects import signals as s
+from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.errors import Fault, InputError
 
 
@@ -34,8 +35,8 @@ EMPTY = Body(0.0, np.zeros(3), np.zeros((3, 3)))
 class PayloadChange(Effect):
     """Bodies that come and go: part of the mechanics from their instant on.
 
-    Speeds go on as they are: what is picked up is taken to move as the tip does, and brings its own energy along, so
-    ``energy_error`` steps by that energy.
+    Speeds go on as they are: what is picked up is taken to move as the tip does, and brings its own energy along, as
+    ``scene.payload_energy``.
 
     Attributes:
         time: Instants from which on a body is carried, rising [s], (K,); before the first the tip is empty.
@@ -60,7 +61,7 @@ class PayloadChange(Effect):
         object.__setattr__(self, "time", time)
 
     def ports(self, place: Place) -> Ports:
-        return NOTHING
+        return Ports(provides=(s.PAYLOAD_ENERGY,))
 
     def breakpoints(self) -> Sequence[float]:
         return [float(t) for t in self.time]

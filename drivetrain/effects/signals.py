@@ -88,6 +88,10 @@ VOLTAGE = Signal("voltage", "V", path="pin.voltage")  # between the motor's term
 VOLTAGE_LIMIT = Signal("voltage_limit", "V", default=float("inf"), path="pin.limit")
 WINDING_TEMPERATURE = Signal("winding_temperature", "C", path="heat.winding")
 HOUSING_TEMPERATURE = Signal("housing_temperature", "C", path="heat.housing")
+GEAR_TEMPERATURE = Signal("gear_temperature", "C", path="heat.gear")
+GEAR_DRAG_POWER = Signal(
+    "gear_drag_power", "W", path="heat.drag_power"
+)  # share of the motor's dry friction that is the gear's drag
 COPPER_LOSS = Signal("copper_loss", "W", path="heat.copper_loss")
 ELECTRICAL_POWER = Signal("electrical_power", "W", path="pin.power")
 MAGNETIC_ENERGY = Signal("magnetic_energy", "J", path="pin.magnetic_energy")
@@ -112,6 +116,7 @@ SHAFT_COMMANDS = (SHAFT_COMMAND_POSITION, SHAFT_COMMAND_SPEED, SHAFT_COMMAND_ACC
 # Of the whole mechanics, told at instants only.
 KINETIC_ENERGY = Signal("scene.kinetic_energy", "J", path="kinetic_energy")
 POTENTIAL_ENERGY = Signal("scene.potential_energy", "J", path="potential_energy")
+PAYLOAD_ENERGY = Signal("scene.payload_energy", "J", path="payload_energy")  # that payloads have brought so far
 
 # Of the tip, along the axes of the base: known before; and what the surroundings do to it.
 TIP_GIVEN = (

@@ -11,6 +11,7 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
 from drivetrain.effects.laws import scene_law
 from drivetrain.errors import Fault, InputError
+from drivetrain.jit import law
 
 
 @dataclass
@@ -53,9 +54,27 @@ class StiffSupply(Effect):
         return Stiff(self.voltage * self.modulation)
 
 
+MOST_CHANGE = 0.005  # of the voltage in a step: the drives see its mean
+AGREED = 1e-7  # of the nominal voltage
+EDGE = 1e-9  # of the nominal voltage: closer to a voltage that is held it is held
+NOTHING = 1e-6  # [W]
+HELD, BELOW, ABOVE, CAPPED, BURNING = range(5)  # by the source, waiting for it, free, by the resistor, that always on
+
+
 @dataclass
 class Own:
-    """What it keeps: the fields of ``SupplyBus``, its voltage [V], powers [W] and energy [J]."""
+    """What it keeps.
+
+    Attributes:
+        nominal, capacity, power, threshold, resistance, modulation: Fields of ``SupplyBus``.
+        bus_voltage, bus_voltage_rate: The state [V], [V/s].
+        slope: Of the voltage over the last fixed step [V/s].
+        trial: Mean voltage that the drives are told of a step [V].
+        last, off: That of the try before, and by how much it was too low [V].
+        low, high: Between which it lies [V].
+        mode, margin: What holds the voltage, and how far it is from changing that [V or W].
+        source_power, brake_resistor_power, delivered_power, bus_energy: [W], [J].
+    """
 
     nominal: float
     capacity: float
@@ -64,43 +83,111 @@ class Own:
     resistance: float
     modulation: float
     bus_voltage: float = 0.0
+    bus_voltage_rate: float = 0.0
+    slope: float = 0.0
+    trial: float = 0.0
+    last: float = 0.0
+    off: float = 0.0
+    low: float = 0.0
+    high: float = 0.0
+    mode: int = HELD
+    margin: float = 0.0
     source_power: float = 0.0
     brake_resistor_power: float = 0.0
     delivered_power: float = 0.0
     bus_energy: float = 0.0
 
 
-@scene_law(Own)
-def _bus(t: Any, h: Any, own: Any, scene: Any) -> None:
-    for j in range(len(scene.joints)):
-        scene.joints[j].pin.limit = own.modulation * own.bus_voltage
-
-
-@scene_law(Own)
-def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
-    drawn, volts = 0.0, own.bus_voltage
-    for j in range(len(scene.joints)):
-        drawn += scene.joints[j].pin.power
-    own.delivered_power = drawn
-    if h <= 0.0:
-        own.source_power = min(max(drawn, 0.0), own.power) if volts <= own.nominal * (1.0 + 1e-9) else 0.0
-        burnt = volts * volts / own.resistance
-        if volts <= own.threshold * (1.0 + 1e-9):  # at the threshold it goes on and off, and burns what comes back
-            burnt = min(max(-drawn, 0.0), burnt) if volts >= own.threshold * (1.0 - 1e-9) else 0.0
-        own.brake_resistor_power = burnt
-        own.bus_energy = 0.5 * own.capacity * volts * volts
-        return
-    # Energy of the capacitor after the step; the source lifts it to its nominal voltage, the resistor cuts it off.
-    energy = 0.5 * own.capacity * volts * volts - drawn * h
+@law
+def _after(own: Any, drawn: float, h: float) -> tuple[float, float, float]:
+    """Voltage after a step in which the drives draw a power; what the source gives, and the resistor burns [W]."""
+    energy = 0.5 * own.capacity * own.bus_voltage * own.bus_voltage - drawn * h
     full, most = 0.5 * own.capacity * own.nominal * own.nominal, 0.5 * own.capacity * own.threshold * own.threshold
     feed = min(max(full - energy, 0.0), own.power * h)
     energy += feed
     burnt = 0.0
     if energy > most:
-        burnt = min(energy - most, h * volts * volts / own.resistance)
+        burnt = min(energy - most, h * own.bus_voltage * own.bus_voltage / own.resistance)
         energy -= burnt
-    own.bus_voltage = math.sqrt(2.0 * max(energy, 0.0) / own.capacity)
-    own.source_power, own.brake_resistor_power, own.bus_energy = feed / h, burnt / h, max(energy, 0.0)
+    return (math.sqrt(2.0 * energy / own.capacity) if energy > 0.0 else 0.0), feed / h, burnt / h
+
+
+@scene_law(Own)
+def _bus(t: Any, h: Any, own: Any, scene: Any) -> None:
+    volts = own.bus_voltage
+    if h > 0.0:
+        if scene.world.tries == 0:
+            own.low, own.high = 0.0, math.inf
+            own.trial = max(volts + 0.5 * h * own.slope, 0.5 * volts)
+        volts = own.trial
+    for j in range(len(scene.joints)):
+        scene.joints[j].pin.limit = own.modulation * volts
+
+
+@scene_law(Own)
+def _settle(t: Any, h: Any, own: Any, scene: Any) -> None:
+    drawn, volts, world = 0.0, own.bus_voltage, scene.world
+    for j in range(len(scene.joints)):
+        drawn += scene.joints[j].pin.power
+    own.delivered_power, own.bus_energy = drawn, 0.5 * own.capacity * volts * volts
+    if h <= 0.0:
+        most, mode, edge = volts * volts / own.resistance, own.mode, EDGE * own.nominal
+        own.source_power = own.brake_resistor_power = 0.0
+        if mode == HELD:
+            own.source_power, own.margin = min(max(drawn, 0.0), own.power), min(drawn + NOTHING, own.power - drawn)
+        elif mode == BELOW:
+            own.source_power, own.margin = own.power, own.nominal + edge - volts
+        elif mode == CAPPED:
+            own.brake_resistor_power, own.margin = min(max(-drawn, 0.0), most), min(NOTHING - drawn, most + drawn)
+        elif mode == BURNING:
+            own.brake_resistor_power, own.margin = most, volts + edge - own.threshold
+        else:
+            own.margin = min(volts + edge - own.nominal, own.threshold + edge - volts)
+        surplus = own.source_power - drawn - own.brake_resistor_power
+        own.bus_voltage_rate = 0.0
+        if mode != HELD and mode != CAPPED:
+            own.bus_voltage_rate = surplus / (own.capacity * max(volts, EDGE * own.nominal))
+        return
+    end, own.source_power, own.brake_resistor_power = _after(own, drawn, h)
+    own.bus_voltage_rate = own.slope = (end - volts) / h
+    change, mean = abs(end - volts), 0.5 * (volts + end)
+    if change > 0.0:
+        world.longest = min(world.longest, MOST_CHANGE * h * max(volts, MOST_CHANGE * own.nominal) / change)
+    # The more voltage the drives are told, the more they take, and the less is left: what was told is bracketed.
+    if abs(mean - own.trial) <= AGREED * own.nominal:
+        return
+    world.again = 1
+    told, off, before, was = own.trial, mean - own.trial, own.last, own.off
+    if off > 0.0:
+        own.low = told
+    else:
+        own.high = told
+    guess = mean if world.tries == 0 or off == was else told - off * (told - before) / (off - was)
+    if not own.low < guess < own.high:
+        guess = 0.5 * (own.low + min(own.high, 2.0 * mean))
+    own.last, own.off, own.trial = told, off, guess
+
+
+@scene_law(Own)
+def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
+    drawn, most = own.delivered_power, own.bus_voltage * own.bus_voltage / own.resistance
+    if h > 0.0:
+        volts, edge = own.bus_voltage + h * own.bus_voltage_rate, EDGE * own.nominal
+        own.mode = ABOVE if volts > own.nominal + edge else HELD if volts > own.nominal - edge else BELOW
+        if volts > own.threshold - edge:
+            own.mode = BURNING if volts > own.threshold + edge else CAPPED
+        return
+    # Its margin is spent: the change that this stands for is made, as who asks anew might get the old answer back.
+    if own.mode == HELD:
+        own.mode = BELOW if drawn > 0.5 * own.power else ABOVE
+    elif own.mode == CAPPED:
+        own.mode = BURNING if -drawn > 0.5 * most else ABOVE
+    elif own.mode == BELOW or (own.mode == ABOVE and own.bus_voltage <= own.nominal):
+        own.mode = BELOW if drawn > own.power else HELD if drawn >= 0.0 else ABOVE
+        own.bus_voltage = own.nominal
+    else:
+        own.mode = BURNING if -drawn > most else CAPPED if drawn <= 0.0 else ABOVE
+        own.bus_voltage = own.threshold
 
 
 @dataclass(frozen=True)
@@ -129,6 +216,7 @@ class SupplyBus(Effect):
     scope = "scene"
     compute = _bus
     account = _settle
+    accept = _accept
 
     def __post_init__(self) -> None:
         finite = {"voltage": self.voltage, "capacity": self.capacity, "modulation": self.modulation}
@@ -146,7 +234,7 @@ class SupplyBus(Effect):
 
     def ports(self, place: Place) -> Ports:
         return Ports(
-            states=(State("bus_voltage", "V", 1e-3, memory=True),),
+            states=(State("bus_voltage", "V", 1e-3, late=True),),
             needs=tuple(Signal(f"{joint}:{s.ELECTRICAL_POWER.name}", "W", default=0.0) for joint in place.joints),
             provides=tuple(Signal(f"{joint}:{s.VOLTAGE_LIMIT.name}", "V") for joint in place.joints),
             outputs=(
@@ -156,6 +244,7 @@ class SupplyBus(Effect):
             # What the drives take counts as their source: here it leaves.
             powers={"source_power": Role.SOURCE, "brake_resistor_power": Role.LOSS, "delivered_power": Role.LOSS},
             stores=("bus_energy",),
+            guard="margin",
         )  # fmt: skip
 
     def own(self, place: Place) -> Own:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 from drivetrain.drive.friction import Friction
 from drivetrain.report.quantities import number, percent, with_unit
-from drivetrain.report.words import DRIVE_MASS, safety_lines
+from drivetrain.report.words import DRIVE_MASS, heat_model, safety_lines
 from drivetrain.sizing.judge.evaluate import holding_figures
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, Study
@@ -124,11 +124,12 @@ def _heat(evaluation: Evaluation) -> Group:
         ("copper", "+0.39 %/K of resistance"),
         ("torque constant", ", ".join(f"{100 * value:+g} %/K of magnet temperature" for value in coefficients)),
     ]
-    lines += [
-        (f"mounting of {task.name}", f"housing to ambient {number(task.housing_to_ambient)} K/W, replacing the sheet's")
-        for task in evaluation.study.joints
-        if task.housing_to_ambient is not None
-    ]
+    models: dict[str, list[str]] = {}
+    for task in evaluation.study.joints:
+        if task.name in evaluation.joints:
+            motor = evaluation.joints[task.name].drive.motor
+            models.setdefault(f"{motor.key}: {heat_model(motor, task.housing_to_ambient)}", []).append(task.name)
+    lines += [(f"heat of {', '.join(names)}", model) for model, names in models.items()]
     lines = [line for line in lines if line[1]]
     frameless = [joint.name for joint in evaluation.joints.values() if joint.drive.motor.frameless]
     notes = (

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
-from drivetrain.report.views import identity
-from drivetrain.report.words import common_unit, digits_near_limit, required_text
+from drivetrain.report.words import common_unit, digits_near_limit, identity, in_study_amperes, required_text
 from drivetrain.sizing.judge.checks import REQUIREMENTS
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.verdicts import Check
@@ -41,6 +40,7 @@ def check_lines(check: Check) -> Iterator[str]:
     yield f"  {check.name}: {check.verdict}{used}"
     lines = (
         ("asked", "" if check.required is None else required_text(check, shown, unit)),
+        ("in study", in_study_amperes(check)),
         ("formula", formula),
         ("allowed", "" if check.available is None else f"{limit} {unit}".rstrip()),
         ("source", check.source),

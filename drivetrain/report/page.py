@@ -29,14 +29,21 @@ from drivetrain.report.views import (
     check_row,
     check_rows,
     fallen_counts,
-    identity,
     joint_card,
     matrix,
     nearest_misses,
     passed_over,
     used_rows,
 )
-from drivetrain.report.words import MODEL_LIMITS, gaps, headline, objective_text, overall_sentence, shared_place
+from drivetrain.report.words import (
+    OUTSIDE,
+    gaps,
+    headline,
+    identity,
+    objective_text,
+    overall_sentence,
+    shared_place,
+)
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
@@ -161,7 +168,7 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "felling_checks": checks,
         "fallen_counts": counts,
         "passed_over": passed_over(evaluation.study.joints),
-        "model_limits": MODEL_LIMITS,
+        "outside": OUTSIDE,
     }
 
 

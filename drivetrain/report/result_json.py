@@ -7,10 +7,12 @@ from typing import Any
 
 import pandas as pd
 
+from drivetrain.drive.amplifier import from_dc
 from drivetrain.report.fallen_columns import counted, fallen_columns
 from drivetrain.report.json_text import json_text, plain
 from drivetrain.report.sections import Extra
 from drivetrain.report.spread_section import spread_data
+from drivetrain.report.words import heat_model, identity
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.missing import Gap, gaps, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
@@ -63,7 +65,11 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
         "criteria": {name: _finite(value) for name, value in sorted(evaluation.criteria.items())},
         "currency": study.prices.currency,
         "missing": [_gap(gap) for gap in gaps(evaluation)],
-        "joints": {name: _joint(joint) for name, joint in evaluation.joints.items()},
+        "joints": {
+            task.name: _joint(evaluation.joints[task.name], task.housing_to_ambient)
+            for task in study.joints
+            if task.name in evaluation.joints
+        },
         "shared": [_check(check) for check in evaluation.shared],
     }
     if selection is None:
@@ -100,6 +106,7 @@ def _check(check: Check) -> dict[str, Any]:
         "available": _finite(check.available),
         "unit": check.unit,
         "utilisation": _finite(check.utilisation),
+        "in_study_amperes": _amperes(check),
         "verdict": str(check.verdict),
         "time": _finite(check.time),
         "source": check.source,
@@ -107,13 +114,25 @@ def _check(check: Check) -> dict[str, Any]:
     }
 
 
-def _joint(joint: JointResult) -> dict[str, Any]:
+def _amperes(check: Check) -> dict[str, Any] | None:
+    """A current in the ampere that the study uses; nothing for what is none, or where both are one."""
+    if check.unit != "A" or check.current_basis == "dc":
+        return None
+    values = {name: _finite(getattr(check, name)) for name in ("actual", "required", "available")}
+    return {"basis": check.current_basis} | {
+        name: None if value is None else from_dc(value, check.current_basis) for name, value in values.items()
+    }
+
+
+def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
     """One joint: its drive and every check."""
     return {
         "verdict": str(joint.verdict),
         "drive": {"motor": joint.motor, "gear": joint.gear}
         | ({"brake": joint.brake} if joint.brake else {})
         | ({"amplifier": joint.amplifier.key} if joint.amplifier.key else {}),
+        "parts": {"motor": identity(joint.drive.motor), "gear": identity(joint.drive.gear)},
+        "heat_model": heat_model(joint.drive.motor, mounting),
         "binding": None if joint.binding is None else joint.binding.name,
         "checks": [_check(check) for check in joint.checks],
         "assumptions": list(joint.drive.assumptions),

@@ -23,8 +23,10 @@ from drivetrain.report.views import CSS
 from drivetrain.report.words import common_unit, required_text
 from drivetrain.simulation.cost_results import Decision
 from drivetrain.simulation.recording import Recording
+from drivetrain.simulation.unaccounted import UNACCOUNTED
 from drivetrain.sizing.results import Evaluation
 
+DOUBTS = (UNACCOUNTED, "verify")  # events by which a run says that it is not to be trusted
 MOST_EVENTS = 40  # told in the table; the recording holds them all
 
 
@@ -64,6 +66,8 @@ def simulation_lines(found: SimulationFound) -> list[str]:
     lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]
     if recording.stopped_by is not None:
         lines.append(f"stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}")
+    lines += [f"warning: at {one.time:.4g} s: {one.detail}" for one in recording.events if one.name in DOUBTS]
+    lines += [f"  {name}: {number(a, 5)}, finer {number(b, 5)}" for name, (a, b) in recording.verified.items()]
     if told is not None:
         for name, joint in told.joints.items():
             lines.append(
@@ -87,7 +91,7 @@ def _run(found: SimulationFound) -> Section:
             (
                 "energy",
                 figure_energy(recording),
-                "Energies put in (electrical) and lost; below the audit: a payload that comes or goes is a step.",
+                "Energies put in (electrical) and lost; below the audit.",
             )
         )
     drawn = []
@@ -102,10 +106,17 @@ def _run(found: SimulationFound) -> Section:
     lead = [f"{found.effects[0].upper()}{found.effects[1:]}. {recording.about.get('solver', '')}: {work}."]
     if recording.stopped_by is not None:
         lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")
+    lead += [f"Warning, at {one.time:.4g} s: {one.detail}." for one in recording.events if one.name in DOUBTS]
     if told is not None:
         end = end_of(found.evaluation.study)
         lead.append(f"The {end.name} comes as far as {end.far(told.tip_deviation)} from the command.")
     tables = [] if told is None else [_decided(told), _checks(told)]
+    if recording.verified:
+        compared = tuple(
+            (name, number(a, 5), number(b, 5), number(a - b, 2)) for name, (a, b) in recording.verified.items()
+        )
+        caption = "Once more at half the step or a tenth of the tolerance [A, N m, K, rad, m]"
+        tables.append(SheetTable(("decides", "this run", "finer", "difference"), compared, caption, (1, 2, 3)))
     events = [e for e in recording.events if e.name not in FRICTION][:MOST_EVENTS]
     if events:
         rows = tuple((f"{event.time:.4f} s", event.name, event.detail) for event in events)

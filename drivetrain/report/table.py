@@ -7,7 +7,7 @@ from rich.text import Text
 
 from drivetrain.report.best_sets import equals_sentence, set_lines
 from drivetrain.report.quantities import DASH, percent
-from drivetrain.report.words import gaps, headline, objective_text, overall_sentence, shared_place
+from drivetrain.report.words import gaps, headline, identity, objective_text, overall_sentence, shared_place
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.verdicts import Verdict
 
@@ -56,6 +56,12 @@ def _cells(joint: JointResult) -> list[str | Text]:
     ]
 
 
+def part_lines(evaluation: Evaluation) -> list[str]:
+    """What the makers call the parts, each once."""
+    rows = [row for joint in evaluation.joints.values() for row in (joint.drive.motor, joint.drive.gear)]
+    return list(dict.fromkeys(f"{row.key}: {identity(row)}" for row in rows if row.key and identity(row)))
+
+
 def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
     """The highest utilisation among the named checks; None when none of them was judged."""
     found = [check.utilisation for check in joint.checks if check.name in names and check.utilisation is not None]
@@ -82,6 +88,7 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     missing = sum(
         check.verdict is Verdict.NOT_CHECKED for joint in evaluation.joints.values() for check in joint.checks
     )
+    lines += [Text(line, "dim") for line in part_lines(evaluation)]
     if missing:
         lines.append(
             Text(f"{missing} checks were not made or only told, not judged: the report says which and why", "dim")

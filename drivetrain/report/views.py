@@ -20,6 +20,8 @@ from drivetrain.report.quantities import DASH, convert, number, percent, printed
 from drivetrain.report.words import (
     common_unit,
     digits_near_limit,
+    identity,
+    in_study_amperes,
     joint_sentence,
     nearness,
     required_text,
@@ -71,6 +73,7 @@ class JointCard:
     Attributes:
         name, anchor, verdict, css: The joint and its verdict.
         motor, gear: Keys as printed.
+        motor_name, gear_name: Maker, series and part number, as far as known.
         sentence: What limits it.
         lead: The same as a whole sentence.
         utilisation: Of the binding check, as text.
@@ -83,6 +86,8 @@ class JointCard:
     css: str
     motor: str
     gear: str
+    motor_name: str
+    gear_name: str
     sentence: str
     lead: str
     utilisation: str
@@ -143,7 +148,7 @@ def check_row(joint: str, check: Check, rows: tuple[str, ...] = ()) -> CheckRow:
         margin=margin,
         time=DASH if check.time is None else f"{number(check.time)} s",
         source=source,
-        remark=check.remark,
+        remark="; ".join(text for text in (in_study_amperes(check), check.remark) if text),
         verdict=str(check.verdict),
         css=CSS[check.verdict],
         share=min(share, 1e9),
@@ -170,6 +175,8 @@ def joint_card(joint: JointResult) -> JointCard:
         CSS[joint.verdict],
         joint.motor,
         joint.gear or "direct drive",
+        identity(joint.drive.motor),
+        identity(joint.drive.gear),
         joint_sentence(joint),
         f"{nearness(joint.binding).capitalize()}: {joint_sentence(joint)}.",
         percent(None if joint.binding is None else joint.binding.utilisation),
@@ -208,16 +215,6 @@ def part(record: Motor | Gear | Brake) -> Part:
     return Part(
         identity(record) or record.key or "direct drive", record.key, record.source, tuple(known), ", ".join(missing)
     )
-
-
-def identity(record: Motor | Gear | Brake | None) -> str:
-    """Maker, series and part number, as far as known and not said by the next; those of a motor's brake behind it."""
-    if record is None:
-        return ""
-    names = (record.maker, record.series, record.part_number)
-    own = " ".join(name for i, name in enumerate(names) if name and not names[i + 1 :].count(name))
-    brake = identity(record.brake) if isinstance(record, Motor) else ""
-    return f"{own} + {brake}" if brake else own
 
 
 def used_rows(joint: JointResult, study: Study) -> list[Part]:

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import math
 
+from drivetrain.drive.amplifier import from_dc
+from drivetrain.drive.brake import Brake
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.thermal_network import thermal_network
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
 from drivetrain.sizing.judge.missing import gap_lines, uncounted
 from drivetrain.sizing.judge.missing import gaps as missing_gaps
@@ -13,23 +18,62 @@ from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.mounting import drive_mass
 from drivetrain.study.verdicts import Check, Verdict, lacking
 
+AMPERES = {"dc": "", "rms": "rms", "peak": "amplitude"}
+
 DRIVE_MASS = {
     DriveMass.ADDED: "The arm's links are bare: stator, rotor and gear of every drive load every joint before it.",
     DriveMass.INCLUDED: "The arm's links already hold the drives' masses: nothing is added; rotors spin in addition.",
     DriveMass.REPLACED: "The drives that the arm's links hold are taken out, and the judged drives put in.",
 }
 
-MODEL_LIMITS = (
-    "The motion is followed exactly: overshoot, control error and start-up transients are not in the numbers.",
-    "Links, gears and bearings are rigid: wind-up, backlash and resonance are not computed.",
-    "The cycle repeats for ever: temperatures are those of the periodic steady state, not of the first cycle or of a "
-    "rare emergency stop.",
-    "Each drive is two bodies of heat, winding and housing, in air of one temperature; neighbours do not warm each "
-    "other, and iron loss counts only as far as the sheet's nominal current holds it.",
-    "The supply holds its voltage; current ripple, cogging and dead time of the amplifier are left out.",
-    "Gears are judged by the torque and speed limits of their sheet; lubrication, mounting and shock are not.",
-    "Catalogue rows are for sizing studies: confirm the chosen parts against the maker's current data sheet.",
+OUTSIDE = (
+    (
+        "emergency stop, a jammed output, power off: the gear's momentary peak torque is held against the cycle alone",
+        "the amplifier's peak current as a torque on the gear, from the worst state of the cycle; "
+        "`drivetrain simulate` with a limited amplifier and a wall",
+    ),
+    (
+        "voltage of the bus while braking",
+        "capacitance and chopper of the supply; `drivetrain simulate` with `SupplyBus`",
+    ),
+    (
+        "resonance, tip deviation by wind-up, lost motion",
+        "stiffness K1 to K3 and backlash of the gear's sheet; `drivetrain loops` and `drivetrain simulate`",
+    ),
+    (
+        "overshoot, control error, start-up: the motion counts as followed exactly",
+        "gains of the loops (`drivetrain loops`); `drivetrain simulate` runs them",
+    ),
+    (
+        "bending of links, strength of links, screws and housings",
+        "stiffness and strength of the structure: a finite-element model, or links as beams in a scene",
+    ),
+    (
+        "warm-up and rare loads: temperatures are those of the cycle that repeats for ever",
+        "`drivetrain simulate` over the hours wanted",
+    ),
+    (
+        "joints that warm each other; air that is hotter in one place",
+        "a measured rise at the joint: state it as `ambient` or `housing_to_ambient`",
+    ),
+    (
+        "iron loss beyond what the sheet's nominal current holds of it; current ripple, cogging, dead time",
+        "loss map of the motor, or its maker; `drivetrain simulate` with `Cogging`",
+    ),
+    (
+        "lubrication, seals, dirt, shock, mounting tolerances of gears and bearings",
+        "the maker's selection sheet with the loads of this report",
+    ),
+    (
+        "cables, connectors, encoders, electromagnetic compatibility, functional safety",
+        "their own standards (ISO 10218-1 and IEC 61800-5-2 among them): nothing of it is computed here",
+    ),
+    (
+        "the catalogue rows themselves: they are for sizing studies",
+        "the maker's current data sheet of each chosen part",
+    ),
 )
+"""What lies outside the checks, and what it would take to check it."""
 
 
 def check_sentence(check: Check) -> str:
@@ -45,7 +89,21 @@ def check_sentence(check: Check) -> str:
         return f"{check.name}: {check.remark or 'beyond any number'}"
     available = number(float(convert(check.available, check.unit, shown)), digits_near_limit(check.utilisation))
     asked, allowed = required_text(check, shown, unit), f"{available}\u00a0{unit}".rstrip()
-    return f"{check.name} {asked}{when}, limit {allowed} ({percent(check.utilisation)})"
+    entered = in_study_amperes(check)
+    beside = f"; {entered}" if entered else ""
+    return f"{check.name} {asked}{when}, limit {allowed} ({percent(check.utilisation)}{beside})"
+
+
+def in_study_amperes(check: Check) -> str:
+    """A current and its limit in the ampere that the study uses; nothing for what is none, or where both are one."""
+    if check.unit != "A" or check.current_basis == "dc" or check.required is None:
+        return ""
+    digits = digits_near_limit(check.utilisation)
+    asked, limit = (
+        None if value is None else number(from_dc(value, check.current_basis), digits)
+        for value in (check.required, check.available)
+    )
+    return f"{asked}{'' if limit is None else f' of {limit}'} A {AMPERES[check.current_basis]}"
 
 
 def common_unit(check: Check) -> str:
@@ -78,6 +136,14 @@ def digits_near_limit(utilisation: float | None) -> int:
     return 5 if utilisation is not None and 0.99 < utilisation < 1.01 else 3
 
 
+def identity(record: Motor | Gear | Brake | None) -> str:
+    """Maker, series and part number, as far as known and not said by the next."""
+    if record is None:
+        return ""
+    names = (record.maker, record.series, record.part_number)
+    return " ".join(name for i, name in enumerate(names) if name and not names[i + 1 :].count(name))
+
+
 def nearness(check: Check | None) -> str:
     """What the check with the highest utilisation is."""
     over = check is not None and check.utilisation is not None and not check.utilisation <= 1.0
@@ -90,6 +156,29 @@ def no_temperature(joint: JointResult) -> str:
     if check is not None and check.utilisation is not None:
         return "no steady temperature: it runs away"
     return f"not computed: {check.remark}" if check is not None and check.remark else "not computed"
+
+
+def heat_model(motor: Motor, mounting: float | None) -> str:
+    """The way of a motor's heat from the winding to the air, and who says so.
+
+    Args:
+        mounting: Housing to ambient as the study states it [K/W]; None: as the sheet prints.
+    """
+    network = thermal_network(motor, 0.0, housing_to_ambient=mounting)
+    if network is None:
+        return "temperatures not computed: thermal resistances are not in the catalogue row"
+    inner, outer = network.resistance_winding_housing, network.resistance_housing_ambient
+    whole, unsteady = motor.resistance_winding_ambient, network.winding_capacity is None
+    end = "; its time constant is unknown: means, no peaks" if unsteady else ""
+    if inner == 0.0:
+        stated = "" if mounting is None else f", the larger of the sheet's {number(whole)} and the stated mounting"
+        return f"one node, {number(outer)} K/W from winding to ambient{stated}{end}"
+    start = f"two nodes, winding to housing {number(inner)} K/W (sheet)"
+    if motor.resistance_winding_housing is None and whole is not None:
+        share = f"{percent(inner / whole)} of the sheet's {number(whole)} K/W from winding to ambient, assumed"
+        start = f"two nodes, winding to housing {number(inner)} K/W ({share})"
+    source = "the study's mounting" if mounting is not None else "sheet"
+    return f"{start}, housing to ambient {number(outer)} K/W ({source}){end}"
 
 
 def joint_sentence(joint: JointResult) -> str:

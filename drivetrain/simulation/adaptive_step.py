@@ -19,25 +19,34 @@ import numpy as np
 from numba import carray
 
 from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.simulation import equations, jacobian
 from drivetrain.simulation.engine import Engine, Outcome, Wish, started
-from drivetrain.simulation.equations import RIGHT_SIDE, account_at, put_row, put_states, solve_at, take_samples
+from drivetrain.simulation.equations import (
+    RIGHT_SIDE,
+    account_at,
+    pass_payloads,
+    put_row,
+    put_states,
+    solve_at,
+    take_samples,
+)
 from drivetrain.simulation.fixed_step import mode_event, resumed
 from drivetrain.simulation.friction import NO_SET
 from drivetrain.simulation.jacobian import dependence
 from drivetrain.simulation.plan import Plan
-from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event
 from drivetrain.simulation.records import (
     AT,
     MODE_CHANGE,
     SECTIONS,
     Run,
-    call_laws,
+    call_law,
     coordinates_of,
     count_of,
     engine_of,
+    guards_of,
     memory_of,
     numbers_of,
     part,
@@ -48,7 +57,7 @@ from drivetrain.simulation.records import (
 from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
-from drivetrain.solvers.solver import Rodas4, Rodas5P, Solver
+from drivetrain.solvers.solver import Adaptive, Rodas4, Rodas5P, Solver
 
 AT_REST = 1e-5  # [rad/s or m/s]: what is slower when its speed crosses zero is at rest
 PUSH = 1e-300  # [rad/s]: the speed that tells in which direction a coordinate was pushed off
@@ -62,12 +71,17 @@ def _solve(run: Run, t: float, x: Any) -> None:
 
 
 def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
-    """How far each coordinate is from changing its mode; negative when it has overdone it."""
-    coordinates, asked = coordinates_of(run), False
+    """How far each coordinate and each guard is from changing its mode; negative when it has overdone it."""
+    coordinates, guards, memory = coordinates_of(run), guards_of(run), memory_of(run)
+    asked = len(guards) > 0
     for i in range(len(coordinates)):
         asked = asked or coordinates[i].dry.mode == 0 or coordinates[i].surface != 0.0
     if asked:
         _solve(run, t, x)
+    if len(guards):
+        account_at(run, t)
+    for k in range(len(guards)):
+        result[len(coordinates) + k] = memory[guards[k].value]
     for i in range(len(coordinates)):
         one = coordinates[i]
         if not one.dry.active:
@@ -79,6 +93,14 @@ def _values(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
                 one.gave = 1 if one.friction >= 0.0 else -1
         else:
             result[i] = one.dry.mode * (x[len(coordinates) + i] - one.surface)
+
+
+@part
+def _own_states(run: Run, x: Any) -> None:
+    """States of effects, which these have changed."""
+    states, memory = states_of(run), memory_of(run)
+    for k in range(2 * len(coordinates_of(run)), engine_of(run).moving):
+        x[k] = memory[states[k].value]
 
 
 @part
@@ -110,6 +132,13 @@ def _handler(t: Any, x: Any, crossed: Any, numbers: Any, run: Any) -> None:
         elif abs(x[c + i] - one.surface) <= AT_REST:
             x[c + i] = one.surface
             one.dry.mode = 0  # what comes to rest sticks, unless that asks too much of friction
+    guards = guards_of(run)
+    if len(guards):
+        account_at(run, t)
+    for k in range(len(guards)):
+        if crossed[c + k] != 0.0:
+            call_law(run, guards[k], t, 0.0)
+            _own_states(run, x)
     engine_of(run).held = 0
     _solve(run, t, x)
     engine_of(run).held = 1
@@ -125,8 +154,6 @@ def _account(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     account_at(run, t)
     for k in range(len(powers)):
         energies[k] += h * memory[powers[k]]
-    if engine_of(run).remembers:
-        call_laws(run, AT.accounts, t, h)
 
 
 def _tell(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
@@ -138,11 +165,10 @@ def _tell(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
 
 def _opens(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     """Samples that are due where a segment begins."""
-    states, memory = states_of(run), memory_of(run)
     put_states(run, x)
+    pass_payloads(run, t)
     take_samples(run, t, 0.0, 1e-6)
-    for k in range(2 * len(coordinates_of(run)), engine_of(run).moving):
-        x[k] = memory[states[k].value]
+    _own_states(run, x)
 
 
 @lru_cache(maxsize=1)
@@ -191,13 +217,23 @@ class AdaptiveStep(Engine):
 
     solver: Solver = field(default_factory=Rodas5P)
 
+    @property
+    def tolerance(self) -> float:
+        return float(getattr(self.solver, "rtol", 0.0))
+
+    def finer(self) -> AdaptiveStep:
+        if not isinstance(self.solver, Adaptive):
+            raise InputError(Fault("verify", "needs a solver with a tolerance", type(self.solver).__name__))
+        atol = self.solver.atol
+        tenth = tuple(0.1 * one for one in atol) if isinstance(atol, tuple) else atol if atol is None else 0.1 * atol
+        return AdaptiveStep(replace(self.solver, rtol=0.1 * self.solver.rtol, atol=tenth))
+
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """Run a plan with steps that hold a tolerance.
 
         Raises:
             InputError: What is to be resumed belongs to another scene; a solver that does not run compiled.
         """
-        plan = _refined(plan)
         if wish.resume is None:
             numbers, first, kept = started(plan), 0.0, None
         else:
@@ -244,13 +280,6 @@ class _Run:
         return _outcome(done, plan, self.numbers, stopped, 0 if self.times[0] == 0.0 else 1)
 
 
-def _refined(plan: Plan) -> Plan:
-    """The plan of the same scene without effects that wait between steps of their own."""
-    effects = {name: tuple(effect.refined() for effect in own) for name, own in plan.scene.effects.items()}
-    same = all(a is b for name, own in plan.scene.effects.items() for a, b in zip(own, effects[name], strict=True))
-    return plan if same else planned(replace(plan.scene, effects=effects))
-
-
 def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
     """A run's numbers with what the adaptive engine itself needs behind them: a log, room of the Jacobian."""
     sizes = plan.memory.atol[: plan.memory.moving] / USUAL
@@ -261,7 +290,7 @@ def _extended(plan: Plan, numbers: Array, hangs: Any) -> Array:
         listed[SECTIONS.index(name)] = first, values.nbytes // 8, len(values)
         first += values.nbytes // 8
     plan.memory.view(numbers, "world")["size"] = first
-    engine["held"], engine["remembers"] = 1, bool(plan.memory.memory.any())
+    engine["held"] = 1
     return np.concatenate([numbers, *(np.ascontiguousarray(values).view(np.float64) for values in sections.values())])
 
 
@@ -269,13 +298,16 @@ def _problem(plan: Plan, numbers: Array, hangs: Any) -> CompiledProblem:
     c, felt = plan.body.c, hangs.copy()
     if plan.body.arm is not None:
         felt[c : 2 * c] = hangs[c : 2 * c].any(axis=0)  # through the inertia every acceleration feels every torque
-    dry = Events(values(), (at.GUARD,) * c, handler=handler(), names=tuple(plan.coordinates))
+    guarded = tuple(one.title for one in plan.instances if one.ports.guard)
+    watched = (*plan.coordinates, *guarded)
+    changes = Events(values(), (at.GUARD,) * len(watched), handler=handler(), names=watched)
+    switches = changes if guarded or _any_dry(plan) else None
     hooks = Hooks(account(), tell(), 1 + len(plan.layout.columns), opens())
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = plan.memory.view(numbers, "sections")["count"][AT.groups]
     return CompiledProblem(
         equations.rates(), len(names), words=parts_of(numbers), jacobian=jacobian.jacobian(), sparsity=felt,
-        events=dry if _any_dry(plan) else None, hooks=hooks, names=names, may_jump=True, differences=1 + int(groups),
+        events=switches, hooks=hooks, names=names, may_jump=True, differences=1 + int(groups),
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.effects.effect import Effect
+from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import equations
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event, Series
@@ -58,6 +59,19 @@ class Outcome:
 
 class Engine(ABC):
     """A way to run a plan."""
+
+    @property
+    def tolerance(self) -> float:
+        """Relative, that is wanted of it [-]; 0: it has none."""
+        return 0.0
+
+    def finer(self) -> Engine:
+        """The same at half the step or a tenth of the tolerance.
+
+        Raises:
+            InputError: It has neither.
+        """
+        raise InputError(Fault("verify", "needs an engine with a step or a tolerance", type(self).__name__))
 
     @abstractmethod
     def run(self, plan: Plan, wish: Wish) -> Outcome:

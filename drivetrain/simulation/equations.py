@@ -15,13 +15,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
+from numba import carray, types
 
 from drivetrain.arrays import Array
 from drivetrain.jit import callback
 from drivetrain.simulation.assembly import agrees, ask_again, assemble, find_forces, show_coupled, show_energies
 from drivetrain.simulation.bodies import clear_tip, move_bodies, show_tip
 from drivetrain.simulation.friction import solve_friction
+from drivetrain.simulation.mechanics import PAYLOAD
 from drivetrain.simulation.records import (
     AT,
     EQUATIONS,
@@ -289,6 +290,36 @@ def account_at(run: Run, t: float) -> None:
 
 
 @part
+def _energy_at(run: Run, t: float) -> float:
+    """Kinetic and potential energy at an instant, with the states as they are."""
+    guess_still(run)
+    show_motion(run, 0.0)
+    call_equations(run, engine_of(run).bodies_law, t, 0.0)
+    show_energies(run)
+    return world_of(run).kinetic_energy + world_of(run).potential_energy
+
+
+@part
+def pass_payloads(run: Run, t: float) -> None:
+    """Payloads that come or go at an instant bring or take their energy."""
+    payloads = carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD)
+    for k in range(1, len(payloads)):
+        instant = payloads[k].time
+        if 0.0 < instant and abs(instant - t) <= 1e-9 * max(1.0, t):
+            world_of(run).payload_energy -= _energy_at(run, np.nextafter(instant, -math.inf))
+            world_of(run).payload_energy += _energy_at(run, max(t, instant))
+
+
+@part
+def rates_at(run: Run, t: float) -> None:
+    """All rates at an instant, with the states as they are."""
+    solve_at(run, t)
+    if engine_of(run).late:
+        account_at(run, t)
+    engine_of(run).rates_calls += 1
+
+
+@part
 def take_samples(run: Run, t: float, early: float, share: float) -> None:
     """Samples that are due; all laws are computed before the first.
 
@@ -321,8 +352,7 @@ def put_row(run: Run, t: float, row: Any) -> None:
 
 def _rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
     put_states(run, x)
-    solve_at(run, t)
-    engine_of(run).rates_calls += 1
+    rates_at(run, t)
     states, memory = states_of(run), memory_of(run)
     for k in range(engine_of(run).moving):
         result[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan

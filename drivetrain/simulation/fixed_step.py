@@ -21,7 +21,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
 from drivetrain.simulation.engine import Engine, Outcome, Wish, started
-from drivetrain.simulation.equations import account_at, put_row, solve_at, take_samples
+from drivetrain.simulation.equations import account_at, pass_payloads, put_row, solve_at, take_samples
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.simulation.records import (
@@ -47,6 +47,9 @@ from drivetrain.solvers.solver import check_positive
 DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS = range(6)  # why the kernel came back
 SLACK = 1e-9  # of a step: what rounding may leave
 BEYOND = 1e60
+MOST_TRIES = 30  # of a step, for effects that must tell something else
+SHORTEST = 1.0 / 4096.0  # of a step, for effects that cannot follow a longer one
+MUCH_SHORTER = 0.8  # of a step: it is parted
 
 
 @dataclass
@@ -62,6 +65,9 @@ class Clock:
         next_break: Index of the next breakpoint.
         steps, solves, instants: Counted so far.
         soft: Whether the next step is to calm a stiff spring.
+        node: Where the grid's present step ends [s].
+        wanted: Longest step that effects stand, which parts it [s].
+        parted: Steps that were shorter than the grid's.
         rows, events: Filled so far.
         culprit: What ended the run: a coordinate or state.
         budget: Steps left before the kernel comes back.
@@ -79,6 +85,9 @@ class Clock:
     solves: int
     instants: int
     soft: int
+    node: float
+    wanted: float
+    parted: int
     rows: int
     events: int
     culprit: int
@@ -119,8 +128,7 @@ def _accept(run: Run, t: float, h: float, theta: float) -> int:
     coordinates, states, memory = coordinates_of(run), states_of(run), memory_of(run)
     powers, energies = words_of(run, AT.powers), numbers_of(run, AT.energies)
     c, bad = len(coordinates), -1
-    call_equations(run, engine_of(run).forces, t, h)
-    call_laws(run, AT.accounts, t + theta * h, h)
+    call_laws(run, AT.accepts, t + theta * h, h)
     for k in range(len(powers)):
         energies[k] += h * memory[powers[k]]
     for i in range(world_of(run).joints):
@@ -180,13 +188,41 @@ def _next_node(run: Run, clock: Any, breaks: Any) -> float:
 
 
 @part
-def _guess(run: Run, h: float, theta: float, before: Any) -> None:
-    """The speeds of the middle, if the last accelerations go on."""
-    coordinates = coordinates_of(run)
-    for i in range(len(coordinates)):
-        one = coordinates[i]
-        before[i] = one.dry.mode
-        coordinates[i].guess = one.speed + theta * h * one.last
+def _solve(run: Run, t: float, h: float, theta: float, before: Any) -> int:
+    """Solve a step, and ask its powers; how many solutions it took, negative where there is none.
+
+    The first guess are the speeds of the middle, if the last accelerations go on. Effects that told something which
+    does not fit what came of it tell something else, until it does.
+    """
+    coordinates, world, total = coordinates_of(run), world_of(run), 0
+    for tries in range(MOST_TRIES):
+        world.tries = tries
+        for i in range(len(coordinates)):
+            one = coordinates[i]
+            one.dry.mode = before[i]
+            one.guess = one.speed + theta * h * one.last
+        world.again, world.longest = 0, math.inf
+        call_equations(run, engine_of(run).motion, t, h)
+        if engine_of(run).solved < 0:
+            return engine_of(run).solved
+        total += engine_of(run).solved
+        call_equations(run, engine_of(run).forces, t, h)
+        call_laws(run, AT.accounts, t + theta * h, h)
+        if world.again == 0 or world.longest < MUCH_SHORTER * h:
+            return total
+    engine_of(run).unsettled += 1
+    return total
+
+
+@part
+def _part(clock: Any, t: float, wanted: float) -> float:
+    """The step: what is left of the grid's, or an equal part of it that is no longer than wanted."""
+    left = clock.node - t
+    # A whole step is exactly that, however the clock is rounded: laws may keep what they have made for it.
+    whole = clock.step if abs(left - clock.step) <= SLACK * clock.step else left
+    if wanted >= left:
+        return whole
+    return left / math.ceil(left / max(wanted, SHORTEST * clock.step))
 
 
 @part
@@ -195,6 +231,7 @@ def _pass_breaks(run: Run, clock: Any, breaks: Any, to: float, slack: float) -> 
     if to >= breaks[clock.next_break] - slack:
         while breaks[clock.next_break] <= to + slack:
             clock.next_break += 1
+        pass_payloads(run, to)
         # Half a step ahead a stiff spring would ring for ever after a jump; a whole one calms it.
         clock.soft = engine_of(run).stiff
 
@@ -215,7 +252,7 @@ def _advance(
     while True:
         t = clock.time
         take_samples(run, t, slack, 0.0)
-        if t >= clock.next_row - slack:
+        if t >= clock.node and t >= clock.next_row - slack:
             if clock.rows == most:
                 return FULL
             _record(run, t, rows[clock.rows], modes)
@@ -229,18 +266,27 @@ def _advance(
         if clock.budget == 0:
             return PAUSED
         clock.budget -= 1
-        to = _next_node(run, clock, breaks)
-        # A whole step is exactly that, however the clock is rounded: laws may keep what they have made for it.
-        h = clock.step if abs(to - t - clock.step) <= slack else to - t
+        if t >= clock.node:
+            clock.node = _next_node(run, clock, breaks)
+        h = _part(clock, t, clock.wanted)
         engine.theta = 1.0 if clock.soft else 0.5
         clock.soft = 0
-        _guess(run, h, engine.theta, before)
-        call_equations(run, engine.motion, t, h)
-        if engine.solved < 0:
-            clock.culprit = -1 - engine.solved
-            return JAMMED if engine.solved > -1000 else ENDLESS
-        clock.solves += engine.solved
+        for i in range(c):
+            before[i] = coordinates_of(run)[i].dry.mode
+        while True:
+            solved = _solve(run, t, h, engine.theta, before)
+            if solved < 0:
+                clock.culprit = -1 - solved
+                return JAMMED if solved > -1000 else ENDLESS
+            clock.solves += solved
+            wanted = world_of(run).longest
+            if wanted >= MUCH_SHORTER * h or h <= 2.0 * SHORTEST * clock.step:
+                break
+            h = _part(clock, t, wanted)
+        clock.wanted = min(wanted, 2.0 * h) if wanted < clock.step else math.inf
+        to = clock.node if h > 0.75 * (clock.node - t) else t + h
         clock.steps += 1
+        clock.parted += to < clock.node
         bad = _accept(run, t, h, engine.theta)
         clock.time = to
         _log(run, to, before, log, clock)
@@ -281,6 +327,9 @@ class FixedStep(Engine):
     def __post_init__(self) -> None:
         check_positive("FixedStep.step", self.step, "s")
 
+    def finer(self) -> FixedStep:
+        return FixedStep(0.5 * self.step)
+
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """Run a plan with fixed steps.
 
@@ -293,7 +342,7 @@ class FixedStep(Engine):
         clocks = np.zeros(1, CLOCK)
         clock: Any = clocks[0]
         if wish.resume is None:
-            numbers = started(plan)
+            numbers, clock["wanted"] = started(plan), np.inf
         else:
             numbers = resumed(wish.resume, plan, {"clock": clocks.itemsize // 8})
             clocks[:] = np.asarray(wish.resume["clock"]).view(CLOCK)
@@ -302,6 +351,7 @@ class FixedStep(Engine):
             clock["next_row"] = min(wish.interval * (told + 1.0), plan.scene.duration)
             if clock["step"] != self.step:
                 clock["anchor"], clock["in_segment"] = clock["time"], 0
+                clock["node"] = clock["time"]
         clock["end"], clock["step"], clock["interval"] = plan.scene.duration, self.step, wish.interval
         breaks = np.append(plan.breakpoints, np.inf)
         clock["next_break"] = np.searchsorted(breaks, clock["time"] + SLACK * self.step, side="right")
@@ -334,8 +384,11 @@ def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) 
             stopped = Event(float(clock["time"]), "stopped", "by the progress callback; it can be resumed")
             break
     counters = {name: int(clock[name]) for name in ("steps", "solves", "instants")}
-    if len(plan.memory.view(numbers, "repeats")):
-        counters["unsettled"] = int(plan.memory.view(numbers, "engine")[0]["unsettled"])
+    if clock["parted"]:
+        counters["parted"] = int(clock["parted"])
+    unsettled = int(plan.memory.view(numbers, "engine")[0]["unsettled"])
+    if unsettled or len(plan.memory.view(numbers, "repeats")):
+        counters["unsettled"] = unsettled
     kept = {"numbers": numbers[plan.memory.changing], "clock": clocks.view(np.float64).copy()}
     whole = np.concatenate([*done, rows[:filled]]) if done else rows[:filled]
     return Outcome(whole, counters, tuple(mode_event(plan, *one) for one in logged), stopped, kept)

@@ -29,6 +29,7 @@ from drivetrain.simulation.wiring import Instance, unit_at
 
 MECHANICAL = {signal.name for signal in (*named.TAKEN, *named.SHAFT_TAKEN)}
 ASKED = (named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name)
+PAYLOAD = named.PAYLOAD_ENERGY.name.rpartition(".")[2]
 COMMANDS = {*ASKED, *(signal.name for signal in named.SHAFT_COMMANDS)}
 
 
@@ -177,7 +178,7 @@ def _mechanical(one: Instance) -> bool:
     """Whether an effect only makes torques, bounds and commands, out of motion and commands."""
     out = {name.rpartition(".")[2] for name in (*one.provides, *one.contributes)}
     electrical = any(name.rpartition(".")[2].startswith(("current", "voltage")) for name in one.needs)
-    return out <= MECHANICAL | COMMANDS and not electrical and (bool(out) or not one.needs)
+    return out <= MECHANICAL | COMMANDS | {PAYLOAD} and not electrical and (bool(out) or not one.needs)
 
 
 def _asked(passive: Plan, times: Array) -> dict[str, Array]:

@@ -24,7 +24,7 @@ from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
 from drivetrain.jit import callback
 from drivetrain.simulation import equations
-from drivetrain.simulation.equations import RIGHT_SIDE, put_states, solve_at
+from drivetrain.simulation.equations import RIGHT_SIDE, put_states, rates_at
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.records import (
     AT,
@@ -56,17 +56,21 @@ def dependence(plan: Plan) -> NDArray[np.bool_]:
     known = _motion(plan)
     places, speeds = (1 << c) - 1, ((1 << 2 * c) - 1) ^ ((1 << c) - 1)
     rows = [0] * len(states)
-    for _ in range(2):  # what one effect adds after another of its kind has read
+    for _ in range(3):  # what one effect adds after another of its kind has read
         for one in plan.instances:
             read = 0
             for name in one.needs:
                 read |= known.get(name, 0)
+                if name.endswith(f".{named.MOTOR_FRICTION_POWER.name}"):
+                    joint = name.rpartition(".")[0]
+                    for bound in (named.MOTOR_SLIDE_FORWARD, named.MOTOR_SLIDE_BACKWARD):
+                        read |= known.get(f"{joint}.{bound.name}", 0)
             for name in one.states:
                 read |= 1 << states[name]
-            for name in (*one.provides, *one.contributes):
+            for name in (*one.provides, *one.contributes, *one.outputs):
                 known[name] = known.get(name, 0) | read
             for name, state in zip(one.states, one.ports.states, strict=True):
-                rows[states[name]] = 0 if state.memory or one.effect.compute is None else read
+                rows[states[name]] = 0 if state.memory else read
     for i, coordinates in enumerate(_coordinates(plan)):
         joint, own = plan.scene.joints[i], 0
         for signal in (*named.TAKEN, *named.SHAFT_TAKEN):
@@ -117,6 +121,8 @@ def _motion(plan: Plan) -> dict[str, int]:
     for joint in plan.scene.joints:  # of the evaluation before, if a law reads them at all
         for signal in named.AFTER:
             known[f"{joint}.{signal.name}"] = every
+        # Sliding, dry friction at a motor takes its bound; stuck, no power.
+        known[f"{joint}.{named.MOTOR_FRICTION_POWER.name}"] = known[f"{joint}.{named.MOTOR_SPEED.name}"]
     return known
 
 
@@ -153,8 +159,7 @@ def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
     """Rates at a state; NaN where there is no answer."""
     states, memory = states_of(run), memory_of(run)
     put_states(run, moved)
-    solve_at(run, t)
-    engine_of(run).rates_calls += 1
+    rates_at(run, t)
     for k in range(len(moved)):
         to[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan
 

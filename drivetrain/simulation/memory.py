@@ -25,7 +25,7 @@ from drivetrain.simulation.mechanics import Mechanics
 from drivetrain.simulation.wiring import Directory, Group, Instance
 
 ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
-SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES)
+SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES, named.PAYLOAD_ENERGY)
 SPRING = {named.GEAR_TORQUE.name, named.GEAR_DAMPING.name, named.GEAR_STIFFNESS.name}
 INTEGERS: Any = np.int64
 
@@ -131,9 +131,11 @@ def lay_out(
     later = [group for group in again if group.kind.compute]
     once = [group for group in groups if group.kind.compute and group not in again]
     for name, what, law in (("computes", once, "compute"), ("repeats", later, "compute"),
-                            ("accounts", [group for group in accounts if group.kind.account], "account")):  # fmt: skip
+                            ("accounts", [group for group in accounts if group.kind.account], "account"),
+                            ("accepts", [group for group in accounts if group.kind.accept], "accept")):  # fmt: skip
         block.put(_calls([(group, 0.0) for group in what], law, placed), False, name)
     block.put(_calls(list(_sampled(groups)), "sample", placed), [False] * 4 + [True], "samples")
+    block.put(_guards(instances, placed), False, "guards")
     of_effects = {name for one in instances for name in one.states}
     block.put(np.array(_columns(placed, of_effects, known, powers, block), INTEGERS), False, "columns")
     numbers = np.concatenate(block.parts)
@@ -228,7 +230,7 @@ def _field(one: Instance, dtype: Any, path: str) -> int:
 
 def _described(group: Group) -> type | None:
     """The dataclass that the laws of a kind of effect are made for."""
-    laws = (group.kind.compute, group.kind.account, group.kind.sample)
+    laws = (group.kind.compute, group.kind.account, group.kind.accept, group.kind.sample)
     return next((law.described for law in laws if isinstance(law, Law)), None)
 
 
@@ -294,6 +296,16 @@ def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Placed) -> 
                 rows.append([getattr(group.kind, law).address, own, 1, period, 0])
             last = group, own
     return np.array([tuple(row) for row in rows], r.CALL)
+
+
+def _guards(instances: Sequence[Instance], placed: _Placed) -> Any:
+    """What must not become negative, and whom it concerns."""
+    rows = []
+    for one in instances:
+        if one.ports.guard:
+            dtype, own = own_type(_described(Group(type(one.effect), (one,)))), placed.owns[id(one)]  # type: ignore[arg-type]
+            rows.append((own + _field(one, dtype, one.ports.guard), type(one.effect).accept.address, own, 1))  # type: ignore[union-attr]
+    return np.array(rows, r.GUARDED)
 
 
 def _sampled(groups: Sequence[Group]) -> Iterable[tuple[Group, float]]:
@@ -362,6 +374,7 @@ def _fill_heads(made: Memory, body: Mechanics, instances: Sequence[Instance]) ->
     engine["coupled"] = body.coupled is not None
     engine["bodies"] = body.c if body.coupled is None else len(body.coupled.spread)
     engine["theta"], engine["moving"] = 0.5, made.moving
+    engine["late"] = any(state.late for one in instances for state in one.ports.states)
     engine["motion"], engine["forces"] = equations.motion().address, equations.forces().address
     engine["bodies_law"], engine["friction_law"] = equations.bodies().address, equations.friction().address
     engine["tip_offset"] = body.tip[:3, 3]

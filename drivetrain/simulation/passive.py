@@ -14,6 +14,7 @@ from drivetrain.dynamics.energy import kinetic_energy, potential_energy
 from drivetrain.dynamics.forward import articulated_body, unchecked_accelerations
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.recording import Event, Recording, Series
+from drivetrain.simulation.unaccounted import energy_event
 from drivetrain.solvers.integrate import Rates, Solution, integrate
 from drivetrain.solvers.solver import DormandPrince853, Solver, check_positive
 
@@ -162,7 +163,11 @@ def record(arm: Arm, solution: Solution, torque: TorqueLaw | None, about: dict[s
     }.items():
         series[name] = Series("J", values)
     counters = {"rates": solution.work.rates, "steps": solution.work.steps, "restarts": solution.work.restarts}
-    return Recording(times, series, counters, limit_events(arm, times, q), stopped_by(arm, solution), about)
+    passed = float(max(np.ptp(kinetic), np.ptp(potential), np.ptp(work)))
+    stored = float(max(np.abs(kinetic).max(), np.abs(potential).max()))
+    missing = energy_event(times, energy - energy[0], passed, stored)
+    events = (*limit_events(arm, times, q), *missing)
+    return Recording(times, series, counters, events, stopped_by(arm, solution), about)
 
 
 def joint_series(arm: Arm, q: Array, qd: Array, qdd: Array, tau: Array) -> dict[str, Series]:

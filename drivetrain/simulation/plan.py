@@ -12,7 +12,13 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.effects.effect import Place, Role, TimeScale
-from drivetrain.effects.signals import JOINT_HOLD_FORWARD, KINETIC_ENERGY, POTENTIAL_ENERGY, SURFACE_SPEED
+from drivetrain.effects.signals import (
+    JOINT_HOLD_FORWARD,
+    KINETIC_ENERGY,
+    PAYLOAD_ENERGY,
+    POTENTIAL_ENERGY,
+    SURFACE_SPEED,
+)
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import equations
 from drivetrain.simulation.mechanics import Mechanics, coupling_of, mechanics, ratios_of
@@ -46,6 +52,21 @@ class Layout:
         """
         stored = sum(row[self.recorded[name][0]] for name in self.stores)
         return stored - sum(sign * row[self.recorded[name][0]] for name, sign in self.flows)
+
+    def energies(self, rows: Array, balance: float) -> tuple[Array, float]:
+        """What no energy accounts for, and how much goes to and fro [J].
+
+        Args:
+            rows: Of a run, (N, columns).
+            balance: At its start [J].
+
+        Returns:
+            Energy that is there and should not be, (N,); the largest that is stored, given or taken.
+        """
+        stored = rows[:, [self.recorded[name][0] for name in self.stores]]
+        moved = rows[:, [self.recorded[name][0] for name, _ in self.flows]]
+        error = stored.sum(axis=1) - moved @ np.array([sign for _, sign in self.flows]) - balance
+        return error, float(max(np.ptp(stored, axis=0).max(), np.ptp(moved, axis=0).max(initial=0.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +114,8 @@ def layout_of(memory: Memory, signals: Directory, units: Mapping[str, str]) -> L
     for index, (name, unit) in enumerate(columns, 1):
         recorded.setdefault(name, (index, unit))
     flows = tuple((energy_of(name), 1.0 if role is Role.SOURCE else -1.0) for name, role in signals.powers.items())
+    if PAYLOAD_ENERGY.name in recorded:
+        flows = (*flows, (PAYLOAD_ENERGY.name, 1.0))
     return Layout(columns, recorded, (KINETIC_ENERGY.name, POTENTIAL_ENERGY.name, *signals.stores), flows)
 
 

@@ -128,6 +128,8 @@ class Recording:
         stopped_by: What ended the run before its time; None when nothing did.
         about: What was run: arm, solver and the like, by name, in words.
         kept: What it takes to go on from the end, by name; empty where a run cannot be resumed.
+        verified: What it decides, by name, as it is and as a run at half the step or a tenth of the tolerance has it
+            [SI]; empty where that was not asked for.
     """
 
     time: Array
@@ -137,6 +139,7 @@ class Recording:
     stopped_by: Event | None = None
     about: Mapping[str, str] = field(default_factory=dict)
     kept: Mapping[str, Any] = field(default_factory=dict)
+    verified: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         time = frozen_array(self.time, (None,), "time")
@@ -235,6 +238,7 @@ class Recording:
             "events": [[event.time, event.name, event.detail] for event in self.events],
             "stopped_by": None if self.stopped_by is None else list(vars(self.stopped_by).values()),
             "about": dict(self.about),
+            "verified": {name: list(both) for name, both in self.verified.items()},
         }
         return json.dumps(told)
 
@@ -291,4 +295,5 @@ def _restored(told: dict[str, Any], arrays: dict[str, Any]) -> Recording:
         None if told["stopped_by"] is None else Event(*told["stopped_by"]),
         told["about"],
         {name.removeprefix("kept "): values for name, values in arrays.items() if name.startswith("kept ")},
+        {name: (float(one), float(other)) for name, (one, other) in told.get("verified", {}).items()},
     )

@@ -161,6 +161,16 @@ class Call:
 
 
 @dataclass
+class Guard:
+    """What must not become negative, and the law that makes the change when it would: address, first number, one."""
+
+    value: int
+    law: int
+    own: int
+    count: int
+
+
+@dataclass
 class State:
     """Where a state and its rate are among the numbers, and the connector that shows it (-1: none).
 
@@ -199,7 +209,7 @@ SECTIONS = (
     "coordinates", "pairs", "links", "rotors", "bodies", "payloads", "turns", "spread", "body_places",
     "body_speeds", "body_bias", "body_felt_bias", "body_mass", "body_felt", "between",
     # laws, states, and what is recorded
-    "computes", "repeats", "accounts", "samples", "states", "powers", "energies", "columns",
+    "computes", "repeats", "accounts", "accepts", "samples", "guards", "states", "powers", "energies", "columns",
     # of the adaptive engine: its log, and what its Jacobian needs
     "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts",
     "rows",
@@ -223,7 +233,8 @@ class Engine:
         held: Whether modes of friction are given.
         unsettled: Steps on which solution and springs never agreed.
         rates_calls: Evaluations of the rates.
-        logged, remembers: Changes of modes so far, and whether any effect has a memory, of the adaptive engine.
+        late: Whether any state's rate is known only once motion and forces are.
+        logged: Changes of modes so far, of the adaptive engine.
         tip_place, tip_speed, tip_turning, tip_expected: Of the guess; the force that a solution expects.
         tip_damping, tip_stiffness: How forces fell when last asked.
     """
@@ -244,8 +255,8 @@ class Engine:
     held: int
     unsettled: int
     rates_calls: int
+    late: int
     logged: int
-    remembers: int
     tip_place: Annotated[Array, 3]
     tip_speed: Annotated[Array, 3]
     tip_turning: Annotated[Array, 3]
@@ -254,8 +265,8 @@ class Engine:
     tip_stiffness: Annotated[Array, 6]
 
 
-COORDINATE, PAIR, CALL, STATE, MODE_CHANGE, SECTION, ENGINE = (
-    record_type(one, np.int64) for one in (Coordinate, Pair, Call, State, ModeChange, Section, Engine)
+COORDINATE, PAIR, CALL, GUARDED, STATE, MODE_CHANGE, SECTION, ENGINE = (
+    record_type(one, np.int64) for one in (Coordinate, Pair, Call, Guard, State, ModeChange, Section, Engine)
 )
 
 
@@ -339,6 +350,12 @@ def states_of(run: Run) -> Any:
 def calls_of(run: Run, which: int) -> Any:
     """The calls of a section, records CALL."""
     return carray(run[which], count_of(run, which), CALL)
+
+
+@part
+def guards_of(run: Run) -> Any:
+    """What must not become negative, records GUARDED."""
+    return carray(run[AT.guards], count_of(run, AT.guards), GUARDED)
 
 
 @part

@@ -19,6 +19,7 @@ from drivetrain.simulation.plan import Audit, Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event, Recording, TableSeries
 from drivetrain.simulation.scene import Scene
+from drivetrain.simulation.unaccounted import energy_event
 from drivetrain.solvers.solver import Solver, check_positive
 
 DEFAULT_INTERVAL = 0.01  # s
@@ -48,9 +49,7 @@ def simulate(
     """
     if not isinstance(scene, Scene | Plan):
         raise InputError(Fault("scene", "must be a scene or its plan", type(scene).__name__))
-    engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
-    if not isinstance(engine, Engine):
-        raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
+    engine = engine_of(solver)
     if not isinstance(resume, Recording | None):
         hint = "load_recording reads one from its file"
         raise InputError(Fault("resume", "must be a recording", type(resume).__name__, hint))
@@ -67,6 +66,18 @@ def simulate(
     return _recording(ready, engine, outcome, kept or {})
 
 
+def engine_of(solver: Engine | Solver | None) -> Engine:
+    """The engine that is meant.
+
+    Raises:
+        InputError: Neither an engine nor a solver.
+    """
+    engine = FixedStep() if solver is None else AdaptiveStep(solver) if isinstance(solver, Solver) else solver
+    if not isinstance(engine, Engine):
+        raise InputError(Fault("solver", "must be an engine, such as FixedStep(0.001)", solver))
+    return engine
+
+
 def _recording(plan: Plan, engine: Engine, outcome: Outcome, resumed: Mapping[str, Any]) -> Recording:
     about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
     if outcome.times is not None:
@@ -77,9 +88,20 @@ def _recording(plan: Plan, engine: Engine, outcome: Outcome, resumed: Mapping[st
     audit = Audit(plan.layout, balance)
     derived = {"stored_energy": ("J", audit.stored), "energy_error": ("J", audit.error)}
     series = TableSeries(rows, plan.layout.recorded, derived)
-    events = sorted((*outcome.events, *_limits(plan, rows)), key=lambda event: event.time)
+    events = sorted((*outcome.events, *_limits(plan, rows), *_audited(plan, engine, rows, balance)), key=_instant)
     kept = {**outcome.kept, "balance": np.array(balance)}
     return Recording(rows[:, 0], series, outcome.counters, tuple(events), stopped, about, kept)
+
+
+def _instant(event: Event) -> float:
+    return event.time
+
+
+def _audited(plan: Plan, engine: Engine, rows: Array, balance: float) -> tuple[Event, ...]:
+    """Whether energy is missing."""
+    error, passed = plan.layout.energies(rows, balance)
+    stored = np.abs(rows[:, [plan.layout.recorded[name][0] for name in plan.layout.stores]]).max()
+    return energy_event(rows[:, 0], error, passed, float(stored), engine.tolerance)
 
 
 def _limits(plan: Plan, rows: Array) -> tuple[Event, ...]:

@@ -14,8 +14,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import complete, mesh_of, unknown_loss
-from drivetrain.drive.gear_loss import drag_torque
+from drivetrain.drive.gear import complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
 from drivetrain.drive.thermal_network import thermal_network
 from drivetrain.dynamics.mass_matrix import mass_matrix
@@ -23,6 +22,7 @@ from drivetrain.effects.commanded_motion import CommandedMotion
 from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear_drag import GearDrag
 from drivetrain.effects.given_current import GivenCurrent
 from drivetrain.effects.given_torque import GivenTorque
 from drivetrain.effects.mesh_loss import MeshLoss
@@ -94,7 +94,7 @@ def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
         raise InputError(Fault("cycle", "holds no torques: it is no load table"))
     travel = cycle.position[-1] - cycle.position[0]
     starts = cycle.duration * np.arange(repetitions)
-    time = np.concatenate([start + cycle.time for start in starts])
+    time = np.maximum.accumulate(np.concatenate([start + cycle.time for start in starts]))  # rounding falls
     position = np.concatenate([cycle.position + k * travel for k in range(repetitions)])
     velocity, acceleration = (np.tile(values, (repetitions, 1)) for values in (cycle.velocity, cycle.acceleration))
     load = (task.load_inertia or 0.0) * cycle.acceleration[:, 0] - cycle.torque[:, 0]
@@ -226,12 +226,14 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: 
     if wishes.friction:
         effects += _friction(at_joint(drive.joint_friction, travel), "shaft" if task.coupled else "joint")
         effects += _friction(shaft_friction(drive), "motor")
-        effects += _friction(_mean_drag(study, task, drive), "motor")
-    if wishes.mesh and known(unknown_loss(as_record(drive.gear))):
-        effects.append(MeshLoss(drive.gear))
+    if known(unknown_loss(as_record(complete(drive.gear)))):
+        effects += [MeshLoss(drive.gear)] if wishes.mesh else []
+        effects += _drag(study, drive) if wishes.friction else []
+    elif wishes.friction and drive.gear.no_load_torque:
+        effects.append(DryFriction(Friction(coulomb=drive.gear.no_load_torque), "motor"))
     network = thermal_network(drive.motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
     if wishes.heat and network is not None and network.winding_capacity is not None:
-        effects.append(WindingHeat(network))
+        effects.append(WindingHeat(network, gear_heat=task.gear_heat))
     single = task.travel_per_turn is None and not task.coupled
     if wishes.springs and drive.gear.stiffness_1 is not None and single:
         critical = 2.0 * math.sqrt(drive.gear.stiffness_1 * inertia)
@@ -239,16 +241,13 @@ def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, wishes: 
     return tuple(effects)
 
 
-def _mean_drag(study: Study, task: JointTask, drive: Drive) -> Friction:
-    """The gear's drag as dry friction, at the mean speed of the cycle: its growth with speed is not simulated."""
-    record = as_record(complete(drive.gear))
-    if not known(unknown_loss(record)):
-        return Friction(coulomb=drive.gear.no_load_torque or 0.0)
-    wheel, cycle = mesh_of(record), study.cycle
-    speed = np.abs(cycle.velocity[:, [one.name for one in study.joints].index(task.name)])
-    mean = float(speed @ cycle.weights / max(cycle.weights[speed > 0.0].sum(), 1e-300)) / (task.travel_per_turn or 1.0)
-    sliding = float(drag_torque(wheel, abs(wheel.ratio) * mean, float(study.drag_temperature(study.ambient))))
-    return Friction(coulomb=sliding, static=max(sliding, float(wheel.starting)))
+def _drag(study: Study, drive: Drive) -> list[Effect]:
+    """The gear's drag, where there is any: at the temperature that the study states, else at that of the housing."""
+    found = mesh(drive.gear)
+    if found.drag + found.seal + found.starting == 0.0:
+        return []
+    stated = study.gear_temperature is None
+    return [GearDrag(drive.gear, float(study.drag_temperature(study.ambient)), follows=stated)]
 
 
 def _friction(law: Friction, side: str) -> list[Effect]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
@@ -86,7 +87,7 @@ def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledge
     """An amplifier with its limits in DC-equivalent ampere, each converted by the basis that stands beside it."""
     study = _limits(default, default.current_basis, ledger, ("amplifier",))
     own = _limits(form, form.current_basis or default.current_basis, ledger, (*place, "amplifier"))
-    return Amplifier(**{**study, **own})  # type: ignore[arg-type]
+    return Amplifier(**{**study, **own})
 
 
 def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Amplifier, ...]:
@@ -114,10 +115,12 @@ def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Am
     return tuple(map(limits_of, found)) or (Amplifier(),)
 
 
-def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, float]:
+def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, Any]:
     """What an entry states, currents in DC-equivalent ampere."""
     plain = ("modulation", "peak_time", "thermal_time_constant", "min_voltage", "max_voltage")
-    found = {name: value for name in plain if (value := getattr(form, name)) is not None}
+    found: dict[str, Any] = {name: value for name in plain if (value := getattr(form, name)) is not None}
+    if basis is not None:
+        found["current_basis"] = str(basis)
     for name in ("peak_current", "continuous_current"):
         current = getattr(form, name)
         if current is not None and basis is None:

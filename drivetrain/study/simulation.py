@@ -28,6 +28,7 @@ KNOWN_EFFECTS = {
     "viscous_friction": "ViscousFriction",
     "dry_friction": "DryFriction",
     "mesh_loss": "MeshLoss",
+    "gear_drag": "GearDrag",
     "springs": "FlexibleJoint",
     "inductance": "CurrentLoop",
     "heat": "WindingHeat",

@@ -33,6 +33,7 @@ class Check:
         remark: What a reader should know: why it was not checked, an assumption, the fix.
         essential: Without it nothing is proven: an evaluation says NOT CHECKED, and a search does not choose the drive.
         factor: Safety factor in ``required``: ``actual`` times it.
+        current_basis: The ampere in which the user thinks, of a current: ``dc``, ``rms`` or ``peak``.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Check:
     remark: str = ""
     essential: bool = False
     factor: float = 1.0
+    current_basis: str = "dc"
 
     @property
     def actual(self) -> float | None:

@@ -38,7 +38,7 @@ def _answer(run: str, study: Study) -> Row:
     """What a selection or an evaluation found."""
     proof, drives, objective = "", {task.name: task.drive for task in study.joints}, math.nan
     if run == SELECT:
-        selection = select(study)
+        selection = select(study, advise=False)
         evaluation, proof = selection.evaluation, selection.proof
         feasible, objective, drives = selection.feasible, selection.objective, dict(selection.drives)
         verdict = selection.verdict

@@ -160,6 +160,6 @@ def test_decision_agrees_with_sizing_and_tells_changes(evaluation: Evaluation, f
     same = change(found, found)
     assert all(part.largest(1.0) == 0.0 for part in same.values())
     assert 0.1 < tip_travel(scene, run) < 2.0
-    assert audited(run, scene) < 1e-3
+    assert audited(run) < 1e-3
     checks = {check.name for check in found.checks["joint_1"]}
     assert {"motor speed", "motor voltage", "amplifier peak current"} <= checks

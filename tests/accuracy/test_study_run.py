@@ -107,14 +107,16 @@ def test_what_takes_no_drives_says_so(door: dt.Study) -> None:
 
 def test_a_mix_is_judged_by_its_shares_when_it_has_run() -> None:
     """RMS currents, heat and verdict of the simulated mix are those of sizing, not of one canister for each carton."""
-    study = dt.load_study(shipped("examples") / "mix" / "study.yaml")
+    # At a stated temperature the gears drag alike on both roads; else sizing's are cold and simulated ones run warm.
+    study = replace(dt.load_study(shipped("examples") / "mix" / "study.yaml"), gear_temperature=20.0)
     chosen = dt.select(study)
     full = full_scene(chosen.evaluation)
     found = decision(dt.simulate(chosen), full, basis_of(full, chosen.evaluation))
     for name, joint in chosen.evaluation.joints.items():
         checks = {check.name: check for check in joint.checks}
         rms = checks["motor RMS current"].required / study.safety.rms
-        assert found.joints[name].rms_current == pytest.approx(rms, rel=0.08)  # springs and loops are in one alone
+        if np.abs(joint.series.speed).max() > 0.0:  # one that is held for ever is judged by its hottest phase
+            assert found.joints[name].rms_current == pytest.approx(rms, rel=0.08)  # springs and loops are in one alone
         winding = checks["winding temperature"].required
         assert found.joints[name].winding_temperature - 30.0 == pytest.approx(winding - 30.0, rel=0.16, abs=0.2)
     assert found.verdict == chosen.evaluation.verdict

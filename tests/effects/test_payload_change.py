@@ -8,6 +8,7 @@ from drivetrain.arm.bodies import with_payload
 from drivetrain.effects.given_torque import GivenTorque
 from drivetrain.effects.payload_change import EMPTY, Body, PayloadChange
 from drivetrain.errors import InputError
+from drivetrain.simulation.engine import Engine
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
@@ -57,3 +58,15 @@ def test_wrong_schedules_are_refused() -> None:
         PayloadChange([0.4, 0.2], (BOX, EMPTY))
     with pytest.raises(InputError, match="mass"):
         PayloadChange([0.4], (Body(-1.0, np.zeros(3), np.zeros((3, 3))),))
+
+
+@pytest.mark.parametrize("solver", [FixedStep(1e-4), dt.AdaptiveStep(dt.Rodas5P(1e-7))])
+def test_what_payloads_bring_and_take_is_accounted_for(solver: Engine) -> None:
+    """A heavy body is picked up and put down in motion: some 15 J of its own come and go with it."""
+    arm = dt.load_arm("ur5")
+    effects = {name: (GivenTorque([0.0], [3.0]),) for name in arm.joint_names}
+    change = PayloadChange([0.2, 0.31], (BOX, EMPTY))
+    found = simulate(Scene(arm, effects | {"scene": (change,)}, 0.4, POSE), solver=solver, interval=0.05)
+    brought = found["scene.payload_energy"]
+    assert brought[0] == 0.0 and np.ptp(brought) > 1.0
+    assert np.abs(found["energy_error"]).max() < 1e-4 * np.ptp(found["stored_energy"])

@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
+from drivetrain.effects.cascade_loop import CascadeLoop
+from drivetrain.effects.commanded_motion import CommandedMotion
+from drivetrain.effects.current_loop import CurrentLoop
+from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.given_current import GivenCurrent
 from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.rotor import ReflectedRotor
+from drivetrain.effects.rotor import FullRotor, ReflectedRotor
 from drivetrain.effects.supply_bus import StiffSupply, SupplyBus
 from drivetrain.errors import InputError
+from drivetrain.motion.motion import Motion
 from drivetrain.simulation.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engine import Engine
 from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
-from drivetrain.simulation.scene import Inertia, Scene
+from drivetrain.simulation.scene import Inertia, Scene, joint_scene
+from drivetrain.solvers.solver import Rodas5P
 
 MOTOR = Motor(key="m", resistance=0.5, torque_constant=0.1)
 
@@ -88,3 +98,81 @@ def test_faults_come_together() -> None:
     assert len(error.value.faults) == 5
     with pytest.raises(InputError, match="needed with a threshold"):
         SupplyBus(48.0, 0.01, threshold=56.0)
+
+
+LOOP = Motor(key="m", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
+INERTIA, BANDWIDTH, COMMAND = 1.1e-4, 3000.0, 25.0
+WEAK = SupplyBus(24.0, 2e-3, power=80.0, threshold=30.0, resistance=3.0)
+
+
+def speeding(bus: SupplyBus, solver: Engine) -> Recording:
+    """A motor brought up to speed under more current than the source can carry."""
+    given = GivenCurrent(np.array([0.0, 0.02]), np.array([0.0, COMMAND]))
+    joint = (ReflectedRotor(0.0, 1.0), CurrentLoop(LOOP, BANDWIDTH), given)
+    return simulate(Scene(Inertia(INERTIA), {"joint": joint, "scene": (bus,)}, 0.15), solver=solver, interval=1e-3)
+
+
+def written_out(times: np.ndarray) -> np.ndarray:
+    """Speed, current, integrator and bus voltage of that, by the equations as one would write them down."""
+    r, k, inductance = LOOP.resistance, LOOP.torque_constant, LOOP.inductance
+    kp, ki = inductance * BANDWIDTH, r * BANDWIDTH
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        speed, current, integral, volts = y
+        error = min(t / 0.02, 1.0) * COMMAND - current
+        asked = kp * error + integral + k * speed
+        voltage = min(max(asked, -volts), volts)
+        surplus = WEAK.power - voltage * current
+        held = volts >= WEAK.voltage and surplus > 0.0
+        return [
+            k * current / INERTIA, (voltage - r * current - k * speed) / inductance,
+            ki * error + (voltage - asked) * ki / kp, 0.0 if held else surplus / (WEAK.capacity * volts),
+        ]  # fmt: skip
+
+    found = solve_ivp(
+        rates, (0.0, 0.15), [0.0, 0.0, 0.0, WEAK.voltage], method="Radau", rtol=1e-9, atol=1e-9, t_eval=times,
+        max_step=2e-5,
+    )  # fmt: skip
+    return found.y
+
+
+def test_a_bus_that_breaks_down_is_solved_with_the_currents() -> None:
+    """80 W against 25 A: it sinks to a third within 30 ms, by time scales shorter than the default step."""
+    fixed, fine = speeding(WEAK, FixedStep(1e-3)), speeding(WEAK, AdaptiveStep(Rodas5P(1e-7)))
+    speed, current, _, volts = written_out(fixed.time)
+    assert volts.min() < 15.0
+    # Along the ramp a command held over each step tells the current half a step late: 0.3 A, and 0.06 V of the bus.
+    for run, within, of_bus in ((fixed, 1e-3, 3e-3), (fine, 1e-5, 1e-5)):
+        assert np.abs(run["joint.speed"] - speed).max() < within * speed.max()
+        assert np.abs(run["scene.bus_voltage"] - volts).max() < of_bus * volts.max()
+    assert np.abs(fixed["joint.current"] - current).max() < 0.02 * COMMAND
+    assert np.abs(fine["joint.current"] - current).max() < 1e-4 * COMMAND
+    passed = np.ptp(fixed["joint.electrical_energy"])
+    assert np.abs(fixed["energy_error"]).max() < 1e-6 * passed
+    assert 0 < fixed.counters["parted"] < 1000
+
+
+def test_a_quick_move_on_a_weak_supply_at_the_default_step() -> None:
+    """Breakdown, current limit, energy fed back up to the chopper and through it, under a servo."""
+    u = np.linspace(0.0, 1.0, 101)
+    place = 2.0 * (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5)
+    speed, turn = 60.0 * u**2 * (1.0 - u) ** 2 / 0.25, 120.0 * u * (1.0 - 3.0 * u + 2.0 * u**2) / 0.25**2
+    motion = Motion("move", ("joint",), 0.25 * u, place[:, None], speed[:, None], turn[:, None])
+    effects = [
+        FullRotor(3.3e-5, 100.0), CascadeLoop(20.0, 0.5, 0.02, 30.0), CurrentLoop(LOOP, BANDWIDTH, peak_current=30.0),
+        CommandedMotion(motion), DryFriction(Friction(coulomb=0.01), "motor"), WEAK,
+    ]  # fmt: skip
+    scene = joint_scene(0.8, effects, 1.0)
+    best = simulate(scene, solver=AdaptiveStep(Rodas5P(1e-9)))
+    runs = {rtol: simulate(scene, solver=AdaptiveStep(Rodas5P(rtol))) for rtol in (1e-4, 1e-6)}
+    runs |= {step: simulate(scene, solver=FixedStep(step)) for step in (1e-4, 1e-3)}
+    assert best["scene.bus_voltage"].min() < 8.0 and best["scene.bus_voltage"].max() > 29.9
+    for setting, within in ((1e-6, 1e-6), (1e-4, 1e-4), (1e-3, 1e-3)):
+        run = runs[setting]
+        assert np.abs(run["joint.position"] - best["joint.position"]).max() < 2.0 * within
+        assert np.abs(run["energy_error"]).max() < 1e-4 * np.ptp(run["joint.electrical_energy"])
+    drawn = best["scene.source_energy"][-1]
+    assert runs[1e-3]["scene.source_energy"][-1] == pytest.approx(drawn, rel=3e-3)
+    # Tighter is better, of the voltage that the tolerance is of.
+    off = [np.abs(runs[rtol]["scene.bus_voltage"] - best["scene.bus_voltage"]).max() for rtol in (1e-4, 1e-6)]
+    assert off[1] < 0.1 * off[0] < 0.02

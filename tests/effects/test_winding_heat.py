@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from drivetrain.drive.friction import Friction
@@ -15,6 +16,7 @@ from drivetrain.errors import InputError
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import joint_scene
+from drivetrain.solvers.solver import Rodas5P
 
 NETWORK = ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0)
 STIFF = DryFriction(Friction(coulomb=10.0), "motor")  # the shaft is held, so that only copper is warmed
@@ -91,3 +93,21 @@ def test_three_hours_of_duty_against_the_exact_answer() -> None:
 def test_a_network_without_a_time_constant_is_refused() -> None:
     with pytest.raises(InputError, match="time constant"):
         WindingHeat(ThermalNetwork(1.9, 4.65, None, None, 25.0))
+
+
+@pytest.mark.parametrize("interval", [10.0, 0.5])
+def test_under_a_tolerance_heat_is_as_exact_as_asked(interval: float) -> None:
+    """A current that more than doubles the loss as the winding warms: nothing but the heat moves."""
+    motor, network = Motor("m", 0.3, 0.03, magnet_coefficient=0.0), ThermalNetwork(1.0, 2.0, 10.0, 100.0, 25.0)
+
+    def rates(_: float, rise: np.ndarray) -> list[float]:
+        flow = rise[0] - rise[1]
+        return [(0.3 * (1.0 + 0.0039 * rise[0]) * 15.0**2 - flow) / 10.0, (flow - rise[1] / 2.0) / 100.0]
+
+    errors = []
+    for rtol in (1e-4, 1e-6, 1e-8):
+        effects = [STIFF, MotorCurrent(motor), WindingHeat(network), GivenCurrent([0.0], [15.0])]
+        run = simulate(joint_scene(1.0, effects, 300.0), solver=Rodas5P(rtol), interval=interval)
+        known = solve_ivp(rates, (0.0, 300.0), [0.0, 0.0], method="Radau", rtol=1e-11, atol=1e-9, t_eval=run.time)
+        errors.append(np.abs(run["joint.winding_temperature"] - 25.0 - known.y[0]).max())
+    assert errors[0] < 0.05 and errors[1] < 2e-3 and errors[2] < 5e-5

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import json
+import math
 import os
 import re
 import subprocess
@@ -15,8 +17,10 @@ import pytest
 
 from drivetrain.report.fallen_columns import fallen_columns
 from drivetrain.report.page import html_report
+from drivetrain.report.result_json import result_json
 from drivetrain.report.views import anchor, check_rows, nearest_misses
-from drivetrain.report.words import MODEL_LIMITS, check_sentence, headline, overall_sentence, required_text
+from drivetrain.report.words import OUTSIDE, check_sentence, headline, heat_model, overall_sentence, required_text
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.study.model import Safety
 from drivetrain.study.verdicts import Check, Verdict
@@ -165,7 +169,36 @@ def test_catalogue_rows_are_verbatim_with_source(sized: str) -> None:
 def test_what_was_not_checked_is_listed_with_the_reason(sized: str) -> None:
     block = sized[sized.index('<section id="unchecked"') :]
     assert block.count("the sheet gives no rated life") == 3
-    assert all(limit in read(sized).text for limit in MODEL_LIMITS)
+    assert all(text in read(sized).text for row in OUTSIDE for text in row)
+
+
+def test_currents_are_told_in_the_ampere_of_the_study_too(evaluation: Evaluation) -> None:
+    study = evaluation.study
+    rms = tuple(replace(one, amplifier=replace(one.amplifier, current_basis="rms")) for one in study.joints)
+    found = evaluate(replace(study, joints=rms))
+    check = next(one for one in found.joints["elbow"].checks if one.name == "motor RMS current")
+    assert check.required is not None and check.available is not None
+    told = f"{check.required / math.sqrt(1.5):.3g} of {check.available / math.sqrt(1.5):.3g} A rms"
+    assert told in check_sentence(check) and told in html_report(found)
+    data = json.loads(result_json(found))["joints"]["elbow"]["checks"]
+    inside = next(one["in_study_amperes"] for one in data if one["name"] == check.name)
+    assert inside["basis"] == "rms" and inside["required"] == pytest.approx(check.required / math.sqrt(1.5))
+    assert "A rms" not in html_report(evaluation)
+
+
+@pytest.mark.parametrize(
+    ("sheet", "mounting", "told"),
+    [
+        ((1.0, 4.0, None), None, "two nodes, winding to housing 1.00 K/W (sheet), housing to ambient 4.00 K/W (sheet)"),
+        ((1.0, 4.0, None), 2.0, "housing to ambient 2.00 K/W (the study's mounting)"),
+        ((None, None, 5.0), None, "one node, 5.00 K/W from winding to ambient"),
+        ((None, None, None), 2.0, "temperatures not computed"),
+    ],
+)
+def test_the_heat_model_is_named(evaluation: Evaluation, sheet, mounting, told: str) -> None:
+    names = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
+    motor = replace(evaluation.joints["elbow"].drive.motor, **dict(zip(names, sheet, strict=True)))
+    assert told in heat_model(motor, mounting)
 
 
 def test_selection_says_why_the_others_fell(selected: str, selection: Selection) -> None:

@@ -121,7 +121,7 @@ def coupled_scene() -> Scene:
 
 def ready(scene: Scene, rng: np.random.Generator) -> tuple[Plan, Any, Any, float]:
     """A plan, the memory of its adaptive run, a state at random with friction's modes as they are there, an instant."""
-    done = adaptive_step._refined(plan(scene))
+    done = plan(scene)
     hangs = dependence(done)[: done.memory.moving, : done.memory.moving]
     numbers = adaptive_step._extended(done, started(done), hangs)
     sizes = np.maximum(done.memory.atol[: done.memory.moving] / adaptive_step.USUAL, 1e-3)
@@ -191,14 +191,15 @@ def whole_arm(duration: float = 0.5) -> Scene:
 
 def test_differences_are_counted() -> None:
     scene = whole_arm(0.05)
-    done = adaptive_step._refined(plan(scene))
+    done = plan(scene)
     run = simulate(scene, solver=AdaptiveStep(Rodas4(1e-5)))
     counts = run.counters
     m = done.memory.moving
-    assert (len(done.memory.states), m) == (66, 36)
+    assert (len(done.memory.states), m) == (66, 48)
     groups = len(column_groups(dependence(done)[:m, :m], m)[0]) - 1
-    # Of 36 states the six motor currents, voltages, and twists go together; a rotor that turns is felt by all.
-    assert groups <= 21
+    # Of 48 states the six motor currents, voltages, twists, and temperatures go together; a rotor that turns is felt by
+    # all.
+    assert groups <= 22
     stages = 5 * counts["factorisations"]
     fresh = counts["rates"] - stages - (groups + 2) * counts["jacobians"]
     assert counts["jacobians"] <= fresh <= counts["jacobians"] + counts["rejected"] + 300  # one a step, and to look

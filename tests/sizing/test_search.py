@@ -15,6 +15,7 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.search.search import select
+from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import DriveMass, Mount
 from drivetrain.study.selection import Wanted
 from drivetrain.study.verdicts import Verdict
@@ -187,8 +188,35 @@ def test_too_fast_a_motion_is_mended_by_time(make):
 def test_what_no_change_mends_says_nothing_of_drives_that_were_not_tried(make):
     study = feasible_study(make, joints=2)
     gears = {key: replace(row, repeated_peak_torque=1e-3) for key, row in study.catalog.gears.items()}
-    told = select(replace(study, catalog=replace(study.catalog, gears=gears))).advice[-1]
-    assert told.startswith("With these drives neither a slower cycle") and "were not tried" in told
+    *_, these, others = select(replace(study, catalog=replace(study.catalog, gears=gears))).advice
+    assert these.startswith("With these drives neither a slower cycle")
+    assert (
+        others == "None of the other candidates does it either, even with a cycle 10 times as long: all were searched."
+    )
+
+
+def test_a_change_that_needs_other_drives_is_found_among_all_candidates(make):
+    """The nearest gear is too weak at any pace; another one, further over its limit, needs a slower motion."""
+    study = feasible_study(make, joints=1)
+    at = evaluate(study, {"j1": study.joints[0].pairs[0]}).joints["j1"]
+    torque = next(check.required for check in at.checks if check.name == "gear repeated peak torque")
+    weak = replace(make.gear, key="weak", repeated_peak_torque=0.5 * torque)
+    quick = replace(make.gear, key="quick", ratio=400.0, max_input_speed=40.0)
+    pairs = tuple((motor, gear) for motor in study.catalog.motors for gear in ("weak", "quick"))
+    tasks = tuple(replace(task, pairs=pairs) for task in study.joints)
+    study = replace(study, joints=tasks, catalog=replace(study.catalog, gears={"weak": weak, "quick": quick}))
+    told = select(study).advice
+    assert "with weak" in told[0] and any(line.startswith("With these drives neither") for line in told)
+    words = told[-1].split()
+    assert told[-1].startswith("Other candidates do it with a cycle of ")
+    slow, least = float(words[8]), float(told[-1].split("; with ")[1].split()[0])
+
+    def holding(length):
+        changed_study = changed(study, TaskChange(time=length / study.cycle.duration))
+        return [pair for pair in pairs if evaluate(changed_study, {"j1": pair}).feasible]
+
+    assert (words[-3].rstrip(":"), words[-1].rstrip(".")) in {(motor, "quick") for motor, _ in holding(1.001 * slow)}
+    assert not holding(0.999 * least)
 
 
 def test_supply_that_is_too_small_blocks_the_whole_set(make):

@@ -201,7 +201,7 @@ class _Row:
         if self.often is not None:
             self.made.append(_robust(study, value))
             return self.made[-1]
-        found = select(replace(study, wanted=replace(study.wanted, sets=1)))
+        found = select(replace(study, wanted=replace(study.wanted, sets=1)), advise=False)
         if found.drives and not found.feasible:  # a given drive lacks data, the same at every value
             self.missing[:] = found.advice
         point = CurvePoint(

@@ -297,7 +297,7 @@ def _pairs(study: Study, wanted: Mapping[str, FreeRatio], drives: Mapping[str, P
     named = {name for name, free in wanted.items() if free.motor}
     open_joints = [task.name for task in study.joints if task.name not in pairs and task.name not in named]
     if open_joints:
-        chosen = select(study).evaluation.joints
+        chosen = select(study, advise=False).evaluation.joints
         pairs.update({name: (chosen[name].motor, chosen[name].gear) for name in open_joints if name in chosen})
         lacking = [name for name in open_joints if name not in pairs]
         if lacking:

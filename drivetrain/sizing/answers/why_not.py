@@ -299,7 +299,7 @@ def _best_with(study: Study, joint: int, pairs: Sequence[Pair]) -> Selection:
     if len(pairs) == 1:
         task = replace(study.joints[joint], drive=pairs[0])
     joints = tuple(task if i == joint else other for i, other in enumerate(study.joints))
-    return select(replace(study, joints=joints))
+    return select(replace(study, joints=joints), advise=False)
 
 
 def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[SmallestChange, ...]:

@@ -32,12 +32,12 @@ def check_of(op: Operation, name: str) -> Check:
 
 def told(op: Operation, row: Requirement) -> Check:
     """One row of the table, held against what a drive does."""
-    factor = op.number(row.factor)
+    factor, basis = op.number(row.factor), op.task.amplifier.current_basis
     if row.stage >= TORQUE and op.missing:
         lack = f"cannot be computed: {op.missing} not on the sheet and not assumed"
         return Check(
             row.name, None, None, row.unit, None, Verdict.NOT_CHECKED, remark=lack, essential=row.essential,
-            factor=factor,
+            factor=factor, current_basis=basis,
         )  # fmt: skip
     words = row.words(op, row)
     required = _number(op.number(row.required) * factor * row.scale)
@@ -50,11 +50,12 @@ def told(op: Operation, row: Requirement) -> Check:
         required = None if words.silent else required
         return Check(
             row.name, required, limit, row.unit, None, Verdict.NOT_CHECKED, None if words.silent else instant,
-            words.source, remark, row.essential and op.number(row.asked) != 0.0, factor,
+            words.source, remark, row.essential and op.number(row.asked) != 0.0, factor, basis,
         )  # fmt: skip
     verdict = judged(used, op.safety.reserve)
     return Check(
         row.name, required, limit, row.unit, used, verdict, instant, words.source, words.remark, row.essential, factor,
+        basis,
     )  # fmt: skip
 
 

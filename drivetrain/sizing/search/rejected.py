@@ -1,7 +1,5 @@
 """What a set of drives leaves aside: the candidates rejected given the others, the next best, and the nearest set.
 
-Where nothing fits, what binds the nearest set is told, and which single change of the task would fix it.
-
 There may be half a million candidates, so they are kept as arrays and become objects only when one is looked at.
 """
 
@@ -18,18 +16,14 @@ import pandas as pd
 
 from drivetrain.arrays import Array
 from drivetrain.records import as_numbers
-from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.checks import CHECKS
-from drivetrain.sizing.judge.missing import gaps, missing_words
 from drivetrain.sizing.judge.objectives import weight_of
-from drivetrain.sizing.judge.vary import Vary, first_edge, named_drives, task_number, worst_of_set
-from drivetrain.sizing.results import Evaluation, Fallen
+from drivetrain.sizing.results import Fallen
 from drivetrain.sizing.search.candidates import TABLE
 from drivetrain.sizing.search.domains import Indices
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.study.model import Study
 from drivetrain.study.mounting import mass_counts
-from drivetrain.study.verdicts import Check, Verdict
 
 ALTERNATIVES = 5
 FIRST, AT_ONCE = 64, 4096  # candidates judged before it is seen whether they are enough, and most at once
@@ -38,10 +32,6 @@ NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
 FEASIBLE = -1
 LABELS = (*(c.name for c in CHECKS), *(c.name + NOT_CHECKED for c in CHECKS), "mass" + NOT_KNOWN, "price" + NOT_KNOWN)
 UNITS = (*(c.unit for c in CHECKS), *(c.unit for c in CHECKS), "kg", "")
-
-MOST = 10.0  # times the cycle's length, times the supply's voltage: beyond, it is another task
-STEPS = 32
-ROUNDED = 1e-3  # of the change, to the safe side of its edge, so that printed digits hold too
 
 Alternatives = tuple[tuple[str, str, float], ...]
 
@@ -218,97 +208,3 @@ def _nearest(problem: Problem, joint: int, chosen: Mapping[int, int]) -> int:
         used = np.where(np.isfinite(found.checks), found.checks, 0.0).max(axis=1, initial=0.0)
         distance.append(np.where(found.lacking >= 0, math.inf, used))
     return int(known[np.argmin(np.concatenate(distance))])
-
-
-# What would fix it
-
-
-def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
-    """What stands in the way of the nearest set, and each single change that was tried and fixes it."""
-    words = [_place(near), *_binding(evaluation, near)]
-    if gaps(evaluation):
-        return (*words, *missing_words(evaluation))
-    found = [text for text in (_slower(near), _lighter(near), _higher(near)) if text]
-    if not found:
-        found = [
-            f"With these drives neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more "
-            f"supply voltage (up to {MOST:g} times) alone mends it. Others of the catalogue were not tried with such a "
-            "change: `drivetrain curve` selects anew at each value."
-        ]
-    return (*words, *found)
-
-
-def _place(near: Nearest) -> str:
-    if near.joint == SUPPLY:
-        return "Every joint has a drive that holds; together they ask too much of the supply."
-    name = near.study.joints[near.joint].name
-    motor, gear = near.keys[name]
-    return f"No candidate at {name} holds; the nearest is {motor} with {gear or 'no gear'}."
-
-
-def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
-    """The failed check that is furthest over its limit: where the search stopped, then place by place to the base."""
-    found = []
-    places = [(name, joint.checks) for name, joint in evaluation.joints.items()]
-    for place, checks in [*places[near.joint :: -1], *places, ("supply", evaluation.shared)]:
-        failed = [check for check in checks if check.verdict is Verdict.FAIL]
-        if failed:
-            check = max(failed, key=_excess)
-            found.append(f"Binding at {place}: {check.name}, {_figures(check)}.")
-    return list(dict.fromkeys(found))
-
-
-def _excess(check: Check) -> float:
-    """Utilisation for ordering; heat that runs away comes last, as the check beside it has a number."""
-    used = check.utilisation or 0.0
-    return used if math.isfinite(used) else 0.0
-
-
-def _figures(check: Check) -> str:
-    required, available = (math.nan if v is None else v for v in (check.required, check.available))
-    over = 100.0 * ((check.utilisation or 0.0) - 1.0)
-    excess = f"{over:.3g} % over" if math.isfinite(over) else "without bound"
-    return f"{required:.4g} of {available:.4g} {check.unit} ({excess})"
-
-
-def _slower(near: Nearest) -> str:
-    found, length = _least(near, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, STEPS)), near.study.cycle.duration
-    if found is None:
-        return ""
-    kept = "" if near.study.arm is not None else ", at the table's torques"
-    return (
-        f"With these drives a slower motion mends it: a cycle of {length * found:.4g} s instead of {length:.4g} s, "
-        f"{100.0 * (found - 1.0):.3g} % longer{kept}."
-    )
-
-
-def _lighter(near: Nearest) -> str:
-    if near.study.arm is None or not any(payload.mass > 0.0 for payload in near.study.payloads):
-        return ""
-    found = _least(near, Vary.PAYLOAD, np.linspace(1.0, 0.0, STEPS))
-    if found is None:
-        return ""
-    masses = ", ".join(
-        f"{one.name} {one.mass * found:.4g} kg instead of {one.mass:.3g} kg" for one in near.study.payloads
-    )
-    return f"With these drives less payload mends it: {masses}."
-
-
-def _higher(near: Nearest) -> str:
-    found, volts = _least(near, Vary.VOLTAGE, np.geomspace(1.0, MOST, STEPS)), near.study.supply.voltage
-    if found is None:
-        return ""
-    return f"With these drives more supply voltage mends it: {volts * found:.4g} V instead of {volts:g} V."
-
-
-def _least(near: Nearest, vary: Vary, steps: Array) -> float | None:
-    """The factor of the smallest change that lets the nearest set pass, rounded to the safe side; None: none does."""
-    number = task_number(WorkFamily(near.study), named_drives(near.study, near.keys), vary)
-    found = first_edge(
-        lambda value: worst_of_set(number.put(value).evaluation()).utilisation <= 1.0, number.now * steps
-    )
-    if found is None:
-        return None
-    factor = found.inside / number.now
-    factor = max(factor + ROUNDED * (factor - 1.0), 0.0)
-    return factor if number.put(factor * number.now).proven().feasible else None

@@ -12,10 +12,11 @@ from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
+from drivetrain.sizing.search.advice import advice_on
 from drivetrain.sizing.search.asked import check_asked, check_keys, nothing_to_choose, satisfied, why_nothing
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import Problem, problem
-from drivetrain.sizing.search.rejected import Rejected, advice_on, alternatives, nearest_set
+from drivetrain.sizing.search.rejected import Rejected, alternatives, nearest_set
 from drivetrain.sizing.search.tree import Found, Tell, Tree
 from drivetrain.study.model import Study
 from drivetrain.study.selection import Wanted
@@ -48,7 +49,7 @@ class _Set:
 
 def select(
     study: Study, *, wanted: Wanted | None = None, resume: Selection | None = None, work: Workload | None = None,
-    progress: Progress | Tell | None = None,
+    progress: Progress | Tell | None = None, advise: bool = True,
 ) -> Selection:  # fmt: skip
     """The sets of drives with the smallest objective whose every check holds, and why not the others.
 
@@ -59,6 +60,7 @@ def select(
         resume: A selection of the same study that its time limit stopped: the search goes on where it stopped, for
             another time limit, and ends with the sets that it would have found without the stop.
         work: Of the study, where it is already prepared.
+        advise: Whether to look for changes that would mend it where nothing fits, which takes further searches.
         progress: Told how far the search is: an object with ``advance(done, total, text)`` or a function.
 
     Returns:
@@ -89,7 +91,7 @@ def select(
         tree = again
         tree.run(begin + limit, tell)
         sets, wrong = _evaluated(tree)
-    return _answer(tree, sets, tell) if sets else _nothing_fits(tree, tell)
+    return _answer(tree, sets, tell) if sets else _nothing_fits(tree, tell, advise)
 
 
 def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tree:
@@ -143,7 +145,7 @@ def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
     )  # fmt: skip
 
 
-def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
+def _nothing_fits(tree: Tree, tell: Tell, advise: bool) -> Selection:
     """The answer when no set was found: the nearest one, and what would mend it."""
     tell(1, 1, "what would mend it")
     study, lacking = tree.problem.candidates.study, nothing_to_choose(tree.problem)
@@ -158,8 +160,8 @@ def _nothing_fits(tree: Tree, tell: Tell) -> Selection:
     advice = tuple(f"{reason} ({mend})." if mend else f"{reason}." for reason, mend in reasons)
     return Selection(
         study, {}, evaluation, math.nan, proof, Rejected(tree.problem, near.pairs), {},
-        advice or _impossible(tree.problem) or advice_on(evaluation, near), dict(tree.counters), (), tree.bound,
-        None if tree.finished else tree,
+        advice or _impossible(tree.problem) or (advice_on(evaluation, near) if advise else ()), dict(tree.counters), (),
+        tree.bound, None if tree.finished else tree,
     )  # fmt: skip
 
 

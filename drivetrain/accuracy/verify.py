@@ -1,0 +1,75 @@
+"""A run done once more at half the step or a tenth of the tolerance, and what that changes of what it decides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+from drivetrain.accuracy.decision import Basis, decision
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.cost_results import Decision
+from drivetrain.simulation.engine import Engine, Progress
+from drivetrain.simulation.recording import Event, Recording
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Scene
+
+ALLOWED = 0.01  # of a quantity, that a finer run may change
+SMALL = 1e-6  # [A, N m, K, rad, m]: below it a quantity is nothing
+UNITS = {"peak_current": "A", "rms_current": "A", "rms_torque": "N m", "rise": "K", "deviation": "rad"}
+
+
+def verified(
+    recording: Recording,
+    scene: Scene,
+    engine: Engine,
+    basis: Basis,
+    *,
+    interval: float,
+    progress: Progress | None = None,
+) -> Recording:
+    """The recording with ``verified``: every quantity that it decides, as it is and as a finer run has it.
+
+    Args:
+        scene: As it was run, with its duration.
+        interval: Between two recorded instants, as it was [s].
+
+    Raises:
+        InputError: An engine that knows nothing finer.
+    """
+    if recording.stopped_by is not None:
+        return recording
+    finer = simulate(scene, solver=engine.finer(), interval=interval, progress=progress)
+    if finer.stopped_by is not None:
+        detail = f"a run with {finer.about['solver']} stops at {finer.stopped_by.time:.6g} s: {finer.stopped_by.detail}"
+        return replace(recording, events=(*recording.events, Event(float(recording.time[-1]), "verify", detail)))
+    both = [_quantities(decision(one, scene, basis)) for one in (recording, finer)]
+    told = {name: (value, both[1][name]) for name, value in both[0].items()}
+    return replace(recording, verified=told, events=(*recording.events, *_changed(recording, finer, told)))
+
+
+def _quantities(found: Decision) -> dict[str, float]:
+    """What a recording decides, as far as it is known, by name."""
+    told = {f"{joint}.{name}": getattr(one, name) for joint, one in found.joints.items() for name in UNITS}
+    told["tip_deviation"] = found.tip_deviation
+    return {name: float(value) for name, value in told.items() if math.isfinite(value)}
+
+
+def _changed(recording: Recording, finer: Recording, told: Mapping[str, tuple[float, float]]) -> tuple[Event, ...]:
+    """The event of a run whose answer still changes."""
+    shares = {name: abs(a - b) / max(abs(b), SMALL) for name, (a, b) in told.items() if max(abs(a), abs(b)) > SMALL}
+    worst = max(shares, key=lambda name: shares[name], default=None)
+    if worst is None or shares[worst] <= ALLOWED:
+        return ()
+    detail = f"{worst} changes by {100.0 * shares[worst]:.2g} % with {finer.about['solver']}: not converged"
+    return (Event(float(recording.time[-1]), "verify", detail),)
+
+
+def whole_run(verify: bool, resume: Recording | None) -> None:
+    """That what is to be verified is a whole run.
+
+    Raises:
+        InputError: It goes on from another.
+    """
+    if verify and resume is not None:
+        raise InputError(Fault("verify", "needs a run from its start: the finer one cannot go on from another's end"))

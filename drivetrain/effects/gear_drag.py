@@ -1,0 +1,123 @@
+"""Drag of a gear at its input: over speed and temperature while it turns, the starting torque at rest.
+
+It adds bounds of set-valued friction, as ``DryFriction`` does; the law is that of ``drive/gear_loss.py``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drivetrain.drive.gear import Gear, Mesh, mesh
+from drivetrain.drive.gear_loss import DRAG_REFERENCE, drag_torque
+from drivetrain.effects import signals as s
+from drivetrain.effects.bounds import OVERSHOOT, bounded
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
+from drivetrain.effects.laws import joint_law
+from drivetrain.errors import Fault, InputError
+
+CREEP = 1e-9  # [rad/s]: the drag of what is about to turn is that of the slowest turning
+
+
+@dataclass
+class Own:
+    """What it keeps.
+
+    Attributes:
+        drag, exponent, cooling, bend, seal, starting: As in ``Mesh``.
+        follows: Whether it is as warm as the housing.
+        temperature: Else [C].
+        torque: That drags while it turns [N m].
+    """
+
+    drag: float
+    exponent: float
+    cooling: float
+    bend: float
+    seal: float
+    starting: float
+    follows: int
+    temperature: float
+    torque: float = 0.0
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    motor = joint.motor
+    temperature = joint.heat.gear if own.follows else own.temperature
+    own.torque = drag_torque(own, max(abs(motor.speed), CREEP), temperature)
+    motor.slide_forward += own.torque
+    motor.slide_backward += own.torque
+    at_rest = max(own.starting, drag_torque(own, CREEP, temperature))
+    motor.hold_forward += at_rest
+    motor.hold_backward += at_rest
+
+
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    # Where it comes to rest within a step it takes less than its bound.
+    joint.heat.drag_power = min(own.torque * abs(joint.motor.speed), max(joint.motor.friction_power, 0.0))
+
+
+@dataclass(frozen=True)
+class GearDrag(Effect):
+    """What a gear takes at any load: grease, seals, and at rest the torque that it takes to start it.
+
+    Attributes:
+        gear: Of which drag, seals and starting torque are taken; its mesh is ``MeshLoss``.
+        temperature: Of the gear where no housing tells it, or that it keeps [C].
+        follows: Whether the gear is as warm as the motor's housing, where an effect tells that.
+    """
+
+    gear: Gear
+    temperature: float = DRAG_REFERENCE
+    follows: bool = True
+
+    compute = _compute
+    account = _account
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.temperature):
+            raise InputError(Fault("GearDrag.temperature", "must be a finite number [C]", self.temperature))
+        mesh(self.gear)  # a loss that is unknown is told
+
+    @property
+    def mesh(self) -> Mesh:
+        """The numbers of its law."""
+        return mesh(self.gear)
+
+    def ports(self, place: Place) -> Ports:
+        warm = (replace(s.GEAR_TEMPERATURE, default=self.temperature),) if self.follows else ()
+        return Ports(
+            needs=(s.MOTOR_SPEED, *warm),
+            contributes=(s.MOTOR_HOLD_FORWARD, s.MOTOR_HOLD_BACKWARD, s.MOTOR_SLIDE_FORWARD, s.MOTOR_SLIDE_BACKWARD),
+            outputs=(s.GEAR_DRAG_POWER,),
+        )
+
+    def own(self, place: Place) -> Own:
+        told = self.mesh
+        law = (told.drag, told.exponent, told.cooling, told.bend, told.seal, told.starting)
+        return Own(*law, int(self.follows), self.temperature)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        if conditions.series is not None:
+            return self._along(place, conditions, conditions.series)
+        fastest = float(drag_torque(self.mesh, abs(place.ratio) * conditions.peak_speed, self.temperature))
+        bound = max(fastest, self.mesh.starting) * abs(place.ratio)
+        peak, mean = bound / max(conditions.peak_torque, 1e-300), bound / max(conditions.rms_torque, 1e-300)
+        why = "largest drag at the joint over peak and RMS torque; squared on the copper loss"
+        return Estimate(peak, mean, 2.0 * mean + mean**2, 0.0, conditions.free, why)
+
+    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
+        """What it takes while it turns; at rest, where history decides, all that it can hold."""
+        told, speed = self.mesh, series.speed * place.ratio
+        drag = np.abs(np.asarray(drag_torque(told, speed, self.temperature)))
+        torque = np.where(series.resting, told.starting, drag)
+        # Where it turns round it steps by twice its size; a step is answered by the loop with an overshoot.
+        away = 2.0 * OVERSHOOT * told.starting * abs(place.ratio) / conditions.loop_stiffness
+        error, why = OVERSHOOT * torque / conditions.torque_constant, "its drag, and at rest what starts it"
+        return bounded(conditions, error, why, deviation=away, power=torque * np.abs(speed))
