@@ -6,7 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from drivetrain.accuracy.decision import Basis, decision
+import numpy as np
+
+from drivetrain.accuracy.decision import Basis, decision, tip_travel
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.cost_results import Decision
 from drivetrain.simulation.engine import Engine, Progress
@@ -45,7 +47,7 @@ def verified(
         return replace(recording, events=(*recording.events, Event(float(recording.time[-1]), "verify", detail)))
     both = [_quantities(decision(one, scene, basis)) for one in (recording, finer)]
     told = {name: (value, both[1][name]) for name, value in both[0].items()}
-    return replace(recording, verified=told, events=(*recording.events, *_changed(recording, finer, told)))
+    return replace(recording, verified=told, events=(*recording.events, *_changed(recording, finer, scene, told)))
 
 
 def _quantities(found: Decision) -> dict[str, float]:
@@ -55,9 +57,14 @@ def _quantities(found: Decision) -> dict[str, float]:
     return {name: float(value) for name, value in told.items() if math.isfinite(value)}
 
 
-def _changed(recording: Recording, finer: Recording, told: Mapping[str, tuple[float, float]]) -> tuple[Event, ...]:
-    """The event of a run whose answer still changes."""
-    shares = {name: abs(a - b) / max(abs(b), SMALL) for name, (a, b) in told.items() if max(abs(a), abs(b)) > SMALL}
+def _changed(
+    recording: Recording, finer: Recording, scene: Scene, told: Mapping[str, tuple[float, float]]
+) -> tuple[Event, ...]:
+    """The event of a run whose answer still changes: deviations as shares of the way, all else of itself."""
+    ways = {f"{joint}.deviation": float(np.ptp(recording[f"{joint}.position"])) for joint in scene.joints}
+    ways["tip_deviation"] = tip_travel(scene, recording)
+    sizes = {name: max(ways.get(name, 0.0), abs(b)) for name, (_, b) in told.items()}
+    shares = {name: abs(a - b) / sizes[name] for name, (a, b) in told.items() if sizes[name] > SMALL}
     worst = max(shares, key=lambda name: shares[name], default=None)
     if worst is None or shares[worst] <= ALLOWED:
         return ()

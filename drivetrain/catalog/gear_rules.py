@@ -96,6 +96,9 @@ def _losses(values: Values) -> Iterator[Finding]:
     if ("mesh_efficiency" in values) != ("drag_torque" in values):
         missing = "drag_torque" if "mesh_efficiency" in values else "mesh_efficiency"
         yield error(missing, "is empty: a mesh without its drag, or a drag without its mesh, is half the loss")
+    for name in ("drag_speed_exponent", "drag_temperature_1", "drag_temperature_2"):
+        if "drag_torque" in values and name not in values:
+            yield error(name, "is empty: write 0 where the drag does not change with it")
     if values.get("drag_speed_exponent") and "drag_speed" not in values:
         yield error("drag_speed", "is empty, and the drag grows with speed")
     if values.get("mesh_efficiency", 1.0) < values.get("efficiency", 0.0):

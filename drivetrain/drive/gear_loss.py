@@ -14,6 +14,7 @@ from drivetrain.jit import law
 
 DRAG_REFERENCE = 20.0  # C, at which the drag is given
 DRAG_TEMPERATURES = (-10.0, 40.0)  # C: what the charts cover that the law was fitted to; it is held at the ends outside
+HALVINGS = 24  # of some ten kelvin: to a millionth
 BACK_DRIVING = 1.05  # of ratio and starting torque, fitted to strain-wave gears of four sizes
 
 
@@ -39,6 +40,28 @@ def turning_drag(mesh: Any, factor: Any, input_speed: Any) -> Any:
 def drag_torque(mesh: Any, input_speed: Any, temperature: Any) -> Any:
     """The same at a temperature of the gear [C]."""
     return turning_drag(mesh, drag_factor(mesh, temperature), input_speed)
+
+
+@law
+def settled_temperature(mesh: Any, ambient: Any, resistance: Any, heat: Any, drag: Any) -> Any:
+    """Of a gear whose drag warms its housing: T = T_ambient + R (heat + drag f(T)), from below by halving [C].
+
+    Args:
+        mesh: Its drag falls with temperature, so that there is one answer.
+        ambient: [C].
+        resistance: From the housing to ambient [K/W].
+        heat: That enters the housing beside the drag, at least [W].
+        drag: Power that the drag brings into the housing at 20 C, seals apart [W].
+    """
+    low = ambient + resistance * heat
+    high = low + resistance * drag * drag_factor(mesh, low)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if ambient + resistance * (heat + drag * drag_factor(mesh, middle)) > middle:
+            low = middle
+        else:
+            high = middle
+    return low
 
 
 @law

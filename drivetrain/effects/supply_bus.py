@@ -254,7 +254,10 @@ class SupplyBus(Effect):
         return (self.voltage,)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        return (TimeScale("brake resistor", self.resistance * self.capacity),) if self.resistance < math.inf else ()
+        scales = [] if math.isinf(self.resistance) else [TimeScale("brake resistor", self.resistance * self.capacity)]
+        if self.power < math.inf:
+            scales.append(TimeScale("source fills the bus", 0.5 * self.capacity * self.voltage**2 / self.power))
+        return tuple(scales)
 
 
 def _positive(kind: str, numbers: Mapping[str, float]) -> list[Fault]:

@@ -9,7 +9,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.words import DRIVE_MASS, heat_model, safety_lines
 from drivetrain.sizing.judge.evaluate import holding_figures
-from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, Study
 
 _UNKNOWN = "not stated"
@@ -131,6 +131,8 @@ def _heat(evaluation: Evaluation) -> Group:
             models.setdefault(f"{motor.key}: {heat_model(motor, task.housing_to_ambient)}", []).append(task.name)
     lines += [(f"heat of {', '.join(names)}", model) for model, names in models.items()]
     lines = [line for line in lines if line[1]]
+    lines += [(f"gear of {name}", _gear_heat(evaluation.study, joint)) for name, joint in evaluation.joints.items()
+              if joint.gear_loss is not None]  # fmt: skip
     frameless = [joint.name for joint in evaluation.joints.values() if joint.drive.motor.frameless]
     notes = (
         (
@@ -141,6 +143,18 @@ def _heat(evaluation: Evaluation) -> Group:
         else ()
     )
     return Group("Heat", tuple(lines), notes)
+
+
+def _gear_heat(study: Study, joint: JointResult) -> str:
+    """What the gear loses, where that goes, and at which temperature its drag counts elsewhere."""
+    share = next(task.gear_heat for task in study.joints if task.name == joint.name)
+    told = f"loses {number(joint.gear_loss or 0.0)} W, {percent(share)} of it into the motor's housing"
+    if joint.housing_temperature is not None:
+        told += f" of {number(joint.housing_temperature)} °C"
+    if not joint.drive.gear.drag_temperature_1:
+        return told
+    taken = float(study.drag_temperature(study.ambient))
+    return f"{told}; torque, current and power are judged with its drag at {taken:g} °C"
 
 
 def _silent_sheets(study: Study) -> Group:

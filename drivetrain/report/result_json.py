@@ -137,6 +137,8 @@ def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
         "checks": [_check(check) for check in joint.checks],
         "assumptions": list(joint.drive.assumptions),
         "remarks": list(joint.remarks),
+        "gear_loss": _finite(joint.gear_loss),
+        "housing_temperature": _finite(joint.housing_temperature),
     }
 
 

@@ -67,7 +67,8 @@ def simulation_lines(found: SimulationFound) -> list[str]:
     if recording.stopped_by is not None:
         lines.append(f"stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}")
     lines += [f"warning: at {one.time:.4g} s: {one.detail}" for one in recording.events if one.name in DOUBTS]
-    lines += [f"  {name}: {number(a, 5)}, finer {number(b, 5)}" for name, (a, b) in recording.verified.items()]
+    if recording.verified:
+        lines.append(f"run once more, finer: {len(recording.verified)} quantities side by side on the page")
     if told is not None:
         for name, joint in told.joints.items():
             lines.append(

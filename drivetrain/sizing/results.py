@@ -66,6 +66,8 @@ class JointResult:
         checks: Every check, in a fixed order.
         series: What the drive does over the cycle.
         remarks: In words: standstill rule, RMS rule validity, assumptions.
+        gear_loss: Mean power that the gear makes into heat, as warm as it settles [W]; None without one, or unknown.
+        housing_temperature: Mean, or of the one node that the sheet knows [C]; None: unknown, or a runaway.
         amplifier: Against which it was judged: the study's, or of several the chosen one.
     """
 
@@ -76,6 +78,8 @@ class JointResult:
     checks: tuple[Check, ...]
     series: JointSeries
     remarks: tuple[str, ...] = ()
+    gear_loss: float | None = None
+    housing_temperature: float | None = None
     amplifier: Amplifier = UNLIMITED
 
     @property

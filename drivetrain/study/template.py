@@ -75,6 +75,7 @@ amplifier: # limits of each; current_basis says what their ampere is: dc, rms or
   continuous_current: 20 A
 
 ambient: 25 °C
+# cold_start: -10 °C # checks the start of a cold machine too: stiff grease
 safety:
   peak_torque: 1.2 # factor on what is required
   reserve: 10 % # a check that passes with less is MARGINAL
@@ -111,6 +112,7 @@ joints:
   # {first}:
   #   drive: {{motor: key, gear: key}} # a given drive, for `drivetrain size`; gear: none is a direct drive
   #   friction: {{coulomb: 0.5 N m}} # at the joint, outside the gear
+  #   gear_heat: 0 % # the gear does not sit on the motor's housing, which its loss then does not warm
   #   output_bearing: external # the joint has a bearing of its own; else the gear's must bear what loads it across
 
 # Joints whose motors work together: a differential wrist, belts over joints, motors on the base.

@@ -236,6 +236,7 @@ SOUND_STRAIN_WAVE: dict[str, Cell] = {
         ({"mesh_efficiency": None}, "mesh_efficiency", "error"),
         ({"drag_torque": None}, "drag_torque", "error"),
         ({"drag_speed": None}, "drag_speed", "error"),
+        ({"drag_temperature_1": None}, "drag_temperature_1", "error"),
         ({"efficiency": 0.95}, "mesh_efficiency", "error"),
         ({"drag_temperature_1": -0.0436}, "drag_temperature_1", "warning"),
         ({"drag_temperature_2": 0.002}, "drag_temperature_1", "warning"),  # would grow again above 31 C

@@ -21,6 +21,7 @@ from drivetrain.motion.motion import Motion
 from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engine import Engine
 from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.plan import plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
@@ -176,3 +177,23 @@ def test_a_quick_move_on_a_weak_supply_at_the_default_step() -> None:
     # Tighter is better, of the voltage that the tolerance is of.
     off = [np.abs(runs[rtol]["scene.bus_voltage"] - best["scene.bus_voltage"]).max() for rtol in (1e-4, 1e-6)]
     assert off[1] < 0.1 * off[0] < 0.02
+
+
+@pytest.mark.parametrize("solver", [FixedStep(1e-3), AdaptiveStep(Rodas5P(1e-6))])
+def test_a_run_that_stops_while_the_bus_sinks_goes_on_as_if_it_had_not(solver: Engine) -> None:
+    given = GivenCurrent(np.array([0.0, 0.02]), np.array([0.0, COMMAND]))
+    joint = (ReflectedRotor(0.0, 1.0), CurrentLoop(LOOP, BANDWIDTH), given)
+    scene = Scene(Inertia(INERTIA), {"joint": joint, "scene": (WEAK,)}, 0.05)
+    whole = simulate(scene, solver=solver, interval=1e-3)
+    half = simulate(scene, solver=solver, interval=1e-3, duration=0.018)
+    rest = simulate(scene, solver=solver, interval=1e-3, resume=half)
+    for name in ("scene.bus_voltage", "joint.current", "scene.source_energy"):
+        joined = np.concatenate([half[name], rest[name][rest.time > half.time[-1] + 1e-9]])
+        # An engine that controls its error ends a step where the run stops, which the whole run does not.
+        exact = isinstance(solver, FixedStep)
+        np.testing.assert_allclose(joined, whole[name], rtol=0.0 if exact else 1e-4, atol=0.0 if exact else 1e-4)
+
+
+def test_time_scales_are_those_of_source_and_resistor() -> None:
+    told = {one.name: one.seconds for _, one in plan(Scene(Inertia(1.0), {"scene": (WEAK,)}, 1.0)).time_scales}
+    assert told == {"brake resistor": pytest.approx(6e-3), "source fills the bus": pytest.approx(7.2e-3)}

@@ -23,6 +23,7 @@ from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.encoder import Encoder
 from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear_drag import GearDrag
 from drivetrain.effects.given_current import GivenCurrent
 from drivetrain.effects.given_torque import GivenTorque
 from drivetrain.effects.given_voltage import GivenVoltage
@@ -59,6 +60,10 @@ MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
 GEAR = Gear(
     "g", 100.0, kind="strain_wave", efficiency=0.8, stiffness_1=1e4, torque_1=5.0, stiffness_2=2e4, backlash=1e-3
 )
+DRAGGED = Gear(
+    "d", 100.0, mesh_efficiency=0.9, drag_torque=0.02, drag_speed=200.0, drag_speed_exponent=0.72,
+    drag_temperature_1=0.04, drag_temperature_2=4e-4, seal_drag_torque=0.01, starting_torque=0.03,
+)  # fmt: skip
 LAW = Friction(coulomb=0.7, static=1.0, stribeck_speed=0.1, viscous=0.2)
 NETWORK = ThermalNetwork(1.9, 4.65, 21.8, 241.0, 25.0)
 TIME = np.linspace(0.0, 1.0, 11)
@@ -79,7 +84,7 @@ MORE: tuple[Effect, ...] = (
     MeshLoss(GEAR), DryFriction(LAW, "joint"), ViscousFriction(LAW, "motor"), WallSpring(100.0, 1.0, rest=0.1),
     LuGreFriction(1e5, 0.7, 1.0, 0.01, 10.0, 0.1, "joint"), Cogging((0.01, 0.002), (12, 24), (0.0, 0.5)),
     GivenTorque(TIME, TABLE, "joint"), MovingBelt(0.1), HoldingBrake(1.0, 0.5, (0.3,), (0.1,)),
-    WindingHeat(NETWORK, 40.0, 30.0),
+    WindingHeat(NETWORK, 40.0, 30.0, gear_heat=0.6), GearDrag(DRAGGED),
 )  # fmt: skip
 
 

@@ -132,7 +132,7 @@ def test_series_are_those_of_the_shaft(make):
     result = evaluation.joints["j3"]
     assert any("drives j2, j3 together" in remark for remark in result.remarks)
     bearing = [check for check in result.checks if check.name.startswith("output bearing")]
-    assert len(bearing) == 3 and all(check.verdict is Verdict.NOT_CHECKED for check in bearing)
+    assert len(bearing) == 5 and all(check.verdict is Verdict.NOT_CHECKED for check in bearing)
     assert all("away from the joint" in check.remark for check in bearing)
     assert not any("away from" in check.remark for check in evaluation.joints["j1"].checks)
     assert len(current_commands(evaluation)) == 3 * len(cycle.time)

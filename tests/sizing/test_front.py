@@ -142,7 +142,7 @@ def test_unknown_prices_leave_the_criterion_out(make):
 
 
 def test_when_the_time_is_up_it_says_so(make):
-    study = random_study(make, 29, joints=3)
+    study = random_study(make, 51, joints=3)
     front = pareto_front(study, ("mass", "energy", "utilisation"), time_limit=1e-6)
     assert not front.complete and front.gap > 0.0 and front.proof.startswith("not complete")
     whole = pareto_front(study, ("mass", "energy", "utilisation"))
@@ -219,7 +219,7 @@ def test_costs_of_a_box_are_below_those_of_every_set_in_it(make, seed, carrier):
 
 
 def test_a_stopped_search_goes_on_to_the_same_front(make):
-    study, names = random_study(make, 29, joints=3), ("mass", "energy", "utilisation")
+    study, names = random_study(make, 51, joints=3), ("mass", "energy", "utilisation")
     whole = pareto_front(study, names)
     part = pareto_front(study, names, time_limit=1e-6)
     told, steps = len(part.points), 0

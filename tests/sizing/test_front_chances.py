@@ -34,7 +34,7 @@ def scattering(make, holds):
                          average_torque_limit=25.0 * size, momentary_torque=80.0 * size)
         for i, (ratio, size) in enumerate(((50.0, 1.0), (80.0, 1.6)))
     }  # fmt: skip
-    cycle = make.sines(2, samples=41, duration=1.6, size=0.6)
+    cycle = make.sines(2, samples=41, duration=1.6, size=0.45)
     every = tuple(itertools.product(motors, gears))
     tasks = tuple(make.task(name, drive=None, pairs=every) for name in cycle.joint_names)
     return make.study(

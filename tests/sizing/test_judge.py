@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import make_dataclass, replace
 
 import numpy as np
 import pytest
 import random_tasks as TASKS
+from scipy.optimize import brentq
 
-from drivetrain.drive.drive import motor_torque, power_balance
+from drivetrain.drive.drive import loss_speed, motor_torque, power_balance
+from drivetrain.drive.gear import mesh
 from drivetrain.drive.heat import Mix, mixed_temperature
-from drivetrain.drive.motor import torque_constant
+from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.records import as_numbers, as_record
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.series import own_amounts, own_work
@@ -35,6 +38,61 @@ def some_operations(study, seed, count=3):
         shelf = {j: parts.drive(j, row) for j, row in enumerate(rows)}
         for joint, drive in shelf.items():
             yield operation(study, joint, work.at(joint, shelf).demand(drive), drive)
+
+
+def gear_heat(op, balance, torque):
+    """The gear's loss as it warms the housing [W]: its mean, as warm as it makes itself with a cold winding.
+
+    Of a mix that of all parts together, where a sheet knows one node that of each part.
+    """
+    cycle, everything = op.demand.cycle, slice(0, len(op.demand.time))
+    if op.network.resistance_winding_housing > 0.0:
+        return np.full(
+            len(torque), settled_loss(op, balance, torque, everything, zip(cycle.parts, cycle.shares, strict=True))
+        )
+    return np.concatenate([
+        np.full(part.stop - part.start, settled_loss(op, balance, torque, part, [(part, 1.0)])) for part in cycle.parts
+    ])  # fmt: skip
+
+
+def settled_loss(op, balance, torque, samples, shares):
+    demand, wheel, here = op.demand, mesh(op.drive.gear), op.number("setting.gear_temperature")
+    coil = op.drive.motor.brake.power or 0.0
+    weights = demand.weights[samples] if demand.weights.sum() > 0.0 else np.ones(len(torque[samples]))
+
+    def mean(values):
+        return weights @ values[samples] / weights.sum()
+
+    drag, meshed, rubbed = mean(balance.drag), mean(balance.mesh), mean(balance.motor_friction)
+    seal = mean(wheel.seal * np.abs(op.motor_speed) * (loss_speed_of(demand) != 0.0))
+    if wheel.cooling <= 0.0 or drag == seal or op.task.gear_heat == 0.0:
+        return meshed + drag
+
+    def factor(temperature):
+        above = min(max(temperature, -10.0), 40.0) - 20.0
+        return math.exp(-wheel.cooling * above + wheel.bend * above**2)
+
+    def lost(temperature):
+        return meshed + seal + (drag - seal) * factor(temperature) / factor(here)
+
+    squares = 0.0
+    for part, share in shares:
+        a, b, step = torque[part][:-1], torque[part][1:], np.diff(demand.time[part])
+        squares += share * (step @ (a * a + a * b + b * b) / 3.0 / step.sum() if len(a) else torque[part][0] ** 2)
+    copper = squares * winding_resistance(op.drive.motor, -10.0) / torque_constant(op.drive.motor, -10.0) ** 2
+    path, air = op.network.resistance_housing_ambient, op.study.ambient
+    return lost(
+        brentq(
+            lambda at: air + path * (copper + rubbed + coil + op.task.gear_heat * lost(at)) - at,
+            air - 1.0,
+            1e7,
+            xtol=1e-9,
+        )
+    )
+
+
+def loss_speed_of(demand):
+    return loss_speed(demand.speed, demand.acceleration, demand.at_rest, parts=demand.cycle.parts)
 
 
 @pytest.mark.parametrize("kind", TASKS.KINDS)
@@ -61,7 +119,8 @@ def test_the_judge_says_what_the_public_laws_say(make, kind):
         np.testing.assert_allclose(op.power, electrical, rtol=CLOSE, atol=CLOSE * np.abs(op.power).max())
         if op.network is None:
             continue
-        loss = balance.motor_friction + op.task.gear_heat * (balance.mesh + balance.drag) + coil
+        loss = balance.motor_friction + coil
+        loss += op.task.gear_heat * gear_heat(op, balance, torque.total)
         heat = mixed_temperature(
             op.network, op.drive.motor, demand.time, torque.total, Mix(cycle.parts, cycle.shares), housing_loss=loss
         )

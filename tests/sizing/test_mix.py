@@ -50,7 +50,8 @@ def test_rms_and_means_are_those_of_the_parts_by_share(study, drives):
         expected = share * speeds[0] + (1.0 - share) * speeds[1]
         assert found["gear mean input speed"].required == pytest.approx(expected)
         for name in ("motor voltage", "motor peak torque", "gear repeated peak torque"):
-            assert found[name].required == pytest.approx(max(part[name].required for part in parts), rel=1e-3)
+            # the housing that they share is warmer than that of one part and cooler than that of the other
+            assert found[name].required == pytest.approx(max(part[name].required for part in parts), rel=3e-3)
             assert "in fast" in found[name].remark
 
 
@@ -64,15 +65,14 @@ def test_equal_parts_are_the_plain_cycle(study, drives):
 
 
 def test_heat_lies_between_the_parts(study, drives):
-    cycles = (study.cycle, slowed(study.cycle, 1.6))
-    ends = sorted(checks(evaluate(replace(study, cycle=one), drives))["winding temperature"].required for one in cycles)
+    slow = checks(evaluate(replace(study, cycle=slowed(study.cycle, 1.6)), drives))["winding temperature"].required
     found = [
         checks(evaluate(mixed(study, [share, 1.0 - share]), drives))["winding temperature"].required
         for share in (0.0, 0.3, 0.7)
     ]
     # The slow part holds the door's spring longer at a stretch, the fast one warms the housing more.
-    assert found == sorted(found)
-    assert ends[0] < found[0] == pytest.approx(ends[1], rel=1e-9)
+    assert found == sorted(found) and found[0] < found[-1]
+    assert found[0] == pytest.approx(slow, rel=1e-9)
 
 
 def test_the_search_judges_a_mix_as_evaluate_does(study):

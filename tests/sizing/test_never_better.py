@@ -87,6 +87,11 @@ def hotter_air(study, rng):
     return study, replace(study, ambient=study.ambient + 15.0)
 
 
+def a_gear_in_the_motors_housing(study, rng):
+    plain = with_tasks(study, lambda task: replace(task, gear_heat=0.0))
+    return plain, with_tasks(plain, lambda task: replace(task, gear_heat=1.0))
+
+
 def lower_limits(study, rng):
     motor, gear = [str(rng.choice(names)) for names in (MOTOR_LIMITS, GEAR_LIMITS)]
     return study, with_parts(study, lambda row: times(row, [motor], 0.7), lambda row: times(row, [gear], 0.7))
@@ -127,8 +132,8 @@ def a_datum_less(study, rng):
 
 
 WORSE = (
-    hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, lower_limits, weaker_amplifier,
-    lower_supply, higher_factors, a_datum_less, weaker_brakes,
+    hotter_paths, hotter_mounting, a_mounting_worse_than_all, more_ohms, hotter_air, a_gear_in_the_motors_housing,
+    lower_limits, weaker_amplifier, lower_supply, higher_factors, a_datum_less, weaker_brakes,
 )  # fmt: skip
 
 

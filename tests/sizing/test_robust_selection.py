@@ -148,7 +148,7 @@ def by_brute_force(study, wanted):
     return min(one for one, chance in found if chance.probability > wanted), min(one for one, _ in found)
 
 
-@pytest.mark.parametrize("wanted", [0.7, 0.9])
+@pytest.mark.parametrize("wanted", [0.7, 0.92])
 def test_the_search_is_brute_force(coupled_choice, wanted):
     best, nominal = by_brute_force(coupled_choice, wanted)
     assert best > nominal + 0.02  # the plain optimum does not hold often enough

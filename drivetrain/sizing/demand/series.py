@@ -88,7 +88,8 @@ class Traces(NamedTuple):
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
         drag: Of the gear, at its input [N m].
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
-        housing_loss: Power that friction at the motor's shaft and the gear bring into the housing [W].
+        friction_loss: Power lost at the motor's shaft and in a brake's coil [W].
+        mesh_loss, drag_loss: In mesh and seals, and of the drag as at 20 C [W].
         power: Electrical, where nobody asks for it [W].
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
@@ -101,7 +102,9 @@ class Traces(NamedTuple):
     shaft_excess: Array
     drag: Array
     starting: Array
-    housing_loss: Array
+    friction_loss: Array
+    mesh_loss: Array
+    drag_loss: Array
     power: Array
     losses: Losses
     parts: Any
@@ -150,10 +153,10 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, drag, starting, housing, power = np.zeros((8, samples))
+    load, joint, loss, shaft, drag, starting, friction, gear, turning, power = np.zeros((10, samples))
     return Traces(
-        load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, housing, power, new_losses(samples),
-        new_parts(parts),
+        load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, friction, gear, turning, power,
+        new_losses(samples), new_parts(parts),
     )  # fmt: skip
 
 

@@ -31,7 +31,8 @@ class Setting:
         bearing: 1 where the joint rests on its gear's own output bearing, else 0.
         moves: 1 where the joint moves at all, else 0.
         duration: Of the cycle [s].
-        gear_temperature: At which the gear's drag is taken [C].
+        gear_temperature: At which the gear's drag is taken, but for its own heat [C].
+        settles: 1 where the gear's heat is that of a gear as warm as its housing, 0: of that temperature.
         gear_heat: Share of the gear's loss that warms the motor's housing.
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.
@@ -50,6 +51,7 @@ class Setting:
     moves: float = 0.0
     duration: float = 0.0
     gear_temperature: float = DRAG_REFERENCE
+    settles: float = 1.0
     gear_heat: float = 1.0
     cold_start: float | None = None
     cold: float = 0.0
@@ -101,8 +103,8 @@ class Figures:
             ``standstill_current``.
         voltage: Largest at the terminals [V].
         cold_torque, cold_current, cold_voltage: The same of a cold start [N m], [A], [V].
-        gear_loss: Mean power that the gear takes while it turns [W].
-        housing_temperature: Mean [C].
+        gear_loss: Mean power that the gear makes into heat, as warm as it settles [W].
+        housing_temperature: Mean, or of the one node that a sheet knows [C].
         energy, mean_power: Electrical, over a cycle [J], [W].
         holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
         stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
@@ -179,8 +181,9 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     return Setting(
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
-        duration if duration > 0.0 else 1.0, float(study.drag_temperature(study.ambient)), task.gear_heat,
-        study.cold_start, float(study.cold_start is not None), float(bool(task.brakes)),
+        duration if duration > 0.0 else 1.0, float(study.drag_temperature(study.ambient)),
+        float(study.gear_temperature is None), task.gear_heat, study.cold_start, float(study.cold_start is not None),
+        float(bool(task.brakes)),
         study.supply.voltage, float(rates_supply(task.amplifier)), float(judges_overload(task.amplifier)),
     )  # fmt: skip
 

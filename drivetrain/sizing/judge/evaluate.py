@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -183,7 +184,12 @@ def with_joints(study: Study, tasks: Mapping[int, JointTask]) -> Study:
 def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult:
     """One joint's drive with every check and its series."""
     checks = tuple(placed(op.demand.cycle, check) for check in checks_of(op))
-    return JointResult(name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)), op.task.amplifier)
+    loss, housing = op.number("figures.gear_loss"), op.number("figures.housing_temperature")
+    return JointResult(
+        name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)),
+        gear_loss=None if op.direct or math.isnan(loss) else loss,
+        housing_temperature=housing if math.isfinite(housing) else None, amplifier=op.task.amplifier,
+    )  # fmt: skip
 
 
 def _remarks(op: Operation) -> list[str]:

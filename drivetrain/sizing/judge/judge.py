@@ -16,7 +16,13 @@ from drivetrain.drive.brake import holding_torque, stopping_energy
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
 from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, unknown_loss, wear
-from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power, turning_drag
+from drivetrain.drive.gear_loss import (
+    DRAG_TEMPERATURES,
+    drag_factor,
+    mesh_loss_power,
+    settled_temperature,
+    turning_drag,
+)
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
 from drivetrain.drive.output_bearing import (
@@ -28,7 +34,7 @@ from drivetrain.drive.output_bearing import (
     static_load,
 )
 from drivetrain.drive.overload import overload_share
-from drivetrain.drive.periodic_heat import copper_of, interval_means, periodic_heat, thermal_nodes
+from drivetrain.drive.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work
@@ -118,7 +124,6 @@ def judge_all(
                 figures.winding_temperature, figures.voltage = np.nan, volts
                 found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         if found[i] <= until:
-            housing_losses(case, motion, traces)
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
             if case.setting.overload != 0.0:
@@ -127,6 +132,7 @@ def judge_all(
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
             figures.winding_temperature += unknown
+            figures.gear_loss += unknown
             found[i], binding[i] = worst(case, row, checks, HEAT, found[i], binding[i], NO)
         lacking[i] = first_lacking(case, row, checks, YES)
         for k in range(len(checks) if i < len(used) else 0):
@@ -432,19 +438,36 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
     """The temperatures of a drive at work, those of the winding at the samples.
 
     Where the sheet does not say enough, or no steady temperature exists, the magnets are at ambient temperature and the
-    winding at its limit.
+    winding at its limit. The gear's heat comes through the housing, which evens it out: its mean counts, of a gear as
+    warm as the housing.
     """
     motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
     nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
     figures.winding_temperature, figures.hottest_time, figures.hottest_part = np.nan, np.nan, 0.0
-    figures.housing_temperature = np.nan
     figures.heat_converged, figures.magnet_temperature, losses.housing_at[0] = 1.0, ambient, ambient
+    figures.housing_temperature, figures.gear_loss, share = np.nan, np.nan, case.setting.gear_heat
+    shaft_losses(case, motion, traces)
     if known(nodes.inner + nodes.outer):
-        interval_means(traces.torque[1:-1], traces.housing_loss, losses)
+        periods, parts = motion.periods, traces.parts
+        interval_means(traces.torque[1:-1], traces.friction_loss, losses)
+        part_means(periods, losses, parts)
+        square, loss, figures.gear_loss = 0.0, 0.0, 0.0
+        for i in range(len(parts)):
+            square += periods.shares[i] * parts[i].square
+            loss += periods.shares[i] * parts[i].loss
+        for i in range(len(parts)):
+            first, after = periods.edges[i], periods.edges[i + 1]
+            if nodes.inner > 0.0:
+                gear = settled_loss(case, nodes, motion, traces, 0, len(motion.speed), square, loss)
+            else:
+                gear = settled_loss(case, nodes, motion, traces, first, after, parts[i].square, parts[i].loss)
+            figures.gear_loss += periods.shares[i] * gear
+            for t in range(first, after):
+                losses.housing[t] += share * gear
         heat = periodic_heat(nodes, copper_of(motor, ambient), motion.periods, losses, traces.parts, ambient)
         figures.winding_temperature, figures.hottest_time = heat.peak, heat.peak_time
         figures.hottest_part, figures.heat_converged = heat.peak_part, heat.converged
-        figures.housing_temperature = heat.housing if nodes.inner > 0.0 else np.nan
+        figures.housing_temperature = heat.housing
         if heat.peak < np.inf:
             figures.magnet_temperature = heat.magnets
             return
@@ -452,17 +475,54 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
 
 
 @law(fastmath=FAST)
-def housing_losses(case: Any, motion: Any, traces: Any) -> None:
-    """The power that friction at the motor's shaft, a brake's coil and the gear's share bring into the housing [W]."""
-    shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.housing_loss
-    share, coil, total = case.setting.gear_heat, known_or(case.motor.brake.power, 0.0), 0.0
+def shaft_losses(case: Any, motion: Any, traces: Any) -> None:
+    """The power of friction at the motor's shaft and a brake's coil, of mesh with seals, and of drag as at 20 C [W]."""
+    shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss
+    coil, reference = known_or(case.motor.brake.power, 0.0), 1.0 / drag_factor(mesh, case.setting.gear_temperature)
     excess_series(shaft, mesh.ratio, motion.speed, traces.shaft_excess)
     for t in range(len(loss)):
         speed = mesh.ratio * motion.speed[t]
-        gear = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + traces.drag[t] * speed
-        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + share * gear + coil
-        total += motion.weight[t] * gear
-    case.figures.gear_loss = total / case.setting.duration + unknown_torque(case)
+        seal = mesh.seal * abs(speed) * (traces.drag[t] != 0.0)
+        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + coil
+        traces.mesh_loss[t] = mesh_loss_power(mesh, traces.load[t], motion.speed[t]) + seal
+        traces.drag_loss[t] = (traces.drag[t] * speed - seal) * reference
+
+
+@law(fastmath=FAST)
+def settled_loss(
+    case: Any, nodes: Any, motion: Any, traces: Any, first: Any, after: Any, square: Any, heat: Any
+) -> Any:
+    """Mean loss of a gear over some samples, as warm as they make it [W]; with a torque's mean square and a heat."""
+    meshed, dragged, whole, share = 0.0, 0.0, 0.0, case.setting.gear_heat
+    for t in range(first, after):
+        whole += motion.weight[t]
+        meshed += motion.weight[t] * traces.mesh_loss[t]
+        dragged += motion.weight[t] * traces.drag_loss[t]
+    if whole <= 0.0:
+        return 0.0
+    meshed, dragged = meshed / whole, dragged / whole
+    return meshed + dragged * settled_factor(case, nodes, square, heat + share * meshed, share * dragged)
+
+
+@law
+def settled_factor(case: Any, nodes: Any, square: Any, heat: Any, drag: Any) -> Any:
+    """On the drag of a gear as warm as its housing, else as at ``gear_temperature``.
+
+    The copper loss counts as of a motor at the cold end of the drag's law: a gear that is taken for too cold warms the
+    winding too much, and hotter air or a higher resistance never makes it cooler.
+
+    Args:
+        square: Mean of the torque's [N^2 m^2].
+        heat: That enters the housing beside copper loss and drag [W].
+        drag: That enters it of the drag as at 20 C [W].
+    """
+    mesh, motor, setting = mesh_of(case.gear), case.motor, case.setting
+    if setting.settles == 0.0 or mesh.cooling <= 0.0 or drag <= 0.0:
+        return drag_factor(mesh, setting.gear_temperature)
+    cold = min(setting.ambient, DRAG_TEMPERATURES[0])
+    constant = torque_constant(motor, cold)
+    copper = square * winding_resistance(motor, cold) / (constant * constant)
+    return drag_factor(mesh, settled_temperature(mesh, setting.ambient, nodes.outer, copper + heat, drag))
 
 
 @law

@@ -25,7 +25,7 @@ from drivetrain.drive.friction import (
     sliding_friction,
 )
 from drivetrain.drive.gear import life_of, mesh_of, mesh_slope, mesh_torque, wear
-from drivetrain.drive.gear_loss import mesh_loss_power
+from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.output_bearing import bearing_arm, static_load
 from drivetrain.drive.periodic_heat import thermal_nodes
@@ -44,6 +44,7 @@ from drivetrain.sizing.judge.judge import (
     set_cold_start,
     set_currents,
     set_limits,
+    settled_factor,
     torque_factor,
     unknown_torque,
     worst,
@@ -408,7 +409,8 @@ def least_heat(case: Any, span: Span) -> Any:
         return LeastHeat(known_or(limit, ambient), ambient, -np.inf)
     if motor.magnet_coefficient > 0.0 or not known(limit):  # may be stronger without bound; or run away unjudged
         return LeastHeat(smaller(ambient, known_or(limit, ambient)), ambient, ambient)
-    square, loss = mean_square(span), least_housing_loss(case, span)
+    square = mean_square(span)
+    loss = least_housing_loss(case, span, nodes, square)
     share = resting_share(nodes, len(span.motion.periods.shares), setting.duration)
     coolest, housing, winding = ambient, 0.0, 0.0
     for _ in range(STEPS):
@@ -438,24 +440,30 @@ def mean_square(span: Span) -> Any:
 
 
 @law(fastmath=FAST)
-def least_housing_loss(case: Any, span: Span) -> Any:
+def least_housing_loss(case: Any, span: Span, nodes: Any, square: Any) -> Any:
     """Least mean power that friction at the motor's shaft and the gear's share bring into the housing [W].
 
-    What falling friction has above its straight lines is left out.
+    What falling friction has above its straight lines is left out. The heat of a gear that settles falls with what else
+    warms it, but both together do not.
     """
     shaft, mesh, speed, share = friction_curve(case.shaft), mesh_of(case.gear), span.motion.speed, span.share
-    loss = span.excess
-    low, high, shown, warms, total = span.own_low, span.own_high, span.shown, case.setting.gear_heat, 0.0
+    low, high, shown, warms, rubs = span.own_low, span.own_high, span.shown, case.setting.gear_heat, not shaft.falls
+    loss, own, total, dragged = span.excess, span.drag, 0.0, 0.0
     coil = known_or(case.motor.brake.power, 0.0)
     for t in range(len(loss)):
         motor_speed, a, b = mesh.ratio * speed[t], low[t] + shown[t], high[t] + shown[t]
         near = larger(a, 0.0) + smaller(b, 0.0)  # the load nearest to none: no other loses less in the mesh
-        gear = mesh_loss_power(mesh, near, speed[t]) + span.drag[t] * motor_speed
-        loss[t] = coil + warms * gear + (0.0 if shaft.falls else sliding_friction(shaft, motor_speed) * motor_speed)
-    here, after = loss[:-1], loss[1:]
-    for t in range(len(here)):
-        total += 0.5 * share[t] * (here[t] + after[t])
-    return total
+        seal = mesh.seal * abs(motor_speed) * (own[t] != 0.0)
+        own[t] = own[t] * motor_speed - seal
+        loss[t] = coil + warms * (mesh_loss_power(mesh, near, speed[t]) + seal)
+        loss[t] += sliding_friction(shaft, motor_speed) * motor_speed * rubs
+    for t in range(len(loss) - 1):
+        total += 0.5 * share[t] * (loss[t] + loss[t + 1])
+        dragged += 0.5 * share[t] * (own[t] + own[t + 1])
+    drag = warms * dragged / drag_factor(mesh, case.setting.gear_temperature)
+    if nodes.inner == 0.0 and len(span.motion.periods.shares) > 1:  # each part has a warmth of its own
+        return total
+    return total + drag * settled_factor(case, nodes, square, total, drag)
 
 
 @law(fastmath=FAST)

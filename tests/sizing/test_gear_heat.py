@@ -1,0 +1,165 @@
+"""Mesh, drag and their heat in verdicts: the UR5's joints by plain numpy, a cold start, and what a study may state."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from drivetrain.catalog.read import Catalog, read_catalog
+from drivetrain.drive.friction import Friction
+from drivetrain.shipped import shipped
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.operation import operation
+from drivetrain.study.read import load_study
+
+PAIRS = {
+    "shoulder_pan_joint": ("AM_MF0076008_48V", "hd_CSG-25-100-2UH"),
+    "shoulder_lift_joint": ("AM_MF0060020_48V", "hd_CSG-25-160-2UH"),
+    "elbow_joint": ("AM_MF0060020_48V", "hd_CSG-17-100-2UH"),
+    "wrist_1_joint": ("AM_MF0060008_48V", "hd_CSG-14-100-2UH"),
+    "wrist_2_joint": ("AM_MF0060008_48V", "hd_CSG-14-100-2UH"),
+    "wrist_3_joint": ("AM_MF0060008_48V", "hd_CSG-14-50-2UH"),
+}
+CUT = 1e-9  # relative: the same sums in another order
+
+
+@cache
+def ur5():
+    return load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
+
+
+def operations(study):
+    work, shelf = workload(study), Shelf(study)
+    mounted = {i: shelf.drive(task, *PAIRS[task.name]) for i, task in enumerate(study.joints)}
+    for joint, drive in mounted.items():
+        yield operation(study, joint, work.at(joint, mounted).demand(drive), drive)
+
+
+def factor(gear, temperature):
+    above = min(max(temperature, -10.0), 40.0) - 20.0
+    return math.exp(-gear.drag_temperature_1 * above + gear.drag_temperature_2 * above**2)
+
+
+def torque_of(op, temperature):
+    """The motor's torque while it turns, NaN at rest, written without any law of the package."""
+    gear, demand = op.drive.gear, op.demand
+    friction, load = op.drive.joint_friction, demand.gear_torque
+    way = np.where(demand.at_rest, np.nan, np.sign(demand.speed))
+    load = load + way * friction.coulomb + friction.viscous * demand.speed
+    mu = 1.0 / gear.mesh_efficiency - 1.0
+    mesh = (1.0 + mu * np.sign(load * demand.speed)) * load / gear.ratio
+    turns = np.abs(gear.ratio * demand.speed)
+    drag = gear.drag_torque * (turns / gear.drag_speed) ** gear.drag_speed_exponent * factor(gear, temperature)
+    inertia = op.drive.motor.rotor_inertia + gear.inertia
+    rotor = inertia * (gear.ratio * demand.acceleration + demand.carrier_acceleration)
+    return mesh + way * (drag + gear.seal_drag_torque) + rotor, mu * np.abs(load * demand.speed), drag * turns
+
+
+def copper(op, temperature):
+    """Mean loss in the winding at a temperature of all of the motor [W], the torque straight between samples."""
+    motor, torque, step = op.drive.motor, op.motor_torque, np.diff(op.demand.time)
+    a, b, warmer = torque[:-1], torque[1:], temperature - motor.reference_temperature
+    square = step @ (a * a + a * b + b * b) / 3.0 / step.sum()
+    constant = motor.torque_constant * (1.0 + motor.magnet_coefficient * warmer)
+    return square * motor.resistance * (1.0 + 0.0039 * warmer) / constant**2
+
+
+def warmed(op, heat):
+    """The temperature of one node that a heat depending on it brings it to [C]."""
+    ambient, path = op.study.ambient, op.network.resistance_housing_ambient
+    return brentq(lambda at: ambient + path * heat(at) - at, -50.0, 500.0, xtol=1e-10)
+
+
+def test_the_ur5s_joints_by_plain_numpy():
+    """Torque at every sample that turns, and the temperature of a gear and a winding that warm each other."""
+    found = []
+    for op in operations(ur5()):
+        gear, demand = op.drive.gear, op.demand
+        torque, meshed, dragged = torque_of(op, 20.0)
+        turning = ~np.isnan(torque)
+        np.testing.assert_allclose(op.motor_torque[turning], torque[turning], rtol=CUT, atol=CUT)
+        mesh, drag = (demand.mean(np.where(turning, one, 0.0)) for one in (meshed, dragged))
+        assert op.network.resistance_winding_housing == 0.0  # these sheets know one node
+        lost = mesh + drag * factor(gear, warmed(op, settling(op, mesh, drag)))
+        assert op.figures.gear_loss == pytest.approx(lost, rel=1e-6, abs=1e-12)
+        assert op.figures.winding_temperature == pytest.approx(warmed(op, with_copper(op, lost)), abs=2e-4)
+        found.append((lost, mesh + drag))
+    assert found[0][0] < 0.7 * found[0][1]  # the pan's gear is warm
+
+
+def settling(op, mesh, drag):
+    return lambda at: copper(op, -10.0) + mesh + drag * factor(op.drive.gear, at)
+
+
+def with_copper(op, lost):
+    return lambda at: copper(op, at) + lost
+
+
+def test_a_cold_start_by_plain_numpy():
+    study = replace(ur5(), cold_start=-10.0)
+    for op in operations(study):
+        peak = np.abs(np.nan_to_num(torque_of(op, -10.0)[0])).max()
+        motor = op.drive.motor
+        gear, demand, at_rest = op.drive.gear, op.demand, op.demand.at_rest
+        inertia = motor.rotor_inertia + gear.inertia
+        rotor = (inertia * (gear.ratio * demand.acceleration + demand.carrier_acceleration))[at_rest]
+        load = demand.gear_torque[at_rest]
+        held = np.abs(load / gear.ratio + rotor)
+        pushed = (load + np.sign(load) * breakaway(op.drive.joint_friction)) / gear.mesh_efficiency / gear.ratio
+        start = np.abs(pushed + np.sign(load) * gear.starting_torque + rotor) * demand.moves
+        peak = max(peak, held.max(initial=0.0), start.max(initial=0.0))
+        assert op.figures.cold_torque == pytest.approx(peak, rel=CUT)
+        colder = -10.0 - motor.reference_temperature
+        constant = motor.torque_constant * (1.0 + motor.magnet_coefficient * colder)
+        assert op.figures.cold_current == pytest.approx(op.figures.cold_torque / constant, rel=CUT)
+        resistance = motor.resistance * (1.0 + 0.0039 * colder)
+        assert op.figures.cold_voltage >= resistance * op.figures.cold_current * (1.0 - CUT)
+
+
+def breakaway(friction: Friction) -> float:
+    return friction.coulomb if friction.static is None else friction.static
+
+
+def test_a_cold_start_is_told_where_it_is_stated(make):
+    study = ur5()
+    plain, cold = evaluate(study, PAIRS), evaluate(replace(study, cold_start=-10.0), PAIRS)
+    for name in PAIRS:
+        before = {check.name: check for check in plain.joints[name].checks}
+        after = {check.name: check for check in cold.joints[name].checks}
+        assert set(after) - set(before) == {"cold start torque", "cold start current", "cold start voltage"}
+        assert all(after[check].verdict == before[check].verdict for check in before)
+        assert after["cold start torque"].required >= before["motor peak torque"].required
+        assert "-10 °C" in after["cold start torque"].remark
+
+
+def test_where_a_gear_sits_and_how_warm_it_is_may_be_stated():
+    study = ur5()
+    plain = next(operations(study))
+    apart = next(operations(replace(study, joints=tuple(replace(task, gear_heat=0.0) for task in study.joints))))
+    stated = next(operations(replace(study, gear_temperature=40.0)))
+    cold = next(operations(replace(study, ambient=0.0)))
+    assert apart.figures.winding_temperature < plain.figures.winding_temperature
+    np.testing.assert_array_equal(apart.motor_torque, plain.motor_torque)
+    np.testing.assert_allclose(stated.motor_torque[1:-1], np.nan_to_num(torque_of(stated, 40.0)[0], nan=0.0)[1:-1]
+                               + np.where(stated.demand.at_rest, stated.motor_torque, 0.0)[1:-1], atol=CUT)  # fmt: skip
+    assert np.abs(cold.motor_torque).max() > np.abs(plain.motor_torque).max() > np.abs(stated.motor_torque).max()
+
+
+@pytest.mark.parametrize("ratio", [10.0])
+def test_a_planetary_gear_loses_its_idle_torque_beside_the_mesh(make, ratio):
+    gear = replace(read_catalog().gears["beckhoff_TP010-MF_i10"], key="g1")
+    time = np.linspace(0.0, 1.0, 11)
+    speed, load = np.full(11, 20.0), np.full(11, 50.0)
+    study = make.study(
+        make.table_cycle(time, load, speed, np.zeros(11)), catalog=Catalog({"m1": make.motor}, {"g1": gear})
+    )
+    asked = next(check for check in evaluate(study).joints["j1"].checks if check.name == "motor peak torque")
+    friction = make.motor.coulomb_friction or 0.0
+    assert asked.required == pytest.approx(50.0 / (10.0 * 0.97) + 0.64 + friction, rel=0.02)
