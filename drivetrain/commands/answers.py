@@ -86,7 +86,7 @@ def _explain(
             listed_names("--check", "check", check, checks)
         with together:
             loaded = load_study(study)
-            names = [*(task.name for task in loaded.joints), "supply"]
+            names = [*(task.name for task in loaded.joints), "supply", "arm"]
             listed_names("--joint", "joint of the study", joint, names)
         together.tell()
         with working("judging the drives"):

@@ -19,7 +19,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import law
-from drivetrain.units import Current, Duration, Efficiency, Power, Voltage
+from drivetrain.units import Capacitance, Current, Duration, Efficiency, Power, Resistance, Voltage
 
 Values = TypeVar("Values", float, Array)
 
@@ -39,7 +39,9 @@ _DC_AMPERES = {
 }
 
 
-_LIMITS = "peak_current continuous_current peak_time thermal_time_constant min_voltage max_voltage".split()
+_LIMITS = (
+    "peak_current continuous_current peak_time thermal_time_constant min_voltage max_voltage on_resistance".split()
+)
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,8 @@ class Amplifier:
         peak_current: [A], DC equivalent.
         continuous_current: RMS over the cycle [A], DC equivalent.
         modulation: Largest share of the supply voltage that reaches the motor terminals.
+        standby_power: That it takes whatever the motor does [W].
+        on_resistance: Of one of its switches, hot; the loss of switching is not counted [ohm].
         current_basis: The ampere in which the user thinks; currents are told in it beside.
         peak_time: For which it gives the peak current from its continuous one on [s].
         thermal_time_constant: Of its first-order overload model, where it has that instead [s].
@@ -60,6 +64,8 @@ class Amplifier:
     peak_current: Current | None = None
     continuous_current: Current | None = None
     modulation: Efficiency = 0.95
+    standby_power: Power | None = None
+    on_resistance: Resistance | None = None
     current_basis: str = "dc"
     peak_time: Duration | None = None
     thermal_time_constant: Duration | None = None
@@ -69,7 +75,7 @@ class Amplifier:
     source: str = ""
 
     def __post_init__(self) -> None:
-        ranges = {name: POSITIVE for name in _LIMITS} | {"modulation": EFFICIENCY}
+        ranges = dict.fromkeys(_LIMITS, POSITIVE) | {"modulation": EFFICIENCY, "standby_power": NOT_NEGATIVE}
         faults = range_faults("amplifier", self, ranges, required=("modulation",))
         if faults:
             raise InputError(faults)
@@ -135,12 +141,20 @@ class Supply:
         voltage: [V].
         peak_power, mean_power: Limits over all joints together [W].
         regenerated_power: Largest mean power it takes back or burns in a brake resistor [W].
+        capacity: Of the bus behind it [F].
+        max_voltage: That the bus may reach [V].
+        threshold: At which the brake resistor comes on [V].
+        resistance: Of the brake resistor [ohm].
     """
 
     voltage: Voltage
     peak_power: Power | None = None
     mean_power: Power | None = None
     regenerated_power: Power | None = None
+    capacity: Capacitance | None = None
+    max_voltage: Voltage | None = None
+    threshold: Voltage | None = None
+    resistance: Resistance | None = None
 
     def __post_init__(self) -> None:
         ranges = {
@@ -148,17 +162,28 @@ class Supply:
             "peak_power": POSITIVE,
             "mean_power": POSITIVE,
             "regenerated_power": NOT_NEGATIVE,
+            **dict.fromkeys(("capacity", "max_voltage", "threshold", "resistance"), POSITIVE),
         }
         faults = range_faults("supply", self, ranges, required=("voltage",))
+        for one, other in (("max_voltage", "capacity"), ("threshold", "resistance"), ("resistance", "threshold")):
+            if getattr(self, one) is not None and getattr(self, other) is None:
+                faults.append(Fault(f"supply.{other}", f"is needed beside {one}"))
         if faults:
             raise InputError(faults)
+
+    @property
+    def braking_power(self) -> float | None:
+        """What the brake resistor burns as soon as it comes on [W]; None without one, and where the bus is judged."""
+        if self.resistance is None or self.threshold is None or self.max_voltage is not None:
+            return None
+        return self.threshold**2 / self.resistance
 
 
 def limits_of(sheet: AmplifierSheet) -> Amplifier:
     """What an amplifier of the catalogue allows one joint; where its sheet has no modulation, that of ``Amplifier``."""
     modulation = Amplifier.modulation if sheet.modulation is None else sheet.modulation
     return Amplifier(
-        sheet.peak_current, sheet.continuous_current, modulation, peak_time=sheet.peak_time,
+        sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power, peak_time=sheet.peak_time,
         thermal_time_constant=sheet.thermal_time_constant, min_voltage=sheet.min_voltage,
         max_voltage=sheet.max_voltage, key=sheet.key, source=sheet.source,
     )  # fmt: skip
@@ -170,7 +195,8 @@ def best_of(amplifiers: Sequence[Amplifier]) -> Amplifier:
         name: None if None in (values := [getattr(one, name) for one in amplifiers]) else max(values)
         for name in ("peak_current", "continuous_current", "max_voltage")
     }
-    return Amplifier(**most, modulation=max(one.modulation for one in amplifiers))
+    standby = min(one.standby_power or 0.0 for one in amplifiers)
+    return Amplifier(**most, modulation=max(one.modulation for one in amplifiers), standby_power=standby)
 
 
 def rates_supply(amplifier: Amplifier) -> bool:
@@ -182,6 +208,15 @@ def judges_overload(amplifier: Amplifier) -> bool:
     """Whether it says how long it bears more than its continuous current."""
     timed = amplifier.peak_current is not None and amplifier.peak_time is not None
     return amplifier.continuous_current is not None and (timed or amplifier.thermal_time_constant is not None)
+
+
+@law
+def conduction_loss(on_resistance: Any, current: Any) -> Any:
+    """Of the switches of a bridge, two of which every current passes [W].
+
+    1.5 R I^2 with the amplitude I of a phase, 2/sqrt(3) of the DC equivalent (three half bridges, sinusoidal currents).
+    """
+    return 2.0 * on_resistance * current * current
 
 
 @law

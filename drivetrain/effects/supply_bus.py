@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from drivetrain.drive.supply_bus import bus_step
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
 from drivetrain.effects.laws import scene_law
@@ -101,15 +102,10 @@ class Own:
 @law
 def _after(own: Any, drawn: float, h: float) -> tuple[float, float, float]:
     """Voltage after a step in which the drives draw a power; what the source gives, and the resistor burns [W]."""
-    energy = 0.5 * own.capacity * own.bus_voltage * own.bus_voltage - drawn * h
-    full, most = 0.5 * own.capacity * own.nominal * own.nominal, 0.5 * own.capacity * own.threshold * own.threshold
-    feed = min(max(full - energy, 0.0), own.power * h)
-    energy += feed
-    burnt = 0.0
-    if energy > most:
-        burnt = min(energy - most, h * own.bus_voltage * own.bus_voltage / own.resistance)
-        energy -= burnt
-    return (math.sqrt(2.0 * energy / own.capacity) if energy > 0.0 else 0.0), feed / h, burnt / h
+    half, volts = 0.5 * own.capacity, own.bus_voltage
+    full, most = half * own.nominal * own.nominal, half * own.threshold * own.threshold
+    left = bus_step(half * volts * volts, drawn * h, full, most, own.power * h, h * volts * volts / own.resistance)
+    return (math.sqrt(left.energy / half) if left.energy > 0.0 else 0.0), left.fed / h, left.burnt / h
 
 
 @scene_law(Own)

@@ -82,6 +82,11 @@ def _surroundings(study: Study) -> Group:
         ("supply mean power", _limit(supply.mean_power, "W")),
         ("power it takes back", _limit(supply.regenerated_power, "W")),
     ]
+    lines += [] if supply.capacity is None else [("capacity of the bus", with_unit(supply.capacity, "F"))]
+    lines += [] if supply.max_voltage is None else [("bus voltage allowed", with_unit(supply.max_voltage, "V"))]
+    if supply.threshold is not None and supply.resistance is not None:
+        told = f"{with_unit(supply.resistance, 'ohm')} above {with_unit(supply.threshold, 'V')}"
+        lines.append(("brake resistor", told))
     lines += _amplifiers(study.joints)
     note = "Currents are those of the equivalent DC machine between two terminals, unless a column says otherwise."
     return Group("Surroundings", tuple(lines), (note,))

@@ -8,7 +8,7 @@ from drivetrain.report.quantities import DASH, convert, number, percent, printed
 from drivetrain.report.words import common_unit, digits_near_limit, identity, in_study_amperes, required_text
 from drivetrain.sizing.judge.checks import REQUIREMENTS
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.verdicts import Check
+from drivetrain.study.verdicts import Check, shared_place
 
 
 def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[str, ...]) -> Iterator[str]:
@@ -16,7 +16,7 @@ def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[s
 
     Args:
         evaluation: Of the drives.
-        joints: Names, ``supply`` among them; empty: all.
+        joints: Names, ``supply`` and ``arm`` among them; empty: all.
         checks: Names; empty: all.
     """
     for name, joint in evaluation.joints.items():
@@ -24,10 +24,14 @@ def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[s
         if found and (not joints or name in joints):
             yield f"{name}: {_parts(joint)}"
             yield from (line for check in found for line in check_lines(check))
-    found = [one for one in evaluation.shared if not checks or one.name in checks]
-    if found and (not joints or "supply" in joints):
-        yield "supply"
-        yield from (line for check in found for line in check_lines(check))
+    for place in ("supply", "arm", "catalogue"):
+        found = [
+            one for one in evaluation.shared
+            if shared_place(one) == place and (not checks or one.name in checks)
+        ]  # fmt: skip
+        if found and (not joints or place in joints):
+            yield place
+            yield from (line for check in found for line in check_lines(check))
 
 
 def check_lines(check: Check) -> Iterator[str]:

@@ -42,12 +42,12 @@ from drivetrain.report.words import (
     identity,
     objective_text,
     overall_sentence,
-    shared_place,
 )
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import JointTask, Study
+from drivetrain.study.verdicts import shared_place
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent

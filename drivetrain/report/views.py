@@ -25,12 +25,11 @@ from drivetrain.report.words import (
     joint_sentence,
     nearness,
     required_text,
-    shared_place,
 )
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, Fallen, JointResult
 from drivetrain.study.model import JointTask, Safety, Study
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import Check, Verdict, shared_place
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
 MOST_SHOWN = 8  # candidates a list; the file fallen.csv holds them all

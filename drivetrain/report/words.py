@@ -16,7 +16,7 @@ from drivetrain.sizing.judge.objectives import drive_price
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.mounting import drive_mass
-from drivetrain.study.verdicts import Check, Verdict, lacking
+from drivetrain.study.verdicts import Check, Verdict, lacking, shared_place
 
 AMPERES = {"dc": "", "rms": "rms", "peak": "amplitude"}
 
@@ -193,17 +193,12 @@ def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
     """The limit that decides the whole verdict.
 
     Returns:
-        Joint name, ``supply`` or ``catalogue``, and check; None when nothing was judged.
+        Joint name, ``supply``, ``arm`` or ``catalogue``, and check; None when nothing was judged.
     """
     places = [(joint.name, joint.binding) for joint in evaluation.joints.values()]
     places += [(shared_place(check), check) for check in evaluation.shared]
     judged = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
     return max(judged, key=lambda pair: pair[1].utilisation or 0.0, default=None)
-
-
-def shared_place(check: Check) -> str:
-    """Where a check of all joints together belongs."""
-    return "supply" if check.name.startswith("supply") else "catalogue"
 
 
 def overall_sentence(evaluation: Evaluation) -> str:

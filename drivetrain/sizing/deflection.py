@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,7 +9,8 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.drive.spring import tangent_stiffness, wind_up
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.spring import tangent_stiffness
 from drivetrain.dynamics.flexibility import (
     NO_BEAMS,
     carried_to,
@@ -19,15 +19,21 @@ from drivetrain.dynamics.flexibility import (
     locked_frequencies,
 )
 from drivetrain.dynamics.inverse import joint_loads
-from drivetrain.dynamics.kinematics import link_poses, tip_jacobian, tip_pose
+from drivetrain.dynamics.kinematics import link_poses, tip_pose
 from drivetrain.errors import Fault, InputError
+from drivetrain.sizing.judge.missing import lacking_joints
+from drivetrain.sizing.judge.stiffness import (
+    joint_plays,
+    joint_twists,
+    loaded_arms,
+    lost_motion,
+    tip_levers,
+)
 from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.beams import Beam, end_deflection
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.mounting import loaded_arm
-
-MOST_COMBINED = 12  # joints whose plays are tried in every combination; beyond, their plain sum bounds it
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,12 +127,8 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
     cycle = study.cycle
     results = tuple(evaluation.joints.values())
     torque = np.column_stack([joint.series.gear_torque for joint in results])
-    travel = np.array([task.travel_per_turn or 1.0 for task in study.joints])
-    twists = [wind_up(joint.drive.gear, series) for joint, series in zip(results, torque.T, strict=True)]
-    twist = travel * np.column_stack([np.zeros(len(torque)) if one is None else one for one in twists])
-    play = travel * np.array([joint.drive.gear.backlash or 0.0 for joint in results])
-    shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
-    jacobian = np.swapaxes(tip_jacobian(arm, cycle.position)[:, 3:] @ shafts, 1, 2)
+    twist, play = joint_twists(study, _drives(evaluation), torque), joint_plays(study, _drives(evaluation))
+    jacobian = tip_levers(study)
     return TipDeflection(
         time=cycle.time,
         joint_names=arm.joint_names,
@@ -136,8 +138,8 @@ def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEA
         links=_link_deflection(evaluation, beams),
         backlash=-0.5 * (play * np.sign(torque))[:, :, None] * jacobian,
         lost_motion=lost_motion(play[:, None] * jacobian),
-        rigid=_lacking(evaluation, "stiffness_1"),
-        unknown_play=_lacking(evaluation, "backlash"),
+        rigid=lacking_joints(_drives(evaluation), "stiffness_1"),
+        unknown_play=lacking_joints(_drives(evaluation), "backlash"),
     )
 
 
@@ -158,10 +160,10 @@ def vibration(evaluation: Evaluation) -> Vibration:
     stiffness = joint_stiffness(evaluation)
     sprung = int(np.isfinite(stiffness).all(axis=0).sum())
     locked, free = np.empty((2, len(cycle.time), sprung))
-    for arm, chosen in _loaded(evaluation):
+    for arm, chosen in loaded_arms(evaluation.study, _drives(evaluation)):
         locked[chosen] = locked_frequencies(arm, cycle.position[chosen], stiffness[chosen])
         free[chosen] = free_frequencies(arm, cycle.position[chosen], stiffness[chosen])
-    return Vibration(cycle.time, stiffness, locked, free, _lacking(evaluation, "stiffness_1"))
+    return Vibration(cycle.time, stiffness, locked, free, lacking_joints(_drives(evaluation), "stiffness_1"))
 
 
 def joint_stiffness(evaluation: Evaluation) -> Array:
@@ -178,26 +180,9 @@ def joint_stiffness(evaluation: Evaluation) -> Array:
     return np.column_stack(columns)
 
 
-def lost_motion(plays: Array) -> Array:
-    """The largest distance between two positions of the tip that play in the joints allows.
-
-    Args:
-        plays: What the whole play of each joint does to the tip [m], (N, n, 3).
-
-    Returns:
-        [m], (N,): the longest sum of plays with signs chosen freely; with more than MOST_COMBINED joints that have
-        play, the sum of their lengths, which is never less.
-    """
-    loose = plays[:, np.abs(plays).any(axis=(0, 2))]
-    count = loose.shape[1]
-    if count > MOST_COMBINED:
-        return np.asarray(np.linalg.norm(loose, axis=2).sum(axis=1))
-    largest = np.zeros(len(plays))
-    for signs in itertools.product((1.0, -1.0), repeat=max(count - 1, 0)):
-        # The first sign is free to be chosen: all turned round is as far.
-        together = np.einsum("j,njc->nc", np.array([1.0, *signs][:count]), loose)
-        largest = np.maximum(largest, np.linalg.norm(together, axis=1))
-    return largest
+def _drives(evaluation: Evaluation) -> dict[str, Drive]:
+    """By joint name."""
+    return {name: joint.drive for name, joint in evaluation.joints.items()}
 
 
 def _arm(evaluation: Evaluation) -> Arm:
@@ -208,19 +193,6 @@ def _arm(evaluation: Evaluation) -> Arm:
     return arm
 
 
-def _lacking(evaluation: Evaluation, field: str) -> tuple[str, ...]:
-    """Joints whose gear does not print a number; a direct drive has nothing to print."""
-    geared = {name: joint.drive.gear for name, joint in evaluation.joints.items() if joint.gear}
-    return tuple(name for name, gear in geared.items() if getattr(gear, field) is None)
-
-
-def _loaded(evaluation: Evaluation) -> list[tuple[Arm, Array]]:
-    """The arm with its drives and each payload of the cycle, and the samples at which it carries that."""
-    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
-    carried = evaluation.study.cycle.payload
-    return [(loaded_arm(evaluation.study, drives, int(one)), carried == one) for one in np.unique(carried)]
-
-
 def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array:
     """What the bending of each link does to the tip, (N, n, 3) [m]."""
     cycle = evaluation.study.cycle
@@ -229,7 +201,7 @@ def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array
         return found
     drives = {name: joint.drive for name, joint in evaluation.joints.items()}
     empty = loaded_arm(evaluation.study, drives, -1)
-    for arm, chosen in _loaded(evaluation):
+    for arm, chosen in loaded_arms(evaluation.study, _drives(evaluation)):
         motion = (cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen])
         passed = _base_wrenches(arm, motion)
         # What the tip carries leaves the last link at its end; it is not part of that link's own load.

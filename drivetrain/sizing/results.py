@@ -31,6 +31,7 @@ class JointSeries:
         current: DC equivalent [A].
         voltage: At the terminals, hot [V].
         electrical_power: Drawn from the supply; negative when regenerating [W].
+        least_power: The same where gear and motor shaft lose nothing and the winding is cold, if that is less [W].
         winding_temperature, housing_temperature: In the periodic steady state [C]; None when not computed.
         bearing_load: Six components (moment, force) of the joint wrench in the joint frame [N m], [N], (N, 6); None
             without an arm.
@@ -49,6 +50,7 @@ class JointSeries:
     current: Array
     voltage: Array
     electrical_power: Array
+    least_power: Array
     winding_temperature: Array | None
     housing_temperature: Array | None
     bearing_load: Array | None

@@ -117,7 +117,10 @@ def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Am
 
 def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, Any]:
     """What an entry states, currents in DC-equivalent ampere."""
-    plain = ("modulation", "peak_time", "thermal_time_constant", "min_voltage", "max_voltage")
+    plain = (
+        "modulation", "standby_power", "on_resistance", "peak_time", "thermal_time_constant", "min_voltage",
+        "max_voltage",
+    )  # fmt: skip
     found: dict[str, Any] = {name: value for name in plain if (value := getattr(form, name)) is not None}
     if basis is not None:
         found["current_basis"] = str(basis)

@@ -19,7 +19,18 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.selection import SelectionOptions, TradeOffs
 from drivetrain.study.simulation import Simulation
 from drivetrain.study.tolerances import EXACT, Tolerances
-from drivetrain.units import Duration, Efficiency, Factor, Length, Name, Share, Temperature, TemperatureStep
+from drivetrain.units import (
+    Duration,
+    Efficiency,
+    Factor,
+    Length,
+    Name,
+    PositiveLength,
+    Rate,
+    Share,
+    Temperature,
+    TemperatureStep,
+)
 
 if TYPE_CHECKING:
     from drivetrain.study.rules import CandidatesForm
@@ -183,6 +194,28 @@ class Safety:
 
 
 @dataclass(frozen=True)
+class StiffnessWish:
+    """How stiff the arm must be on the springs of its gears, anywhere in the cycle; None: not asked.
+
+    Attributes:
+        first_resonance: Its lowest natural frequency at least, motors held still [Hz].
+        tip_deviation: Of the tip under weight, payload and inertia at most [m].
+        lost_motion: Of the tip at most, between the ends of all gears' backlash [m].
+        scatter: By which a gear may be softer than printed.
+    """
+
+    first_resonance: Rate | None = None
+    tip_deviation: PositiveLength | None = None
+    lost_motion: PositiveLength | None = None
+    scatter: Share = 0.3
+
+    @property
+    def asked(self) -> bool:
+        """Whether anything is."""
+        return (self.first_resonance, self.tip_deviation, self.lost_motion) != (None, None, None)
+
+
+@dataclass(frozen=True)
 class GearAssumption:
     """What the study assumes of gears of one kind where the sheet is silent; None: nothing.
 
@@ -247,6 +280,7 @@ class Study:
         supply: Behind all amplifiers.
         ambient: Temperature around the drives [C].
         safety: Factors and reserves.
+        stiffness: How stiff the arm must be.
         holding: Motor torque that counts for heat while a mesh holds a load: ``least``, ``lossless``, ``most``.
         gear_temperature: At which the drag of gears is taken [C]; None: 20 C or colder air, a machine just switched on.
         cold_start: Of gears and motors in a start that is checked beside the task [C]; None: none is.
@@ -281,6 +315,7 @@ class Study:
     simulation: Simulation = field(default_factory=Simulation)
     trade_offs: TradeOffs = field(default_factory=TradeOffs)
     holding: str = "lossless"
+    stiffness: StiffnessWish = StiffnessWish()
     gear_temperature: float | None = None
     cold_start: float | None = None
     notes: tuple[str, ...] = ()

@@ -63,6 +63,12 @@ def study_from(document: Document) -> Study:
     supply = form.supply
     with ledger.gather(("supply",)):
         supply = made(supply)
+        if supply.threshold is not None and supply.threshold <= supply.voltage:
+            problem = "must be above the voltage of the source, or the resistor never goes off"
+            ledger.fault(("supply", "threshold"), problem, supply.threshold)
+    stiffness = made(form.stiffness)
+    if stiffness.asked and arm is None:
+        ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not tell where a tip is")
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
@@ -81,6 +87,7 @@ def study_from(document: Document) -> Study:
         ambient=form.ambient,
         safety=made(form.safety),
         holding=form.holding,
+        stiffness=stiffness,
         prices=Prices() if form.prices is None else made(form.prices),
         gear_temperature=form.gear_temperature,
         cold_start=form.cold_start,

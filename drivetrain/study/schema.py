@@ -21,7 +21,7 @@ from drivetrain import units as f
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
-from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety
+from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety, StiffnessWish
 from drivetrain.study.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
 from drivetrain.study.selection import CRITERIA, TERMS, UNITS, CurveWanted, SelectionOptions, read_criterion, read_curve
 from drivetrain.study.simulation import Simulation
@@ -358,6 +358,7 @@ class StudyForm(Form):
     cold_start: f.Temperature | None = Field(
         default=None, description="of gears and motors: checks torque, current and voltage of a cold start too"
     )
+    stiffness: Entry[StiffnessWish] = StiffnessWish()
     objective: Objective = "mass"
     selection: SelectionForm = SelectionForm()
     catalogs: f.Names = ("shipped",)

@@ -79,6 +79,7 @@ ambient: 25 °C
 safety:
   peak_torque: 1.2 # factor on what is required
   reserve: 10 % # a check that passes with less is MARGINAL
+# stiffness: {{first_resonance: 8 Hz, tip_deviation: 0.5 mm}} # of the arm on its gears' springs; lost_motion likewise
 objective: mass # or price, energy, or a mix by the kg, the unit of price, the J a cycle: {{mass: 1, energy: 0.001}}
 # selection: # what the chosen set must respect, and how far the search goes
 #   sets: 5 # how many of the best sets are wanted

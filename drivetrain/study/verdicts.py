@@ -67,6 +67,12 @@ def worst(verdicts: object) -> Verdict:
 UNWEIGHED = "mass of the drives"  # a check of all together, made only where the mass of one is not known
 
 
+def shared_place(check: Check) -> str:
+    """Where a check of all joints together belongs: ``supply``, ``arm`` or ``catalogue``."""
+    first = check.name.partition(" ")[0]
+    return first if first in ("supply", "arm") else "catalogue"
+
+
 def lacking(checks: Iterable[Check]) -> tuple[Check, ...]:
     """The essential checks that could not be made."""
     return tuple(check for check in checks if check.essential and check.verdict is Verdict.NOT_CHECKED)

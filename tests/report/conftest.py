@@ -95,7 +95,8 @@ def made_up_series(size: float, phase: float) -> JointSeries:
     heat = 70.0 + 40.0 * size / 3 + 3.0 * np.sin(w * time)
     return JointSeries(
         time, position, speed, acceleration, gear_torque, motor_speed, motor_torque, rotor, friction, current,
-        voltage, voltage * current, heat, 55.0 + 0 * time, np.zeros((SAMPLES, 6)), 0.5 * size + 0 * time,
+        voltage, voltage * current, voltage * current, heat, 55.0 + 0 * time, np.zeros((SAMPLES, 6)),
+        0.5 * size + 0 * time,
     )  # fmt: skip
 
 

@@ -54,14 +54,14 @@ def test_no_history_within_an_interval_asks_less_than_its_bound(make, kind, seed
         used, energy, line = bounded(offer, pairs, until=np.inf, energies=True)
         for share in (0.0, 1.0, rng.random(len(middle)), np.clip(-low / np.maximum(high - low, 1e-30), 0.0, 1.0)):
             torque = low + share * (high - low)
-            load, power = offer.work.load._replace(torque=torque), np.zeros((len(pairs), len(torque)))
+            load, power = offer.work.load._replace(torque=torque), np.zeros((len(pairs), 2, len(torque)))
             history = replace(offer, work=offer.work._replace(load=load))
             found = history.judge(*own, nothing, until=np.inf, quick=False, power=power)
             made = found.lacking < 0
             assert (used[made] <= found.used[made] * (1.0 + CLOSE)).all()
             feasible = made & (found.used <= 1.0)
             least = energy + (line * weight) @ (torque - 0.5 * (low + high))
-            slack = CLOSE * np.abs(power) @ weight + 1e-12  # J: a locked gear draws nothing but for rounding
+            slack = CLOSE * np.abs(power[:, 0]) @ weight + 1e-12  # J: a locked gear draws nothing but for rounding
             assert (least <= found.cases["figures"]["energy"] + slack)[feasible].all()
 
 

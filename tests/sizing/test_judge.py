@@ -142,7 +142,7 @@ def test_quick_verdicts_are_those_of_all_figures(make, kind):
         for joint in range(len(study.joints)):
             demand, own = own_work(work, joint, {})
             cases, amounts = parts.cases(joint, demand), own_amounts(own, parts.amounts[joint])
-            count, power = len(cases), np.zeros((0, len(demand.time)))
+            count, power = len(cases), np.zeros((0, 2, len(demand.time)))
             answers = []
             for until, quick in ((np.inf, False), (1.0, False), (1.0, True)):
                 found, binding, lacking = np.zeros(count), *np.zeros((2, count), dtype=np.int64)
@@ -185,7 +185,7 @@ def test_a_check_is_one_row(make, monkeypatch):
     assert told.source == "largest load of gear g1"
     work, parts = workload(weak), parts_of(weak)
     demand, own = own_work(work, 0, {})
-    cases, none = parts.cases(0, demand), np.zeros((0, len(demand.time)))
+    cases, none = parts.cases(0, demand), np.zeros((0, 2, len(demand.time)))
     answer, whole = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
     given = own_amounts(own, parts.amounts[0])
     judge_cases(cases, as_numbers(cases), table(), own, given, 1.0, True, none, np.zeros((0, 0)), answer, *whole)

@@ -28,8 +28,10 @@ def case(make, kind, seed):
         carried = np.where(np.arange(len(study.cycle.time)) % 17 < 9, 0, -1)
         cycle = replace(study.cycle, payload=carried, payload_names=("part",))
         study = replace(study, cycle=cycle, payloads=(make.payload(1.0),))
-    motors, gears = list(study.catalog.motors), [*study.catalog.gears, ""]
-    drives = {task.name: (motors[rng.integers(6)], gears[rng.integers(7)]) for task in study.joints}
+    motors, gears, drives = list(study.catalog.motors), [*study.catalog.gears, ""], {}
+    for task in study.joints:
+        plain = motors[rng.integers(6)], gears[rng.integers(7)]
+        drives[task.name] = task.pairs[rng.integers(len(task.pairs))] if task.brakes else plain
     return replace(study, tolerances=ALL), drives
 
 

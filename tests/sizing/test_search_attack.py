@@ -11,6 +11,7 @@ import random_tasks as TASKS
 
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
@@ -37,6 +38,7 @@ def stronger(study: Study, rng) -> Study:
             peak_torque=None if row.peak_torque is None else 6.0 * row.peak_torque,
             max_speed=None if rng.random() < 0.5 else 2500.0, series=f"s{rng.integers(2)}",
             winding_time_constant=row.winding_time_constant or 10.0,
+            brake=replace(row.brake, static_torque=20.0) if row.brake.key else row.brake,
         )
         for key, row in study.catalog.motors.items()
     }  # fmt: skip
@@ -45,14 +47,15 @@ def stronger(study: Study, rng) -> Study:
             row, mass=row.mass or 0.5, efficiency=row.efficiency or 0.7, inertia=row.inertia or 1e-6,
             repeated_peak_torque=4.0 * (row.repeated_peak_torque or 50.0), momentary_torque=None,
             average_torque_limit=None if row.average_torque_limit is None else 4.0 * row.average_torque_limit,
-            tilting_moment_limit=None, series=f"t{rng.integers(2)}",
+            tilting_moment_limit=1e3, axial_load_limit=1e5, radial_load_limit=1e5,
+            bearing_offset=row.bearing_offset or 0.01, series=f"t{rng.integers(2)}",
         )
         for key, row in study.catalog.gears.items()
     }  # fmt: skip
     motors["m0x"] = replace(motors["m0"], key="m0x", resistance=1.1 * motors["m0"].resistance)
     tasks = tuple(
         replace(
-            task, pairs=(*task.pairs, *(("m0x", key) for key in gears)),
+            task, pairs=(*task.pairs, *(() if task.brakes else (("m0x", key) for key in gears))),
             amplifier=task.amplifier if rng.random() < 0.3 else Amplifier(None, None),
             motor_friction=task.motor_friction if rng.random() < 0.3 else None,
         )
@@ -103,11 +106,18 @@ def limited(study: Study, rng) -> Study:
     held = [found for _, found in every_set(study) if found.feasible]
     if not held or rng.random() < 0.5:
         return study
-    limits = [
-        check.required * rng.uniform(0.7, 1.2) + 1e-9 if check.required is not None and rng.random() < 0.6 else None
-        for check in held[rng.integers(len(held))].shared
-    ]
-    return replace(study, supply=Supply(study.supply.voltage, *limits))
+    asked = {check.name: check.required for check in held[rng.integers(len(held))].shared}
+    limits = {
+        row.limit: asked[row.name] * rng.uniform(0.7, 1.2) + 1e-9
+        for row in SUPPLY_CHECKS
+        if asked[row.name] is not None and row.limit != "braking_power" and rng.random() < 0.6
+    }
+    if rng.random() < 0.5:
+        braking = asked["supply peak braking power"] or 1.0
+        limits |= {"threshold": 60.0, "resistance": 3600.0 / braking * rng.uniform(0.8, 1.5)}
+    if rng.random() < 0.5:
+        limits |= {"capacity": 0.01 * rng.random(), "max_voltage": 48.0 * rng.uniform(1.05, 1.6)}
+    return replace(study, supply=Supply(study.supply.voltage, **limits))
 
 
 def kept(study: Study, drives) -> bool:

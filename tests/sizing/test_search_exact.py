@@ -74,11 +74,22 @@ def random_study(make, seed: int, wanted: Wanted) -> Study:
         life=rng.uniform(1e6, 3e8) if rng.random() < 0.4 else None,
         temperature_margin=rng.uniform(0.0, 40.0),
     )  # fmt: skip
+    bus = bus_limits(np.random.default_rng((seed, 5)))
     study = make.study(
-        cycle, arm=arm, joints=tasks, catalog=parts, supply=Supply(48.0, *limits), safety=safety, wanted=wanted,
+        cycle, arm=arm, joints=tasks, catalog=parts, supply=Supply(48.0, *limits, **bus), safety=safety, wanted=wanted,
         drive_mass=DriveMass.INCLUDED if rng.random() < 0.2 else DriveMass.ADDED,
     )  # fmt: skip
     return TASKS.held_by_brakes(study, seed, silent=0.0)
+
+
+def bus_limits(rng):
+    """Of the bus behind the supply, often none."""
+    found = {}
+    if rng.random() < 0.3:
+        found |= {"capacity": rng.uniform(1e-3, 2e-2), "max_voltage": rng.uniform(52.0, 90.0)}
+    if rng.random() < 0.3:
+        found |= {"threshold": rng.uniform(50.0, 80.0), "resistance": rng.uniform(10.0, 400.0)}
+    return found
 
 
 def joint_task(make, rng, name: str, pairs) -> JointTask:
@@ -87,7 +98,10 @@ def joint_task(make, rng, name: str, pairs) -> JointTask:
         name, drive=pairs[int(rng.integers(len(pairs)))] if rng.random() < 0.1 else None, pairs=pairs,
         mount=Mount(str(rng.choice(["parent", "child", "base"])), 0.05 * rng.random()),
         friction=Friction(coulomb=rng.uniform(0, 1), viscous=rng.uniform(0, 0.5)),
-        amplifier=Amplifier(*(rng.uniform(5, 40) if rng.random() < 0.5 else None for _ in range(2))),
+        amplifier=Amplifier(
+            *(rng.uniform(5, 40) if rng.random() < 0.5 else None for _ in range(2)), standby_power=3.0,
+            on_resistance=0.02,
+        ),
     )  # fmt: skip
 
 

@@ -342,7 +342,7 @@ def _ended_by(row: _Row, drives: Drives, value: float, direction: int) -> str:
     if found.feasible:
         return "another set is better"
     worst = worst_of_set(found)
-    return f"{worst.check} at {worst.place}" if worst.place != "supply" else worst.check
+    return f"{worst.check} at {worst.place}" if worst.place not in ("supply", "arm") else worst.check
 
 
 def _drawn(row: _Row, drives: Drives, low: float, high: float) -> tuple[CurvePoint, ...]:

@@ -90,7 +90,7 @@ class Traces(NamedTuple):
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft and in a brake's coil [W].
         mesh_loss, drag_loss: In mesh and seals, and of the drag as at 20 C [W].
-        power: Electrical, where nobody asks for it [W].
+        power: Electrical, and the least, where nobody asks for them [W], (2, N).
         losses: For the temperatures, which it takes.
         parts: Their states, one a part of the periods.
     """
@@ -153,7 +153,8 @@ def work_of(demand: JointDemand, added: Added | None = None) -> Work:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty memory."""
-    load, joint, loss, shaft, drag, starting, friction, gear, turning, power = np.zeros((10, samples))
+    load, joint, loss, shaft, drag, starting, friction, gear, turning = np.zeros((9, samples))
+    power = np.zeros((2, samples))
     return Traces(
         load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, friction, gear, turning, power,
         new_losses(samples), new_parts(parts),

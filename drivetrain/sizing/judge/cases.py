@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -37,6 +38,8 @@ class Setting:
         cold_start: Of gear and motor when the machine starts cold [C].
         cold: 1 where the study asks for a cold start, else 0.
         brake: 1 where a brake must hold the joint, else 0.
+        resonance: Lowest natural frequency that the arm must have [rad/s]; 0: none is wished.
+        stiffness_share: Of a gear's printed stiffness that counts.
         supply: Voltage of the supply [V].
         listed: 1 where the amplifier is one of the catalogue, or the study states the supply that it bears, else 0.
         overload: 1 where the amplifier says how long it bears more than its continuous current, else 0.
@@ -56,6 +59,8 @@ class Setting:
     cold_start: float | None = None
     cold: float = 0.0
     brake: float = 0.0
+    resonance: float = 0.0
+    stiffness_share: float = 1.0
     supply: float = 0.0
     listed: float = 0.0
     overload: float = 0.0
@@ -71,6 +76,7 @@ class Limits:
         peak_current: The smaller of the motor's and the amplifier's [A].
         continuous_current: Of the motor in this air and mounting [A].
         winding_temperature: [C].
+        stiffness: Of the gear at small torque, as soft as it may be built [N m/rad].
     """
 
     repeated_peak_torque: float = UNKNOWN
@@ -79,6 +85,7 @@ class Limits:
     peak_current: float = UNKNOWN
     continuous_current: float = UNKNOWN
     winding_temperature: float = UNKNOWN
+    stiffness: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -94,6 +101,7 @@ class Figures:
         bearing_static_load: That stands for the largest of each [N].
         bearing_life: L10 of the output bearing [s].
         inertia_ratio: Load over rotor, at its largest.
+        wanted_stiffness: Of the gear; with less the arm swings slower than wished, whatever its other gears [N m/rad].
         motor_torque: Largest electromagnetic, starting from rest included [N m].
         rms_torque: [N m].
         magnet_temperature, winding_temperature: Mean of the magnets, largest of the winding [C].
@@ -122,6 +130,7 @@ class Figures:
     bearing_static_load: float = UNKNOWN
     bearing_life: float = UNKNOWN
     inertia_ratio: float = UNKNOWN
+    wanted_stiffness: float = UNKNOWN
     motor_torque: float = UNKNOWN
     rms_torque: float = UNKNOWN
     magnet_temperature: float = UNKNOWN
@@ -183,7 +192,8 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
         duration if duration > 0.0 else 1.0, float(study.drag_temperature(study.ambient)),
         float(study.gear_temperature is None), task.gear_heat, study.cold_start, float(study.cold_start is not None),
-        float(bool(task.brakes)),
+        float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
+        1.0 - study.stiffness.scatter,
         study.supply.voltage, float(rates_supply(task.amplifier)), float(judges_overload(task.amplifier)),
     )  # fmt: skip
 

@@ -18,8 +18,9 @@ from drivetrain.sizing.judge import words
 from drivetrain.sizing.judge.cases import CASE
 from drivetrain.study.model import Safety
 
-GEAR, SPEED, TORQUE, HEAT, SUPPLY = np.arange(5)
-"""Stages: what needs no motor, no torque, no temperature, the rest of one drive; and what needs all drives.
+GEAR, SPEED, TORQUE, HEAT, SUPPLY, ARM = np.arange(6)
+"""Stages: what needs no motor, no torque, no temperature, the rest of one drive; what needs all drives, one supply or
+the arm behind them.
 
 Numpy's integers, as compiled code is made anew for each plain one."""
 
@@ -31,7 +32,8 @@ class Requirement:
     Attributes:
         name, unit: As told.
         required, limit: Fields of the case; where one is NaN nothing is checked. Of stage SUPPLY what all joints ask
-            together (``verdicts.supply_figures``) and a field of the study's supply.
+            together (``verdicts.supply_figures``) and a field of the study's supply; of stage ARM a figure
+            (``stiffness.FIGURES``) and a field of what the study wishes, made only where it does.
         stage: After which it can be made.
         sheet: What the limit is called where a sheet or the study prints it.
         factor: On what is required.
@@ -122,6 +124,11 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "0.67 (Fr + 2 M/dp + Fa)",
     ),
     Requirement(
+        "gear stiffness", "N m/rad", "figures.wanted_stiffness", "limits.stiffness", GEAR, "stiffness", essential=True,
+        asked="setting.resonance", wish=True, instant="load_inertia", words=words.stiffness,
+        formula="(2 pi f)^2 x load inertia, at its largest; what is enough for the joint alone need not be for the arm",
+    ),
+    Requirement(
         "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",
         peak=True, instant="speed", formula="|G| max |w|",
     ),
@@ -204,7 +211,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     ),
     Requirement(
         "supply peak power", "W", "peak_power", "peak_power", SUPPLY, instant="power",
-        formula="largest sum of all joints' electrical power",
+        formula="largest sum of all joints' electrical power, with standby power and switches of amplifiers where "
+        "they are stated",
     ),
     Requirement(
         "supply mean power", "W", "mean_power", "mean_power", SUPPLY,
@@ -214,11 +222,36 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         "supply regenerated power", "W", "regenerated_power", "regenerated_power", SUPPLY,
         formula="mean of what that sum is below 0",
     ),
+    Requirement(
+        "supply peak braking power", "W", "braking_power", "braking_power", SUPPLY, instant="braking",
+        formula="most that all joints feed back at an instant: gears and shafts lossless, windings cold, amplifiers "
+        "taking nothing",
+    ),
+    Requirement(
+        "supply bus voltage", "V", "bus_voltage", "max_voltage", SUPPLY, instant="bus",
+        formula="sqrt(V^2 + 2 E/C), E: fed back as for the peak braking power since the bus was last at V, less what "
+        "the resistor burns",
+    ),
+    Requirement(
+        "arm tip deviation", "m", "deviation", "tip_deviation", ARM, essential=True,
+        formula="largest |sum J phi(T)| over the cycle: what the gears' wind-up, with K1 to K3 less the scatter, does "
+        "to the tip",
+    ),
+    Requirement(
+        "arm lost motion", "m", "play", "lost_motion", ARM, essential=True,
+        formula="largest |sum +-J b| over the cycle and all signs, b the whole backlash of every gear",
+    ),
+    Requirement(
+        "arm first resonance", "Hz", "resonance", "first_resonance", ARM, essential=True,
+        formula="lowest root of det(K - w^2 M) over the cycle: M with rotors riding along, held still by their motors; "
+        "K: K1 of every gear less the scatter",
+    ),
 )  # fmt: skip
 """In the order in which they are told."""
 
-CHECKS = tuple(row for row in REQUIREMENTS if row.stage != SUPPLY)
+CHECKS = tuple(row for row in REQUIREMENTS if row.stage < SUPPLY)
 SUPPLY_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == SUPPLY)
+ARM_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == ARM)
 
 
 def factors(safety: Safety) -> dict[str, float]:

@@ -16,6 +16,7 @@ from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
+from drivetrain.sizing.judge.stiffness import arm_checks
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
@@ -119,11 +120,7 @@ def _holds(joint: JointResult) -> bool:
 
 def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
     """The results of all joints as one evaluation, with what the set is worth; its study names the amplifiers."""
-    chosen = {
-        i: replace(task, amplifier=results[task.name].amplifier, amplifiers=())
-        for i, task in enumerate(study.joints) if task.amplifiers and task.name in results
-    }  # fmt: skip
-    study = with_joints(study, chosen) if chosen else study
+    study = with_chosen(study, results)
     found = criteria(study, results, shared)
     return Evaluation(study, results, shared, weighted(study.wanted, found), found)
 
@@ -176,6 +173,15 @@ def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, key
     return min(found, key=lambda one: max(check.utilisation or 0.0 for check in one.checks))
 
 
+def with_chosen(study: Study, results: Mapping[str, JointResult]) -> Study:
+    """A study with the amplifiers that were chosen."""
+    chosen = {
+        i: replace(task, amplifier=results[task.name].amplifier, amplifiers=())
+        for i, task in enumerate(study.joints) if task.amplifiers and task.name in results
+    }  # fmt: skip
+    return with_joints(study, chosen) if chosen else study
+
+
 def with_joints(study: Study, tasks: Mapping[int, JointTask]) -> Study:
     """A study with other tasks at some joints."""
     return replace(study, joints=tuple(tasks.get(i, task) for i, task in enumerate(study.joints)))
@@ -219,15 +225,16 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     """The checks of all joints together.
 
     Returns:
-        The supply's power [W]; and, where an unknown mass leaves joints too lightly loaded, that it was not checked.
+        The supply's; what the study wishes of the arm's stiffness; and, where an unknown mass leaves joints too lightly
+        loaded, that it was not checked.
     """
-    lacking = [name for name, result in results.items() if not result.torque_known]
-    found = supply_checks(
-        study.supply, study.cycle.time, study.cycle.weights,
-        {name: result.series.electrical_power for name, result in results.items()},
-        reserve=study.safety.reserve, unknown=", ".join(lacking),
-    )  # fmt: skip
-    found = tuple(placed(study.cycle, check) for check in found)
+    study, lacking = with_chosen(study, results), [name for name, one in results.items() if not one.torque_known]
+    every = [result.series for result in results.values()]
+    power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
+    told = supply_checks(study, power, unknown=", ".join(lacking))
+    found = tuple(placed(study.cycle, check) for check in told)
+    torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}
+    found += tuple(placed(study.cycle, check) for check in arm_checks(study, drives, torque))
     unknown = massless(study, results)
     if unknown:
         remark = f"unknown at {', '.join(unknown)}: the joints before are judged too lightly"

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.amplifier import standstill_current
+from drivetrain.drive.amplifier import conduction_loss, standstill_current
 from drivetrain.drive.brake import holding_torque, stopping_energy
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import breakaway_friction, friction_curve, sliding_friction, static_excess
@@ -39,7 +39,7 @@ from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
-from drivetrain.vector import larger
+from drivetrain.vector import larger, smaller
 
 NOTHING = np.int64(-1)  # numpy's, as for the stages: each plain number or truth value is compiled anew
 NO, YES = np.int64(0) != 0, np.int64(1) != 0
@@ -60,8 +60,8 @@ def judge_cases(
         until: 1 for a search, infinite for every figure.
         quick: Only verdicts are wanted: a look at some samples or at the cold motor may settle one, and so does an
             essential check that cannot be made.
-        power: Takes the electrical power of each case on top of what is there [W], a row a case or one for all, (., N);
-            (0, N): not wanted.
+        power: Takes the electrical power of each case on top of what is there, amplifier's switches included, and that
+            which it would draw at least [W], a row a case or one for all, (., 2, N); (0, 2, N): not wanted.
         used: Takes every check's utilisation, NaN where it is not checked, (P, C); (0, C): not wanted.
         found, binding: Take the largest utilisation and its check, -1 for none, (P,).
         lacking: Takes the first essential check that cannot be made, else -1, (P,).
@@ -70,8 +70,8 @@ def judge_cases(
     if not quick or work.few is None:
         judge_all(cases, numbers, checks, whole, amounts, until, quick, False, power, used, found, binding, lacking)
         return
-    nothing = np.zeros((0, 0))
-    judge_all(cases, numbers, checks, work.few, amounts, until, True, True, nothing, nothing, found, binding, lacking)
+    nothing, none = np.zeros((0, 0)), np.zeros((0, 2, 0))
+    judge_all(cases, numbers, checks, work.few, amounts, until, True, True, none, nothing, found, binding, lacking)
     left = np.flatnonzero((found <= until) & (lacking < 0))
     some, rows = cases[left], power[left] if len(power) > 1 else power
     told, figures = used[left] if len(used) else used, (found[left], binding[left], lacking[left])
@@ -174,6 +174,7 @@ def set_limits(case: Any) -> None:
     peaks = motor.peak_current, case.amplifier.peak_current
     limits.peak_current = known_or(min(peaks[0], peaks[1]), known_or(peaks[0], peaks[1]))
     limits.winding_temperature = motor.max_winding_temperature - case.safety.temperature_margin
+    limits.stiffness = setting.stiffness_share * gear.stiffness_1
     figures.input_speed = abs(gear.ratio) * setting.fastest
     figures.mean_input_speed = abs(gear.ratio) * setting.mean_speed
 
@@ -278,8 +279,9 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
 
 @law
 def still_asked(case: Any) -> Any:
-    """Whether the gear's output bearing carries the joint, a brake holds it, or the study limits the inertia."""
-    return case.setting.bearing != 0.0 or case.setting.brake != 0.0 or known(case.safety.inertia_ratio)
+    """Whether the gear's output bearing carries the joint, a brake holds it, or the study limits what inertia does."""
+    setting, limited = case.setting, known(case.safety.inertia_ratio)
+    return setting.bearing != 0.0 or setting.brake != 0.0 or setting.resonance != 0.0 or limited
 
 
 @law(fastmath=FAST)
@@ -327,6 +329,7 @@ def set_carried(case: Any, load: Any, motion: Any, quick: Any) -> None:
     rotor = case.motor.rotor_inertia + known_or(gear.inertia, 0.0)
     most = inertia if len(load.inertia) > 0 else np.nan
     figures.inertia_ratio = most / (gear.ratio * gear.ratio * rotor)
+    figures.wanted_stiffness = case.setting.resonance * case.setting.resonance * most
     figures.holding_torque = holding_torque(static if len(load.static) > 0 else np.nan, gear.ratio)
     turning, strength = rotor + most / (gear.ratio * gear.ratio), case.motor.brake.static_torque
     figures.stopping_energy = stopping_energy(strength, figures.holding_torque, turning, figures.input_speed)
@@ -568,8 +571,14 @@ def starting_voltage(case: Any, motion: Any, traces: Any) -> Any:
 def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
     """Largest voltage at the temperatures of the cycle [V]; adds the power, inductance left out, to what is there [W].
 
-    The coil of a brake takes its power all the time that it is open. The figures take the energy.
+    Beside it the least: with a gear and a shaft that lose nothing and a cold winding more comes back. The coil of a
+    brake takes its power all the time that it is open. The figures take the energy, that of the amplifier's switches
+    included.
     """
+    drawn_power, least_power, switches = power[0], power[1], known_or(case.amplifier.on_resistance, 0.0)
+    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    cold = torque_constant(case.motor, case.setting.ambient)
+    loss = winding_resistance(case.motor, case.setting.ambient) / (cold * cold)
     before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
     ratio, inductance, largest, energy = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 0.0
     constant, ohms = torque_constant(case.motor, case.figures.magnet_temperature), winding_resistance(case.motor, 0.0)
@@ -582,7 +591,11 @@ def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
         spare = winding_voltage(constant, hot, inductance, speed, more * current, more * (rate * inverse))
         drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current + coil
         largest = larger(largest, larger(abs(volts), abs(spare)))
-        energy += motion.weight[t] * drawn
-        power[t] += drawn
+        taken = drawn + conduction_loss(switches, current)
+        energy += motion.weight[t] * taken
+        free = traces.load[t] / ratio
+        free += rotor_torque(inertia, ratio, motion.acceleration[t], motion.carrier_acceleration[t])
+        drawn_power[t] += taken
+        least_power[t] += smaller(drawn, free * (speed + loss * free))
     case.figures.energy, case.figures.mean_power = energy, energy / case.setting.duration
     return largest

@@ -26,6 +26,7 @@ SHORT_TIME = ("peak_torque", "peak_current", "stall_torque", "nominal_voltage")
 BEARING = {
     row.name: row.limit.removeprefix("gear.") for row in CHECKS if row.asked == "setting.bearing" and row.essential
 }
+SPRINGS = {"arm first resonance": "stiffness_1", "arm tip deviation": "stiffness_1", "arm lost motion": "backlash"}
 LASTING = ("nominal_current", "nominal_torque", "max_winding_temperature with thermal resistances")
 _ROW = re.compile(r"\S+\.csv row \d+")
 
@@ -83,12 +84,22 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
     study = evaluation.study
     found: list[Gap] = []
     tasks = {task.name: task for task in study.joints}
-    unweighed = massless(study, evaluation.joints) if lacking(evaluation.shared) else ()
+    shared = lacking(evaluation.shared)
+    unweighed = massless(study, evaluation.joints) if shared else ()
     for name, joint in evaluation.joints.items():
         found += _of_checks(study, tasks[name], joint)
+        for column in dict.fromkeys(SPRINGS[check.name] for check in shared if check.name in SPRINGS):
+            if lacking_joints({name: joint.drive}, column):
+                asked = tuple(check.name for check in shared if SPRINGS.get(check.name) == column)
+                found.append(_gap(study, joint, joint.drive.gear, (column,), asked))
         if name in unweighed:
             found += _of_column(study, joint, "mass", ("what the joints before must bear",))
     return tuple(found)
+
+
+def lacking_joints(drives: Mapping[str, Drive], field: str) -> tuple[str, ...]:
+    """Joints whose gear does not print a number; a direct drive has nothing to print."""
+    return tuple(name for name, one in drives.items() if one.gear.key and getattr(one.gear, field) is None)
 
 
 def torque_lacks(drive: Drive) -> str:
@@ -151,7 +162,7 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, gear, (columns, beside), bearing)
     if HOLDING in lacks:
         yield _gap(study, joint, motor.brake, ("static_torque",), (HOLDING,))
-    others = tuple(name for name in lacks if name not in (REPEATED, HOLDING, *BEARING))
+    others = tuple(name for name in lacks if name not in (REPEATED, HOLDING, "gear stiffness", *BEARING))
     if not others:
         return
     if motor.rotor_inertia is None:

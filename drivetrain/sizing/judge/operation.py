@@ -35,7 +35,7 @@ class Judgement:
     Attributes:
         case: Record with figures and limits (``cases.Case``).
         used: Utilisation of every check, NaN where it is not checked, (checks,).
-        power: Electrical [W], (N,).
+        power: Electrical, and the least [W], (2, N).
         work: Its traces; None of a drive that was simulated.
     """
 
@@ -90,7 +90,7 @@ class Operation:
     def judgement(self) -> Judgement:
         """Every figure; lossless and without inertia where the sheets lack it (not judged then)."""
         cases, work = cases_of(self.study, self.joint, self.demand, [self.drive]), work_of(self.demand)
-        used, power = np.zeros((1, len(CHECKS))), np.zeros((1, len(self.demand.time)))
+        used, power = np.zeros((1, len(CHECKS))), np.zeros((1, 2, len(self.demand.time)))
         found, whole = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
         judge_cases(
             cases, as_numbers(cases), table(), work, np.zeros((1, 0)), math.inf, False, power, used, found, *whole
@@ -134,7 +134,7 @@ class Operation:
     @property
     def power(self) -> Array:
         """Electrical [W], (N,), inductance left out."""
-        return self.judgement.power
+        return self.judgement.power[0]
 
     @cached_property
     def tilting_moment(self) -> Array | None:
@@ -226,6 +226,7 @@ class Operation:
             current=self.current,
             voltage=self.voltage,
             electrical_power=self.power,
+            least_power=self.judgement.power[1],
             winding_temperature=self.winding_temperature if steady else None,
             housing_temperature=losses.housing_at[:samples] if steady else None,
             bearing_load=demand.wrench,

@@ -23,7 +23,7 @@ from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import Study
-from drivetrain.study.verdicts import Check
+from drivetrain.study.verdicts import Check, shared_place
 
 EDGE = 1e-7  # relative error of an edge
 
@@ -192,7 +192,7 @@ class Worst(NamedTuple):
 def worst_of_set(evaluation: Evaluation) -> Worst:
     """The check of highest utilisation of a set, and where it is."""
     places = [worst_of(one.checks)._replace(place=name) for name, one in evaluation.joints.items()]
-    places.append(worst_of(evaluation.shared)._replace(place="supply"))
+    places += [worst_of([check])._replace(place=shared_place(check)) for check in evaluation.shared]
     return _worst(places) or places[0]
 
 

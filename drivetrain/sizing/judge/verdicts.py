@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,11 +10,13 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Supply
+from drivetrain.drive.supply_bus import BusPeak, bus_peak
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.records import known
 from drivetrain.sizing.judge.checks import CHECKS, GEAR, SUPPLY_CHECKS, TORQUE, Requirement
 from drivetrain.sizing.judge.judge import utilisation
 from drivetrain.sizing.judge.operation import Operation
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check, Verdict
 
 
@@ -76,49 +77,97 @@ def placed(cycle: Cycle, check: Check) -> Check:
     return replace(check, remark=f"{said}; {check.remark}" if check.remark else said)
 
 
-def supply_figures(weights: Array, power: Array) -> dict[str, Any]:
-    """What all joints together ask of the supply, by field of ``Supply``; for many sets at once (S, N) or one (N,).
+def supply_figures(study: Study, power: Array) -> dict[str, Any]:
+    """What all joints together ask of the supply, by the names in the table; for many sets at once or one.
 
     What one joint feeds back another may use at the same instant; only the sum reaches the supply. Drawn is where the
     sum is positive, regenerated where it is negative; the mean of each is over the whole cycle, so that a supply that
-    takes nothing back is not credited with it.
+    takes nothing back is not credited with it. What brakes and lifts the bus is the least power: no loss helps it.
 
     Args:
-        weights: Time each sample stands for [s], (N,).
-        power: Electrical, of all joints together [W].
+        study: With the supply.
+        power: Electrical, and the least, of all joints together, electronics left out [W], (S, 2, N) or (2, N).
     """
+    weights = study.cycle.weights
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
-    drawn, fed_back = np.maximum(power, 0.0), np.maximum(-power, 0.0)
+    total, least = power[..., 0, :] + standby_power(study), power[..., 1, :]
+    drawn, fed_back = np.maximum(total, 0.0), np.maximum(-total, 0.0)
     mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))  # @ sums by how many sets there are
-    return {"peak_power": drawn.max(axis=-1), "mean_power": mean, "regenerated_power": back}
+    volts = np.array([bus_of(study, row).voltage for row in least.reshape(-1, len(weights))])
+    return {
+        "peak_power": drawn.max(axis=-1), "mean_power": mean, "regenerated_power": back,
+        "braking_power": np.maximum(-least, 0.0).max(axis=-1), "bus_voltage": volts.reshape(least.shape[:-1]),
+    }  # fmt: skip
 
 
-def supply_checks(
-    supply: Supply, time: Array, weights: Array, powers: Mapping[str, Array], *, reserve: float, unknown: str = ""
-) -> tuple[Check, ...]:
+def standby_power(study: Study) -> float:
+    """What the electronics of all amplifiers take, as far as somebody says it [W]."""
+    return math.fsum(task.amplifier.standby_power or 0.0 for task in study.joints)
+
+
+def bus_of(study: Study, power: Array) -> BusPeak:
+    """The bus over the cycle, of a mix the highest of its parts; NaN without a capacity; power: (N,) [W]."""
+    supply, cycle = study.supply, study.cycle
+    if supply.capacity is None:
+        return BusPeak(math.nan, 0, math.nan)
+    highest, burnt = BusPeak(-math.inf, 0, 0.0), 0.0
+    for part, used in zip(cycle.parts, cycle.shares, strict=True):
+        found = bus_peak(
+            supply.voltage, supply.capacity, supply.threshold or math.inf, supply.resistance or math.inf,
+            np.ascontiguousarray(cycle.time[part]), np.ascontiguousarray(power[part]),
+        )  # fmt: skip
+        burnt += used * found.burnt
+        if found.voltage > highest.voltage:
+            highest = BusPeak(found.voltage, part.start + found.sample, 0.0)
+    return highest._replace(burnt=burnt)
+
+
+def supply_checks(study: Study, power: Array, *, unknown: str = "") -> tuple[Check, ...]:
     """Power of all joints together, instant by instant, against the supply's limits.
 
     Args:
-        time: [s], (N,).
-        weights: Time each sample stands for [s], (N,).
-        powers: Electrical power by joint name [W], (N,) each.
+        study: With the supply.
+        power: Electrical, and the least, of all joints together [W], (2, N).
         unknown: Joints whose power is not known, in words.
 
     Returns:
-        Peak, mean and regenerated power [W].
+        Peak, mean, regenerated and peak braking power [W], and the highest voltage of the bus [V].
     """
-    total = np.sum(list(powers.values()), axis=0)
-    figures, highest = supply_figures(weights, total), float(time[int(np.argmax(np.maximum(total, 0.0)))])
+    supply, figures, bus = study.supply, supply_figures(study, power), bus_of(study, power[1])
+    instants = {
+        "power": int(np.argmax(power[0])), "braking": int(np.argmin(power[1])), "bus": bus.sample, "": None,
+    }  # fmt: skip
     found = []
     for row in SUPPLY_CHECKS:
-        required, limit = None if unknown else float(figures[row.required]), getattr(supply, row.limit)
+        asked, limit = float(figures[row.required]), getattr(supply, row.limit)
+        required = None if unknown or math.isnan(asked) else asked
         used = None if required is None or limit is None else utilisation(required, limit)
-        verdict = Verdict.NOT_CHECKED if used is None else judged(used, reserve)
-        lack = "the study states no limit" if limit is None else ""
-        remark, instant = f"power unknown of {unknown}" if unknown else lack, highest if row.instant else None
+        verdict = Verdict.NOT_CHECKED if used is None else judged(used, study.safety.reserve)
+        remark = f"power unknown of {unknown}" if unknown else _supply_words(supply, row, bus)
+        at = instants[row.instant]
+        instant = None if at is None or required is None else float(study.cycle.time[at])
         source = f"{row.name} limit of the study"
+        if row.limit == "braking_power" and limit is not None:
+            source = f"brake resistor of the study: {supply.threshold:g} V squared over {supply.resistance:g} ohm"
         found.append(Check(row.name, required, limit, row.unit, used, verdict, instant, source, remark))
     return tuple(found)
+
+
+def _supply_words(supply: Supply, row: Requirement, bus: BusPeak) -> str:
+    """What a reader should know of one check of the supply."""
+    if row.limit == "braking_power" and getattr(supply, row.limit) is None:
+        whole = "the voltage of the bus tells whether its capacity and the resistor are enough"
+        return whole if supply.max_voltage is not None else "the study states no threshold and resistance"
+    if row.required == "bus_voltage" and supply.capacity is None:
+        return "the study states no capacity of the bus"
+    if row.required == "bus_voltage" and math.isinf(bus.voltage):
+        return "every round of the cycle feeds back more than it takes, and nothing burns it"
+    if getattr(supply, row.limit) is None:
+        return "the study states no limit"
+    if row.required == "bus_voltage" and supply.resistance is not None and supply.threshold is not None:
+        duty = 100.0 * bus.burnt * supply.resistance / supply.threshold**2
+        return f"the resistor burns {bus.burnt:.3g} W in the mean, on {duty:.2g} % of the time"
+    return ""
 
 
 def _number(value: float) -> float | None:

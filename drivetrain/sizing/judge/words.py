@@ -162,6 +162,15 @@ def _carried_elsewhere(op: Any) -> Words | None:
     return Words("", reason, silent=True)
 
 
+def stiffness(op: Any, row: Any) -> Words:
+    """Of the gear as soft as it may be built."""
+    wish, gear = op.study.stiffness, op.drive.gear
+    if gear.stiffness_1 is None:
+        return Words("", "stiffness_1 is not in the catalogue row")
+    source = f"K1 of {sheet_name(gear)}, {gear.stiffness_1:g} N m/rad less {100 * wish.scatter:g} %"
+    return Words(source, f"for the wished {wish.first_resonance:g} Hz")
+
+
 def brake(op: Any, row: Any) -> Words:
     """Of the brake beside the motor, and what its torque is held against."""
     own = op.drive.motor.brake

@@ -21,7 +21,7 @@ from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.rejected import SUPPLY, Nearest
 from drivetrain.sizing.search.tree import Tree
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.verdicts import Check, Verdict, shared_place
 
 MOST = 10.0  # times the cycle's length, times the supply's voltage: beyond, it is another task
 STEPS = 32
@@ -52,7 +52,8 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
 
 def _place(near: Nearest) -> str:
     if near.joint == SUPPLY:
-        return "Every joint has a drive that holds; together they ask too much of the supply."
+        soft = ", or are not as stiff as wished" if near.study.stiffness.asked else ""
+        return f"Every joint has a drive that holds; together they ask too much of the supply{soft}."
     name = near.study.joints[near.joint].name
     motor, gear = near.keys[name]
     return f"No candidate at {name} holds; the nearest is {motor} with {gear or 'no gear'}."
@@ -62,7 +63,8 @@ def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
     """The failed check that is furthest over its limit: where the search stopped, then place by place to the base."""
     found = []
     places = [(name, joint.checks) for name, joint in evaluation.joints.items()]
-    for place, checks in [*places[near.joint :: -1], *places, ("supply", evaluation.shared)]:
+    shared = [(shared_place(check), (check,)) for check in evaluation.shared]
+    for place, checks in [*places[near.joint :: -1], *places, *shared]:
         failed = [check for check in checks if check.verdict is Verdict.FAIL]
         if failed:
             check = max(failed, key=_excess)

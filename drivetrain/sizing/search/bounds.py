@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import conduction_loss
 from drivetrain.drive.brake import holding_torque
 from drivetrain.drive.drive import rotor_torque, starting_torque
 from drivetrain.drive.friction import (
@@ -72,8 +73,8 @@ class Span(NamedTuple):
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
         excess: Memory: of falling friction at the shaft [N m], (N,).
         drag: Memory: of the gear, at its input [N m], (N,).
-        still: Least tilting moment, axial and radial load on the output bearing [N m], [N], and least torque that holds
-            the worst position still [N m]; NaN: nobody knows, (4,).
+        still: Least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the
+            worst position still [N m], and least of the largest inertia [kg m^2]; NaN: nobody knows, (5,).
     """
 
     motion: Motion
@@ -133,7 +134,7 @@ class Offer(NamedTuple):
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((9, len(share))), np.full(4, np.nan))
+    memory: Any = (*np.zeros((9, len(share))), np.full(5, np.nan))
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -288,6 +289,7 @@ def bound(case: Any, row: Any, checks: Any, span: Span, amounts: Any, until: Any
         arm, radial = bearing_arm(gear), span.still[2]
         figures.tilting_moment = larger(span.still[0], known_or(arm, 0.0) * radial) + 0.0 * (arm + radial)
         figures.axial_load, figures.radial_load = span.still[1], span.still[2]
+        figures.wanted_stiffness = setting.resonance * setting.resonance * span.still[4]
         figures.bearing_static_load = static_load(
             gear.bearing_pitch_diameter, figures.tilting_moment, figures.radial_load, figures.axial_load
         )
@@ -594,7 +596,8 @@ def power_ends(offer: Offer, pairs: Any, least: Array, most: Array) -> None:
         certain = certain_loss(motor, ambient, coolest, heated)
         hottest = larger(limit - case.safety.temperature_margin, ambient) if heated else known_or(limit, ambient)
         weakest = torque_constant(motor, hottest if heated and motor.magnet_coefficient < 0.0 else ambient)
-        loss = winding_resistance(motor, hottest) / (weakest * weakest)
+        switches = known_or(case.amplifier.on_resistance, 0.0)
+        loss = (winding_resistance(motor, hottest) + conduction_loss(switches, 1.0)) / (weakest * weakest)
         bounded = weakest > 0.0 and not math.isnan(limit if heated else ambient)
         coil = known_or(motor.brake.power, 0.0)
         for t in range(len(least)):

@@ -119,7 +119,18 @@ class JointOffer:
         open_span(self.records, low, high)
         if self.heavy.size or self.held.size:
             self._still(low, high, self.records.whole.still)
+        if self.records.plain["setting"]["resonance"].any() and self.work.load.inertia.size:
+            self.records.whole.still[4] = self._inertia(low, high)
         return self.records.whole.low, self.records.whole.high
+
+    def _inertia(self, low: Array, high: Array) -> float:
+        """The least of the largest inertia that open choices leave."""
+        least = self.work.load.inertia
+        for drives, rows in ((list(self.others), self.rows.inertia), ([self.joint], self.work.added.inertia)):
+            if len(rows):
+                middle, half = 0.5 * (low[drives] + high[drives]).ravel(), 0.5 * (high[drives] - low[drives]).ravel()
+                least = least + middle @ rows - (half * (1.0 + WIDER)) @ np.abs(rows)
+        return float(max(least.max(), 0.0))
 
     def _still(self, low: Array, high: Array, found: Array) -> None:
         """Fill the least that open choices leave on the output bearing, and to be held still."""
@@ -165,7 +176,7 @@ class JointOffer:
             own: Numbers of the candidates, (K, NUMBERS).
             numbers: Of all joints' drives, (n, NUMBERS).
             until, quick: As for ``judge_cases``.
-            power: Takes the electrical power on top of what is there [W], (1, N) or (K, N).
+            power: Takes the electrical power, and the least, on top of what is there [W], (1, 2, N) or (K, 2, N).
             all_checks: Whether every check's utilisation is wanted.
         """
         amounts = numbers[list(self.others)].ravel()
@@ -178,7 +189,7 @@ class JointOffer:
         )
         few = self._few(load.torque, load.torque) if quick else None
         work = self.work._replace(load=load, few=None if few is None else self._at(load, few))
-        power = np.zeros((0, len(load.torque))) if power is None else power
+        power = np.zeros((0, 2, len(load.torque))) if power is None else power
 
         def judged(rows: Indices, amplifier: Amplifier | None) -> Judged:
             cases, count = self.cases(parts[rows]), len(rows)

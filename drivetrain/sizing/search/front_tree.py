@@ -27,7 +27,7 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.search.bounds import BELOW
 from drivetrain.sizing.search.domains import Domain, Domains, Mask, with_domain
 from drivetrain.sizing.search.problem import ROUNDING, Problem
-from drivetrain.sizing.search.propagate import supply_limited, supply_use
+from drivetrain.sizing.search.propagate import arm_use, supply_limited, supply_use
 from drivetrain.sizing.search.robust import OftenEnough
 from drivetrain.sizing.search.tree import Tell, halves
 from drivetrain.sizing.search.zones import Zones, reaching, survivors
@@ -357,6 +357,8 @@ class FrontTree:
             return
         if supply_limited(self.problem):
             cost = np.append(cost[:3], max(cost[USED], supply_use(self.problem, self.problem.power(pairs))))
+        if cost[USED] <= 1.0:
+            cost = np.append(cost[:3], max(cost[USED], arm_use(self.problem, pairs)))
         if not cost[USED] <= 1.0 or self.zones.matched(self._point(cost)):
             return
         if self.often is not None and not self.often(pairs):

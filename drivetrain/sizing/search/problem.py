@@ -133,16 +133,16 @@ class Problem:
         return used, energy
 
     def with_power(self, joint: int, pairs: Indices, numbers: Array) -> tuple[Array, Array, Array]:
-        """The same with their electrical power [W], (K, N)."""
-        offer, power = self.candidates.joints[joint], np.zeros((len(pairs), len(self.candidates.study.cycle.time)))
+        """The same with their electrical power, and the least [W], (K, 2, N)."""
+        offer, power = self.candidates.joints[joint], np.zeros((len(pairs), 2, len(self.candidates.study.cycle.time)))
         quick = not offer.given and len(pairs) > 1
         found = self.candidates.judge(joint, pairs, numbers, until=1.0, quick=quick, power=power)
         return *_used_and_energy(found, offer.given), power
 
     def power(self, pairs: Sequence[int]) -> Array:
-        """Electrical power of all drives of a set that is feasible at every joint [W], (N,)."""
+        """Electrical power of all drives of a set that is feasible at every joint, and the least [W], (2, N)."""
         chosen, numbers = np.array(pairs, dtype=np.int64), self.candidates.numbers[list(pairs)]
-        total = np.zeros((1, len(self.candidates.study.cycle.time)))
+        total = np.zeros((1, 2, len(self.candidates.study.cycle.time)))
         for joint in range(self.n):
             self.candidates.judge(joint, chosen[joint : joint + 1], numbers, until=math.inf, quick=False, power=total)
         return total[0]

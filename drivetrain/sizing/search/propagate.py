@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,7 +25,10 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.demand.load_basis import NUMBERS
-from drivetrain.sizing.judge.verdicts import supply_checks
+from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
+from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.stiffness import arm_checks, unsprung
+from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
 from drivetrain.sizing.search.problem import Problem
@@ -162,28 +166,46 @@ class Propagation:
 def supply_limited(problem: Problem) -> bool:
     """Whether the supply has a limit that sets can be held against."""
     supply = problem.candidates.study.supply
-    limits = supply.peak_power, supply.mean_power, supply.regenerated_power
-    return problem.candidates.power_known and limits != (None, None, None)
+    return problem.candidates.power_known and any(getattr(supply, row.limit) is not None for row in SUPPLY_CHECKS)
 
 
 def supply_use(problem: Problem, power: Array) -> float:
-    """The largest utilisation of a supply with limits by the power of all drives together [W], (N,)."""
-    study = problem.candidates.study
-    checks = supply_checks(
-        study.supply, study.cycle.time, study.cycle.weights, {"all": power}, reserve=study.safety.reserve
-    )
+    """The largest utilisation of a limited supply by the power of all drives together, and the least [W], (2, N)."""
+    checks = supply_checks(problem.candidates.study, power)
     return max((check.utilisation for check in checks if check.utilisation is not None), default=0.0)
+
+
+def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
+    """The largest utilisation of what is wished of the arm by a set; 0 where nothing is.
+
+    Infinite where a check lacks a number of a drive that the study does not give: such a drive is not chosen.
+    """
+    study, work = problem.candidates.study, problem.candidates.work
+    if not study.stiffness.asked:
+        return 0.0
+    shelf, keys = Shelf(study), problem.keys(dict(enumerate(pairs)))
+    mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
+    drives = {task.name: mounted[i] for i, task in enumerate(study.joints)}
+    if unsprung(study, {task.name: drives[task.name] for task in study.joints if task.drive is None}):
+        return math.inf
+    torque = np.column_stack([work.at(i, mounted).demand(drive).load_torque for i, drive in mounted.items()])
+    used = 0.0
+    for check in arm_checks(study, drives, torque):
+        used = max(used, check.utilisation or 0.0)
+        if used > 1.0:  # the rest costs much and changes nothing
+            break
+    return used
 
 
 def supply_may_be_feasible(problem: Problem, domains: Domains, ranges: Ranges) -> bool:
     """Whether some set of what is left may ask no more of the supply than it gives."""
     study, supply = problem.candidates.study, problem.candidates.study.supply
-    if not problem.candidates.power_known:
+    if not supply_limited(problem):
         return True
-    back = supply.regenerated_power
+    back, electronics = supply.regenerated_power, standby_power(study)
     least, most = power_range(problem, domains, ranges, most=back is not None)
     weights, over = study.cycle.weights, 1.0 + 1e-6
-    drawn, fed_back = np.maximum(least, 0.0), np.maximum(-most, 0.0)
+    drawn, fed_back = np.maximum(least + electronics, 0.0), np.maximum(-most - electronics, 0.0)
     if supply.peak_power is not None and drawn.max() > supply.peak_power * over:
         return False
     duration = float(weights.sum()) or math.inf

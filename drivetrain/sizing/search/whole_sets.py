@@ -15,7 +15,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.sizing.search.domains import Domains, Mask
 from drivetrain.sizing.search.problem import ROUNDING, Problem
-from drivetrain.sizing.search.propagate import Ranges, supply_limited, supply_use
+from drivetrain.sizing.search.propagate import Ranges, arm_use, supply_limited, supply_use
 
 Pairs = tuple[int, ...]
 
@@ -49,7 +49,7 @@ class _Chosen:
         numbers: Of all joints' drives, those of the node where none is chosen, (n, NUMBERS).
         energy: A cycle [J].
         used: Largest utilisation.
-        power: Electrical [W], (N,); (1,) where the supply has no limit.
+        power: Electrical, and the least [W], (2, N); (1,) where the supply has no limit.
     """
 
     pairs: Pairs
@@ -97,7 +97,10 @@ def feasible_sets(problem: Problem, domains: Domains, ranges: Ranges, limit: flo
 
     for one in chosen(problem.n - 1, _Chosen((), (), ranges.low.copy(), 0.0, 0.0, np.zeros(1))):
         used = max(one.used, supply_use(problem, one.power)) if limited else one.used
-        if used <= 1.0 and all(constraint.satisfied(one.pairs) for constraint in problem.constraints):
+        if used > 1.0 or not all(constraint.satisfied(one.pairs) for constraint in problem.constraints):
+            continue
+        used = max(used, arm_use(problem, one.pairs))
+        if used <= 1.0:
             cost, joules = sum(one.costs), math.floor(one.energy / problem.joules + 0.5)
             yield Found(problem.level(cost), joules, used, one.pairs, cost, one.costs)
 

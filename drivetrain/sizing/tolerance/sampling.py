@@ -61,7 +61,7 @@ class Candidate:
         cases: One a joint, with nominal numbers.
         works: One a joint; the payloads are what cases add.
         checks: The table, for compiled code.
-        limits: Of peak, mean and regenerated power [W], NaN where there is none or the power is not known, (3,).
+        limits: Of the supply, in the order of ``SUPPLY_NAMES``, NaN where there is none or the power is not known.
     """
 
     study: Study
@@ -80,7 +80,7 @@ class Samples:
 
     Attributes:
         joints: In the order of ``NAMES``, (S, n, checks).
-        supply: In the order of ``SUPPLY_NAMES``, (S, 3).
+        supply: In the order of ``SUPPLY_NAMES``, (S, checks of the supply).
         judged: Whether every essential check could be made.
     """
 
@@ -217,7 +217,7 @@ def _with_own_memory(work: Work) -> Work:
 def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice) -> Samples:
     """Some samples that follow one another."""
     count, weight = part.stop - part.start, works[0].motion.weight
-    joints, power = np.empty((count, len(works), len(CHECKS))), np.zeros((count, len(weight)))
+    joints, power = np.empty((count, len(works), len(CHECKS))), np.zeros((count, 2, len(weight)))
     found, binding, lacking = np.zeros(count), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     for joint, work in enumerate(works):
         cases = as_built(
@@ -229,7 +229,7 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
             cases, as_numbers(cases), ready.checks, work, amounts, np.inf, False, power, used, found, binding, lacking
         )
         joints[:, joint] = used
-    figures = supply_figures(weight, power)
+    figures = supply_figures(ready.study, power)
     asked = np.stack([figures[row.required] for row in SUPPLY_CHECKS], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         supply = np.where(ready.limits > 0.0, asked / ready.limits, np.where(asked > 0.0, np.inf, 0.0))
@@ -238,7 +238,7 @@ def _block(ready: Candidate, works: tuple[Work, ...], draws: Draws, part: slice)
 
 
 def figures_of(evaluation: Evaluation) -> tuple[Array, Array]:
-    """Utilisations of an evaluation, as one sample in ``Samples``: (n, checks) and (3,)."""
+    """Utilisations of an evaluation, as one sample in ``Samples``: (n, checks) and (checks of the supply,)."""
     joints, supply = np.full((len(evaluation.joints), len(NAMES)), np.nan), np.full(len(SUPPLY_NAMES), np.nan)
     for row, result in zip(joints, evaluation.joints.values(), strict=True):
         for check in result.checks:

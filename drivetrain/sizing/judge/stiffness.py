@@ -1,0 +1,149 @@
+"""How stiff an arm is on the springs of its gears, held against what a study wishes: checks of all drives together."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.spring import wind_up
+from drivetrain.dynamics.flexibility import locked_frequencies
+from drivetrain.dynamics.kinematics import tip_jacobian
+from drivetrain.sizing.judge.checks import ARM_CHECKS
+from drivetrain.sizing.judge.judge import utilisation
+from drivetrain.sizing.judge.missing import SPRINGS, lacking_joints
+from drivetrain.sizing.judge.verdicts import judged
+from drivetrain.study.model import Study
+from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.verdicts import Check, Verdict
+
+MOST_COMBINED = 12  # joints whose plays are tried in every combination; beyond, their plain sum bounds it
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """A figure at its worst, and the sample where it is."""
+
+    value: float
+    sample: int
+
+
+def arm_checks(study: Study, drives: Mapping[str, Drive], torque: Array) -> Iterator[Check]:
+    """What the study wishes of the arm's stiffness, held against a set of drives; nothing where it wishes nothing.
+
+    Args:
+        drives: Of the whole set, by joint name.
+        torque: At their gears' outputs, joint friction included [N m], (N, n).
+    """
+    for row in ARM_CHECKS:
+        wish, wanted = row.limit, getattr(study.stiffness, row.limit)
+        if wanted is None or study.arm is None:
+            continue
+        lacks, source = lacking_joints(drives, SPRINGS[row.name]), f"wish of the study: stiffness.{wish}"
+        if lacks:
+            remark = f"{SPRINGS[row.name]} is not in the catalogue row of the gear of {', '.join(lacks)}"
+            verdict = Verdict.NOT_CHECKED
+            yield Check(row.name, None, wanted, row.unit, None, verdict, None, source, remark, essential=True)
+            continue
+        extreme = FIGURES[wish](study, drives, torque)
+        required, limit = (wanted, extreme.value) if wish == "first_resonance" else (extreme.value, wanted)
+        used, remark = utilisation(required, limit), ""
+        if wish != "lost_motion":
+            remark = f"gears {100 * study.stiffness.scatter:g} % softer than printed"
+        time = float(study.cycle.time[extreme.sample])
+        verdict = judged(used, study.safety.reserve)
+        yield Check(row.name, required, limit, row.unit, used, verdict, time, source, remark, True)
+
+
+def unsprung(study: Study, drives: Mapping[str, Drive]) -> tuple[str, ...]:
+    """Joints whose gear lacks a number that a wish of the study asks for."""
+    needed = {SPRINGS[row.name] for row in ARM_CHECKS if getattr(study.stiffness, row.limit) is not None}
+    return tuple(name for field in sorted(needed) for name in lacking_joints(drives, field))
+
+
+def loaded_arms(study: Study, drives: Mapping[str, Drive]) -> list[tuple[Arm, Array]]:
+    """The arm with its drives and each payload of the cycle, and the samples at which it carries that."""
+    carried = study.cycle.payload
+    return [(loaded_arm(study, drives, int(one)), carried == one) for one in np.unique(carried)]
+
+
+def joint_travels(study: Study) -> Array:
+    """Of each joint a radian of its gear's output [m or rad], (n,)."""
+    return np.array([task.travel_per_turn or 1.0 for task in study.joints])
+
+
+@lru_cache(maxsize=1)
+def tip_levers(study: Study) -> Array:
+    """How far the tip moves a unit of each joint's motion, of its shaft's where motors are coupled, (N, n, 3)."""
+    arm = study.arm
+    assert arm is not None
+    shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
+    return np.asarray(np.swapaxes(tip_jacobian(arm, study.cycle.position)[:, 3:] @ shafts, 1, 2))
+
+
+def joint_twists(study: Study, drives: Mapping[str, Drive], torque: Array) -> Array:
+    """How far each joint lags behind its motor on its gear's spring [rad or m], (N, n); 0 where none is printed."""
+    twists = [wind_up(one.gear, series) for one, series in zip(drives.values(), torque.T, strict=True)]
+    still = np.zeros(len(study.cycle.time))
+    return joint_travels(study) * np.column_stack([still if one is None else one for one in twists])
+
+
+def joint_plays(study: Study, drives: Mapping[str, Drive]) -> Array:
+    """The whole backlash of each joint [rad or m], (n,); 0 where none is printed."""
+    return joint_travels(study) * np.array([one.gear.backlash or 0.0 for one in drives.values()])
+
+
+def lost_motion(plays: Array) -> Array:
+    """The largest distance between two positions of the tip that play in the joints allows.
+
+    Args:
+        plays: What the whole play of each joint does to the tip [m], (N, n, 3).
+
+    Returns:
+        [m], (N,): the longest sum of plays with signs chosen freely; with more than MOST_COMBINED joints that have
+        play, the sum of their lengths, which is never less.
+    """
+    loose = plays[:, np.abs(plays).any(axis=(0, 2))]
+    count = loose.shape[1]
+    if count > MOST_COMBINED:
+        return np.asarray(np.linalg.norm(loose, axis=2).sum(axis=1))
+    largest = np.zeros(len(plays))
+    for signs in itertools.product((1.0, -1.0), repeat=max(count - 1, 0)):
+        # The first sign is free to be chosen: all turned round is as far.
+        together = np.einsum("j,njc->nc", np.array([1.0, *signs][:count]), loose)
+        largest = np.maximum(largest, np.linalg.norm(together, axis=1))
+    return largest
+
+
+def _resonance(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
+    """The lowest natural frequency over the cycle [Hz]; infinite where no joint has a spring."""
+    first = [one.gear.stiffness_1 for one in drives.values()]
+    springs = np.array([math.inf if one is None else one for one in first]) / joint_travels(study) ** 2
+    lowest = np.full(len(study.cycle.time), np.inf)
+    for arm, chosen in loaded_arms(study, drives):
+        found = locked_frequencies(arm, study.cycle.position[chosen], (1.0 - study.stiffness.scatter) * springs)
+        lowest[chosen] = found.min(axis=1, initial=np.inf)
+    return Extreme(float(lowest.min()), int(np.argmin(lowest)))
+
+
+def _deviation(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
+    """What wind-up does to the tip at its most [m]; a softer gear has the same bends at the same torques."""
+    twist = joint_twists(study, drives, torque) / (1.0 - study.stiffness.scatter)
+    size = np.linalg.norm(np.einsum("nj,njc->nc", twist, tip_levers(study)), axis=1)
+    return Extreme(float(size.max()), int(np.argmax(size)))
+
+
+def _play(study: Study, drives: Mapping[str, Drive], torque: Array) -> Extreme:
+    """What backlash lets the tip do at its most [m]."""
+    size = lost_motion(joint_plays(study, drives)[:, None] * tip_levers(study))
+    return Extreme(float(size.max()), int(np.argmax(size)))
+
+
+FIGURES = {"first_resonance": _resonance, "tip_deviation": _deviation, "lost_motion": _play}

@@ -1,0 +1,178 @@
+"""What brakes and lifts the bus, what amplifiers take: worked by hand, against an integrated bus, deciding a choice."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.supply_bus import bus_peak
+from drivetrain.errors import InputError
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.search import select
+from drivetrain.study.selection import Wanted
+from drivetrain.study.verdicts import Verdict
+
+PEAK, BUS = "supply peak braking power", "supply bus voltage"
+NEVER = math.inf
+
+
+def shared(evaluation):
+    return {check.name: check for check in evaluation.shared}
+
+
+def pulses(rng, count=400):
+    """Some seconds of power drawn and fed back, more drawn than fed back."""
+    time = np.cumsum(rng.uniform(5e-3, 1.5e-2, count))
+    phase = rng.uniform(0.0, 6.0, 2)
+    return time - time[0], 60.0 * np.sin(7.0 * time + phase[0]) + 25.0 * np.sin(23.0 * time + phase[1]) + 15.0
+
+
+def integrated(voltage, capacity, threshold, resistance, time, power, rounds=2, parts=40):
+    """C V dV = -P dt in small steps: a rectifier holds V up, a resistor above the threshold pulls it down."""
+    volts = highest = voltage
+    for _ in range(rounds):
+        for k in range(len(time) - 1):
+            for drawn in np.interp((np.arange(parts) + 0.5) / parts, [0.0, 1.0], power[k : k + 2]):
+                h = (time[k + 1] - time[k]) / parts
+                drawn += volts**2 / resistance if volts > threshold else 0.0
+                volts = max(volts - drawn * h / (capacity * volts), voltage)
+                highest = max(highest, volts)
+    return highest
+
+
+def test_a_braking_run_lifts_the_bus_by_its_energy():
+    """7.4 J into 4.7 mF at 48 V: sqrt(48^2 + 2 7.4/0.0047) = 73.8 V."""
+    time, power = np.array([0.0, 0.1, 0.2, 1.0]), np.array([0.0, -74.0, 0.0, 50.0])
+    found = bus_peak(48.0, 4.7e-3, NEVER, NEVER, time, power)
+    assert found.voltage == pytest.approx(math.sqrt(48.0**2 + 2.0 * 7.4 / 4.7e-3), rel=1e-12)
+    assert found.voltage == pytest.approx(73.8, abs=0.05) and found.sample == 2 and found.burnt == 0.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_bus_is_that_of_its_differential_equation(seed):
+    """Energies step by step against the voltage itself in 40 parts of every step."""
+    time, power = pulses(np.random.default_rng(seed))
+    plain = bus_peak(48.0, 5e-3, NEVER, NEVER, time, power).voltage
+    assert plain == pytest.approx(integrated(48.0, 5e-3, NEVER, NEVER, time, power), rel=2e-3)
+    threshold = 0.5 * (48.0 + plain)
+    for resistance in (20.0, 200.0):
+        found = bus_peak(48.0, 5e-3, threshold, resistance, time, power)
+        wanted = integrated(48.0, 5e-3, threshold, resistance, time, power)
+        assert found.voltage == pytest.approx(wanted, rel=2e-2)  # it burns within a step as if at the threshold
+        assert found.voltage < plain and found.burnt > 0.0
+
+
+def test_more_that_helps_lowers_the_bus():
+    time, power = pulses(np.random.default_rng(9))
+    volts = [bus_peak(48.0, c, NEVER, NEVER, time, power).voltage for c in (1e-3, 3e-3, 1e-2)]
+    assert volts == sorted(volts, reverse=True)
+    volts = [bus_peak(48.0, 1e-3, 60.0, r, time, power).voltage for r in (10.0, 40.0, NEVER)]
+    assert volts == sorted(volts)
+
+
+def test_a_cycle_that_feeds_back_more_than_it_takes_never_ends():
+    time, power = np.linspace(0.0, 1.0, 11), np.full(11, -5.0)
+    assert bus_peak(48.0, 1e-2, NEVER, NEVER, time, power).voltage == math.inf
+    burnt = bus_peak(48.0, 1e-2, 55.0, 55.0**2 / 20.0, time, power)
+    assert burnt.voltage == pytest.approx(55.0, rel=1e-2) and burnt.burnt == pytest.approx(5.0, rel=1e-6)
+
+
+@pytest.fixture
+def flywheel(make):
+    """A table that speeds up an inertia of 0.2 kg m^2 to 10 rad/s and stops it; the same inertia as everything."""
+    time = np.linspace(0.0, 1.0, 401)
+    speed = 10.0 * np.sin(np.pi * time) ** 2
+    acceleration = 10.0 * np.pi * np.sin(2.0 * np.pi * time)
+    return make.study(make.table_cycle(time, 0.2 * acceleration, speed, acceleration))
+
+
+def least_power(study, make):
+    """Without gear loss and shaft friction, winding cold: G w (T/G + J G a + R/k^2 ...) by plain numpy."""
+    cycle, motor, ratio = study.cycle, make.motor, 50.0
+    torque = cycle.torque[:, 0] / ratio + (2e-5 + 1e-6) * ratio * cycle.acceleration[:, 0]
+    return torque * ratio * cycle.velocity[:, 0] + motor.resistance / motor.torque_constant**2 * torque**2
+
+
+def test_what_comes_back_is_that_of_lossless_gears_and_cold_windings(flywheel, make):
+    study = replace(flywheel, supply=Supply(48.0, capacity=4.7e-3, max_voltage=120.0))
+    evaluation = evaluate(study)
+    power, series = least_power(study, make), evaluation.joints["j1"].series
+    np.testing.assert_allclose(series.least_power, np.minimum(power, series.electrical_power), rtol=1e-9, atol=1e-9)
+    energy = np.trapezoid(np.minimum(power, 0.0), study.cycle.time)
+    moving = 0.5 * (0.2 + 50.0**2 * 2.1e-5) * 10.0**2
+    assert -energy < moving and -energy > 0.6 * moving  # the rest heats the winding
+    told = shared(evaluation)[BUS]
+    assert told.required == pytest.approx(math.sqrt(48.0**2 - 2.0 * energy / 4.7e-3), rel=1e-3)
+    assert told.verdict is Verdict.PASS and told.time > 0.5
+    assert shared(evaluation)[PEAK].verdict is Verdict.NOT_CHECKED  # the voltage says it all
+    tight = replace(study, supply=Supply(48.0, capacity=4.7e-3, max_voltage=told.required - 0.5))
+    assert shared(evaluate(tight))[BUS].verdict is Verdict.FAIL
+    assert not evaluate(tight).feasible
+
+
+def test_the_resistor_must_burn_the_peak(flywheel, make):
+    most = float(-least_power(flywheel, make).min())
+    for share, verdict in ((0.9, Verdict.FAIL), (1.2, Verdict.PASS)):
+        supply = Supply(48.0, threshold=60.0, resistance=60.0**2 / (share * most))
+        told = shared(evaluate(replace(flywheel, supply=supply)))[PEAK]
+        assert told.required == pytest.approx(most, rel=1e-9) and told.available == pytest.approx(share * most)
+        assert told.verdict is verdict and "60 V squared" in told.source
+    bare = shared(evaluate(flywheel))
+    assert bare[PEAK].remark == "the study states no threshold and resistance"
+    assert bare[BUS].remark == "the study states no capacity of the bus"
+
+
+def test_a_resistor_saves_the_bus_and_says_how_long_it_is_on(flywheel):
+    alone = Supply(48.0, capacity=1e-3, max_voltage=62.0)
+    helped = replace(alone, threshold=56.0, resistance=20.0)
+    assert shared(evaluate(replace(flywheel, supply=alone)))[BUS].verdict is Verdict.FAIL
+    told = shared(evaluate(replace(flywheel, supply=helped)))[BUS]
+    assert told.verdict in (Verdict.PASS, Verdict.MARGINAL)
+    assert "in the mean, on" in told.remark
+
+
+def test_the_bus_decides_a_choice(flywheel, make):
+    """The lighter motor's rotor is the larger one; it carries more energy back than the bus takes."""
+    motors = {
+        "m1": replace(make.motor, mass=0.3, rotor_inertia=6e-5),
+        "m2": replace(make.motor, key="m2", mass=0.5, rotor_inertia=1e-5),
+    }
+    task = make.task(drive=None, pairs=(("m1", "g1"), ("m2", "g1")))
+    study = replace(flywheel, joints=(task,), catalog=Catalog(motors, {"g1": make.gear}), wanted=Wanted())
+    volts = {}
+    for key in motors:
+        free = replace(study, supply=Supply(48.0, capacity=4.7e-3, max_voltage=500.0))
+        volts[key] = shared(evaluate(free, {"j1": (key, "g1")}))[BUS].required
+    assert volts["m1"] > volts["m2"]
+    tight = Supply(48.0, capacity=4.7e-3, max_voltage=0.5 * sum(volts.values()))
+    assert select(replace(study, supply=Supply(48.0))).drives["j1"][0] == "m1"
+    chosen = select(replace(study, supply=tight))
+    assert chosen.drives["j1"][0] == "m2" and chosen.proof == "optimal"
+
+
+def test_amplifiers_take_their_share(flywheel, make):
+    """Standby power all the time, two switches in the way of every current."""
+    fitted = make.task(amplifier=Amplifier(40.0, 20.0, standby_power=7.0, on_resistance=0.05))
+    plain, found = evaluate(flywheel), evaluate(replace(flywheel, joints=(fitted,)))
+    series = plain.joints["j1"].series
+    asked = series.electrical_power + 7.0 + 2.0 * 0.05 * series.current**2
+    weights = flywheel.cycle.weights / flywheel.cycle.weights.sum()
+    assert shared(found)["supply peak power"].required == pytest.approx(asked.max(), rel=1e-12)
+    assert shared(found)["supply mean power"].required == pytest.approx(np.maximum(asked, 0.0) @ weights, rel=1e-12)
+    assert shared(found)["supply regenerated power"].required == pytest.approx(np.maximum(-asked, 0.0) @ weights)
+    assert found.criteria["energy"] == pytest.approx((asked - 7.0) @ flywheel.cycle.weights, rel=1e-12)
+    assert found.joints["j1"].series.least_power == pytest.approx(series.least_power)
+    limit = 0.5 * (asked.max() + series.electrical_power.max())
+    tight = replace(flywheel, supply=Supply(48.0, peak_power=limit))
+    assert evaluate(tight).feasible and not evaluate(replace(tight, joints=(fitted,))).feasible
+
+
+@pytest.mark.parametrize("stated", [{"max_voltage": 60.0}, {"threshold": 55.0}, {"resistance": 10.0}])
+def test_half_a_bus_is_refused(stated):
+    with pytest.raises(InputError, match="is needed beside"):
+        Supply(48.0, **stated)
