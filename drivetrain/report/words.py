@@ -33,14 +33,6 @@ OUTSIDE = (
         "`drivetrain simulate` with a limited amplifier and a wall",
     ),
     (
-        "voltage of the bus while braking",
-        "capacitance and chopper of the supply; `drivetrain simulate` with `SupplyBus`",
-    ),
-    (
-        "resonance, tip deviation by wind-up, lost motion",
-        "stiffness K1 to K3 and backlash of the gear's sheet; `drivetrain loops` and `drivetrain simulate`",
-    ),
-    (
         "overshoot, control error, start-up: the motion counts as followed exactly",
         "gains of the loops (`drivetrain loops`); `drivetrain simulate` runs them",
     ),

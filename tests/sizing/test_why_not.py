@@ -25,7 +25,7 @@ def weak_catalog(make):
         "strong": replace(
             make.motor, key="strong", mass=0.8, nominal_current=18.0, peak_current=60.0, part_number="S-1"
         ),
-        "weak": replace(make.motor, key="weak", mass=0.3, nominal_current=4.0, peak_current=8.0),
+        "weak": replace(make.motor, key="weak", mass=0.3, nominal_current=4.1, peak_current=8.0),
         "unknown": replace(make.motor, key="unknown", rotor_inertia=None),
         "massless": replace(make.motor, key="massless", mass=None, nominal_current=18.0, peak_current=60.0),
     }
