@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from drivetrain.drive.ranges import POSITIVE, range_faults
@@ -55,3 +56,34 @@ class Price:
         )
         if faults:
             raise InputError(faults)
+
+
+@dataclass(frozen=True)
+class Offer:
+    """What a part costs in a wanted currency, and in words where that is from."""
+
+    value: float
+    words: str
+    estimate: bool
+
+
+def offer_of(prices: Iterable[Price], currency: str, rates: Mapping[str, float]) -> Offer | None:
+    """The price of a part by its best offer: listed before estimated, of those the latest, at its upper end.
+
+    Args:
+        prices: Of one part.
+        currency: Wanted.
+        rates: What one unit of another currency is worth in it.
+
+    Returns:
+        None where no price is in the currency or in one with a rate.
+    """
+    known = [one for one in prices if one.currency == currency or one.currency in rates]
+    if not known:
+        return None
+    best = max(known, key=lambda one: (one.kind == "listed", one.date))
+    printed, rate = best.price_to or best.price, 1.0 if best.currency == currency else rates[best.currency]
+    converted = "" if best.currency == currency else f"{printed:g} {best.currency} at {rate:g}, "
+    shop = f", {best.shop}" if best.shop else ""
+    words = f"price {printed * rate:.6g} {currency} ({converted}{best.kind}, {best.date}{shop})"
+    return Offer(printed * rate, words, best.kind == "estimate")

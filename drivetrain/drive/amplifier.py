@@ -10,6 +10,7 @@ constant and back-emf constant are one number, and the amplitude of the line-to-
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, TypeVar
@@ -18,7 +19,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import law
-from drivetrain.units import Capacitance, Current, Efficiency, Power, Resistance, Voltage
+from drivetrain.units import Capacitance, Current, Duration, Efficiency, Power, Resistance, Voltage
 
 Values = TypeVar("Values", float, Array)
 
@@ -38,6 +39,11 @@ _DC_AMPERES = {
 }
 
 
+_LIMITS = (
+    "peak_current continuous_current peak_time thermal_time_constant min_voltage max_voltage on_resistance".split()
+)
+
+
 @dataclass(frozen=True)
 class Amplifier:
     """Limits of one joint's amplifier; None where unknown.
@@ -49,6 +55,10 @@ class Amplifier:
         standby_power: That it takes whatever the motor does [W].
         on_resistance: Of one of its switches, hot; the loss of switching is not counted [ohm].
         current_basis: The ampere in which the user thinks; currents are told in it beside.
+        peak_time: For which it gives the peak current from its continuous one on [s].
+        thermal_time_constant: Of its first-order overload model, where it has that instead [s].
+        min_voltage, max_voltage: Of the supply [V].
+        key, source: Of its row in the catalogue; empty: the study states its limits.
     """
 
     peak_current: Current | None = None
@@ -57,12 +67,15 @@ class Amplifier:
     standby_power: Power | None = None
     on_resistance: Resistance | None = None
     current_basis: str = "dc"
+    peak_time: Duration | None = None
+    thermal_time_constant: Duration | None = None
+    min_voltage: Voltage | None = None
+    max_voltage: Voltage | None = None
+    key: str = ""
+    source: str = ""
 
     def __post_init__(self) -> None:
-        ranges = {
-            "peak_current": POSITIVE, "continuous_current": POSITIVE, "modulation": EFFICIENCY,
-            "standby_power": NOT_NEGATIVE, "on_resistance": POSITIVE,
-        }  # fmt: skip
+        ranges = dict.fromkeys(_LIMITS, POSITIVE) | {"modulation": EFFICIENCY, "standby_power": NOT_NEGATIVE}
         faults = range_faults("amplifier", self, ranges, required=("modulation",))
         if faults:
             raise InputError(faults)
@@ -169,7 +182,32 @@ class Supply:
 def limits_of(sheet: AmplifierSheet) -> Amplifier:
     """What an amplifier of the catalogue allows one joint; where its sheet has no modulation, that of ``Amplifier``."""
     modulation = Amplifier.modulation if sheet.modulation is None else sheet.modulation
-    return Amplifier(sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power)
+    return Amplifier(
+        sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power, peak_time=sheet.peak_time,
+        thermal_time_constant=sheet.thermal_time_constant, min_voltage=sheet.min_voltage,
+        max_voltage=sheet.max_voltage, key=sheet.key, source=sheet.source,
+    )  # fmt: skip
+
+
+def best_of(amplifiers: Sequence[Amplifier]) -> Amplifier:
+    """One that allows what any of some allows; what only one of them limits, or in another way, it does not limit."""
+    most: dict[str, Any] = {
+        name: None if None in (values := [getattr(one, name) for one in amplifiers]) else max(values)
+        for name in ("peak_current", "continuous_current", "max_voltage")
+    }
+    standby = min(one.standby_power or 0.0 for one in amplifiers)
+    return Amplifier(**most, modulation=max(one.modulation for one in amplifiers), standby_power=standby)
+
+
+def rates_supply(amplifier: Amplifier) -> bool:
+    """Whether it should say which supply it bears: those of a catalogue, and those that say so."""
+    return bool(amplifier.key) or (amplifier.min_voltage, amplifier.max_voltage) != (None, None)
+
+
+def judges_overload(amplifier: Amplifier) -> bool:
+    """Whether it says how long it bears more than its continuous current."""
+    timed = amplifier.peak_current is not None and amplifier.peak_time is not None
+    return amplifier.continuous_current is not None and (timed or amplifier.thermal_time_constant is not None)
 
 
 @law

@@ -6,11 +6,14 @@ Both are periodic steady states: the answer holds for a cycle that repeats for e
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import AmplifierSheet
+from drivetrain.jit import law
+from drivetrain.records import known
 
 
 def overload(sheet: AmplifierSheet, current: Array, time: Array) -> float | None:
@@ -33,37 +36,40 @@ def overload(sheet: AmplifierSheet, current: Array, time: Array) -> float | None
     """
     if sheet.continuous_current is None:
         return None
-    square = np.asarray(current, dtype=np.float64)[:-1] ** 2 / sheet.continuous_current**2
-    step = np.diff(np.asarray(time, dtype=np.float64))
-    if sheet.thermal_time_constant is not None:
-        return _first_order(square, step, sheet.thermal_time_constant)
-    if sheet.peak_current is None or sheet.peak_time is None:
-        return None
-    room = ((sheet.peak_current / sheet.continuous_current) ** 2 - 1.0) * sheet.peak_time
-    if float(square @ step) > float(step.sum()) * (1.0 + 1e-12):
-        return math.inf
+    lacks = sheet.thermal_time_constant is None and (sheet.peak_current is None or sheet.peak_time is None)
+    step = np.append(np.diff(np.asarray(time, dtype=np.float64)), 0.0)
+    return None if lacks else float(overload_share(sheet, np.asarray(current, dtype=np.float64), 1.0, step))
+
+
+@law
+def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
+    """``overload`` of a current that is a series times a scale [A], each sample for its step [s]."""
+    steady, constant, total, length = amplifier.continuous_current, amplifier.thermal_time_constant, 0.0, 0.0
     most, held = 0.0, 0.0
+    for t in range(len(step)):
+        total += (series[t] * scale / steady) ** 2 * step[t]
+        length += step[t]
+    if known(constant):  # of the affine map of a round, the state that it leaves as it was
+        for t in range(len(step)):
+            left = math.exp(-step[t] / constant)
+            held = left * held + (1.0 - left) * (series[t] * scale / steady) ** 2
+        held = held / -math.expm1(-length / constant)
+        most = held
+        for t in range(len(step)):
+            left = math.exp(-step[t] / constant)
+            held = left * held + (1.0 - left) * (series[t] * scale / steady) ** 2
+            most = max(most, held)
+        return most
+    if total > length * (1.0 + 1e-12):
+        return math.inf
+    room = ((amplifier.peak_current / steady) ** 2 - 1.0) * amplifier.peak_time
     for _ in range(2):  # from empty; what is left at the end of the first round is that of every round after it
-        for above, lasting in zip((square - 1.0).tolist(), step.tolist(), strict=True):
-            held = max(held + above * lasting, 0.0)
+        for t in range(len(step)):
+            held = max(held + ((series[t] * scale / steady) ** 2 - 1.0) * step[t], 0.0)
             most = max(most, held)
     if most == 0.0:
         return 0.0
     return most / room if room > 0.0 else math.inf
-
-
-def _first_order(square: Array, step: Array, constant: float) -> float:
-    """Largest theta of a repeated cycle: of the affine map of a round, the state that it leaves as it was."""
-    decay = np.exp(-step / constant)
-    once = 0.0
-    for value, left in zip(square.tolist(), decay.tolist(), strict=True):
-        once = left * once + (1.0 - left) * value
-    held = once / -math.expm1(-float(step.sum()) / constant)
-    most = held
-    for value, left in zip(square.tolist(), decay.tolist(), strict=True):
-        held = left * held + (1.0 - left) * value
-        most = max(most, held)
-    return most
 
 
 def peak_duration(sheet: AmplifierSheet, current: float) -> float | None:

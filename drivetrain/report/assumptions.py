@@ -111,7 +111,8 @@ def _amplifiers(joints: tuple[JointTask, ...]) -> list[tuple[str, str]]:
         where = "all joints" if len(names) == len(joints) else ", ".join(names)
         lines.append((
             f"amplifier, {where}",
-            f"peak {_limit(amplifier.peak_current, 'A')}, continuous {_limit(amplifier.continuous_current, 'A')}, "
+            (f"{amplifier.key}: " if amplifier.key else "")
+            + f"peak {_limit(amplifier.peak_current, 'A')}, continuous {_limit(amplifier.continuous_current, 'A')}, "
             f"{100 * amplifier.modulation:g} % of the supply voltage reaches the motor",
         ))  # fmt: skip
     return lines

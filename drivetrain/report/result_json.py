@@ -63,6 +63,7 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
             "remark": "; ".join(uncounted(evaluation)),
         },
         "criteria": {name: _finite(value) for name, value in sorted(evaluation.criteria.items())},
+        "currency": study.prices.currency,
         "missing": [_gap(gap) for gap in gaps(evaluation)],
         "joints": {
             task.name: _joint(evaluation.joints[task.name], task.housing_to_ambient)
@@ -77,8 +78,8 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
 
 
 def _objective_unit(evaluation: Evaluation) -> str:
-    """Nothing for a price in the user's own currency, and for a weighted sum."""
-    return {"mass": "kg", "energy": "J"}.get(evaluation.study.objective, "")
+    """Nothing for a price where nobody says the currency, and for a weighted sum."""
+    return {"mass": "kg", "energy": "J", "price": evaluation.study.prices.currency}.get(evaluation.study.objective, "")
 
 
 def _finite(value: float | None) -> float | None:
@@ -127,7 +128,9 @@ def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
     """One joint: its drive and every check."""
     return {
         "verdict": str(joint.verdict),
-        "drive": {"motor": joint.motor, "gear": joint.gear} | ({"brake": joint.brake} if joint.brake else {}),
+        "drive": {"motor": joint.motor, "gear": joint.gear}
+        | ({"brake": joint.brake} if joint.brake else {})
+        | ({"amplifier": joint.amplifier.key} if joint.amplifier.key else {}),
         "parts": {"motor": identity(joint.drive.motor), "gear": identity(joint.drive.gear)},
         "heat_model": heat_model(joint.drive.motor, mounting),
         "binding": None if joint.binding is None else joint.binding.name,

@@ -259,7 +259,7 @@ def objective_text(evaluation: Evaluation, selection: Selection | None = None) -
     words = {
         "mass": f"{value} kg of motors and gears",
         "energy": f"{value} J drawn in a cycle",
-        "price": f"price {value}, in the catalogue's currency",
+        "price": f"price {value} {evaluation.study.prices.currency or 'in the currency of the catalogue'}",
     }
     return words[kind]
 

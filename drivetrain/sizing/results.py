@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive
 from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check, Verdict, lacking, verdict_of
+
+UNLIMITED = Amplifier()
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +70,7 @@ class JointResult:
         remarks: In words: standstill rule, RMS rule validity, assumptions.
         gear_loss: Mean power that the gear makes into heat, as warm as it settles [W]; None without one, or unknown.
         housing_temperature: Mean, or of the one node that the sheet knows [C]; None: unknown, or a runaway.
+        amplifier: Against which it was judged: the study's, or of several the chosen one.
     """
 
     name: str
@@ -78,6 +82,7 @@ class JointResult:
     remarks: tuple[str, ...] = ()
     gear_loss: float | None = None
     housing_temperature: float | None = None
+    amplifier: Amplifier = UNLIMITED
 
     @property
     def brake(self) -> str:

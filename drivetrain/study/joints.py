@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
 from drivetrain.catalog.read import Catalog, FramelessRule, fits
-from drivetrain.drive.amplifier import Amplifier, to_dc
+from drivetrain.drive.amplifier import Amplifier, best_of, limits_of, to_dc
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.drive.motor import Motor
@@ -23,6 +24,7 @@ from drivetrain.study.rules import CandidatesForm
 from drivetrain.study.schema import DEFAULT, AmplifierForm, FreeRatioForm, JointForm, StudyForm
 
 Found = tuple[tuple[tuple[str, str], ...], tuple[str, ...]]  # pairs, and what was excluded in words
+_AMPLIFIER_NEEDS = ("continuous_current", "peak_current", "min_voltage", "max_voltage")  # to be chosen unnamed
 _BRAKE_NEEDS = ("static_torque", "inertia", "power")  # without which no check of its drive can be made
 _CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
 
@@ -88,9 +90,37 @@ def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledge
     return Amplifier(**{**study, **own})
 
 
+def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Amplifier, ...]:
+    """The amplifier whose limits are stated, or rows of the catalogue: by price, by mass, the weakest first."""
+    stated, rows, ledger = form.amplifier, around.catalog.amplifiers, around.ledger
+    place = (*place, "amplifier")
+    if isinstance(stated, AmplifierForm) or stated is False:
+        own = stated if isinstance(stated, AmplifierForm) else AmplifierForm()
+        return (resolve_amplifier(own, around.form.amplifier, ledger, place[:-1]),)
+    spoiled = ledger.spoiled(("catalogs",))
+    for key in stated if isinstance(stated, tuple) and not spoiled else ():
+        if key not in rows:
+            ledger.fault(place, "no amplifier has this key", key, nearest(key, rows))
+    whole = [row for row in rows.values() if None not in (getattr(row, name) for name in _AMPLIFIER_NEEDS)]
+    found = [rows[key] for key in stated if key in rows] if isinstance(stated, tuple) else whole
+    if not found and stated is True and not spoiled:
+        ledger.fault(place, f"no amplifier of the catalogue has {', '.join(_AMPLIFIER_NEEDS)}")
+    if len(found) > 1 and around.form.selection.holds is not None:
+        ledger.fault(place, "must be one where selection.holds is asked for", [row.key for row in found])
+    found.sort(
+        key=lambda row: [
+            math.inf if value is None else value for value in (row.price, row.mass, row.continuous_current)
+        ]
+    )
+    return tuple(map(limits_of, found)) or (Amplifier(),)
+
+
 def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, Any]:
     """What an entry states, currents in DC-equivalent ampere."""
-    plain = ("modulation", "standby_power", "on_resistance")
+    plain = (
+        "modulation", "standby_power", "on_resistance", "peak_time", "thermal_time_constant", "min_voltage",
+        "max_voltage",
+    )  # fmt: skip
     found: dict[str, Any] = {name: value for name in plain if (value := getattr(form, name)) is not None}
     if basis is not None:
         found["current_basis"] = str(basis)
@@ -137,6 +167,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         friction = made(form.friction)
     with ledger.gather((*place, "motor_friction")):
         motor_friction = made(form.motor_friction)
+    amplifiers = _amplifiers(around, form, place)
     brakes, told = _brakes(around, form, (*place, "brake"))
     if brakes:
         given = () if drive is None else _with_brakes(around, (drive,), brakes)
@@ -152,7 +183,8 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         contained=_contained(around, index, form, place),
         friction=friction,
         motor_friction=motor_friction,
-        amplifier=resolve_amplifier(form.amplifier, around.form.amplifier, ledger, place),
+        amplifier=amplifiers[0] if len(amplifiers) == 1 else best_of(amplifiers),
+        amplifiers=amplifiers if len(amplifiers) > 1 else (),
         travel_per_turn=_travel(around, index, form, place),
         housing_to_ambient=form.housing_to_ambient,
         output_bearing=form.output_bearing,

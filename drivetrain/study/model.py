@@ -159,6 +159,8 @@ class JointTask:
             None: not stated.
         stop: Its emergency stop, the current DC equivalent.
         free_ratio: Gears of any ratio in a range, for early design; None: none asked for.
+        amplifiers: One of which is chosen, the first that holds; empty: ``amplifier``, which else allows what any of
+            them allows.
         brakes: One of which must hold the joint; empty: it needs none. Motor keys name theirs: ``MOTOR+BRAKE``.
     """
 
@@ -181,6 +183,7 @@ class JointTask:
     stop: Stop = Stop()
     gear_heat: float = 1.0
     brakes: tuple[Brake, ...] = ()
+    amplifiers: tuple[Amplifier, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -273,6 +276,19 @@ class MotorAssumption:
     source: Name = ""
 
 
+@dataclass(frozen=True)
+class Prices:
+    """In which currency prices are, and what others are worth in it.
+
+    Attributes:
+        currency: Three letters, of the column ``price`` of catalogues too; empty: not stated, only that column counts.
+        rates: What one unit of another currency is worth in it, by its three letters.
+    """
+
+    currency: Name = ""
+    rates: dict[str, Factor] = field(default_factory=dict)
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
     """Everything one job needs, in SI.
@@ -300,6 +316,7 @@ class Study:
         tolerances: How far what is built may lie from these numbers.
         simulation: What a simulation of it holds, and how it is run.
         trade_offs: What the report of a selection tells beside the best set.
+        prices: In which currency.
         notes: Warnings raised while reading (arm, motion, catalogue), for the report.
     """
 
@@ -327,6 +344,7 @@ class Study:
     gear_temperature: float | None = None
     cold_start: float | None = None
     notes: tuple[str, ...] = ()
+    prices: Prices = field(default_factory=Prices)
 
     def drag_temperature(self, ambient: Any) -> Any:
         """At which the drag of gears is taken in air of a temperature [C]: that of a machine just switched on.

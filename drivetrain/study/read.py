@@ -18,7 +18,7 @@ from drivetrain.study.doubts import note_doubts
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.joints import Surroundings, resolve_joints
-from drivetrain.study.model import DriveMass, Payload, Study
+from drivetrain.study.model import DriveMass, Payload, Prices, Study
 from drivetrain.study.motions import motion_files, resolve_cycle, resolve_motions
 from drivetrain.study.schema import DEFAULT, StudyForm
 from drivetrain.study.selection import TERMS, SelectionOptions, TradeOffs
@@ -88,6 +88,7 @@ def study_from(document: Document) -> Study:
         safety=made(form.safety),
         holding=form.holding,
         stiffness=stiffness,
+        prices=Prices() if form.prices is None else made(form.prices),
         gear_temperature=form.gear_temperature,
         cold_start=form.cold_start,
         gear_assumptions=gear_assumptions,

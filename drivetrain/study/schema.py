@@ -21,7 +21,7 @@ from drivetrain import units as f
 from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
-from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Safety, StiffnessWish, Stop
+from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety, StiffnessWish, Stop
 from drivetrain.study.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
 from drivetrain.study.selection import CRITERIA, TERMS, UNITS, CurveWanted, SelectionOptions, read_criterion, read_curve
 from drivetrain.study.simulation import Simulation
@@ -180,7 +180,7 @@ class ContainedForm(Form):
     mount: MountEntry = Field(default_factory=Mount)
 
 
-class AmplifierForm(form_of(Amplifier)):  # type: ignore[misc]
+class AmplifierForm(form_of(Amplifier, without=("key", "source"))):  # type: ignore[misc]
     """Limits of an amplifier; current_basis says whether its ampere is dc, rms or peak of a sine."""
 
     current_basis: CurrentBasis | None = None
@@ -199,6 +199,16 @@ class _Part(f.Reader):
         return {"anyOf": [{"type": "boolean"}, {"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
 
 
+def _keys_or_limits(value: Any) -> str:
+    return "<limits>" if isinstance(value, dict | AmplifierForm) else "<keys>"
+
+
+AmplifierEntry = Annotated[
+    Annotated[tuple[str, ...] | bool, _Part(), Tag("<keys>")] | Annotated[AmplifierForm, Tag("<limits>")],
+    Discriminator(_keys_or_limits),
+]
+
+
 class JointForm(Form):
     """One joint: a given drive, or which catalogue rows may drive it; `default` holds for all joints."""
 
@@ -211,7 +221,9 @@ class JointForm(Form):
     motor_friction: Entry[Friction] | None = Field(
         default=None, description="replaces what the motor's no-load data imply"
     )
-    amplifier: AmplifierForm = AmplifierForm()
+    amplifier: AmplifierEntry = Field(
+        default=AmplifierForm(), description="its limits, or a key, some keys, or true: any of the catalogue"
+    )
     travel_per_turn: Annotated[float, f.Quantity("m/rad")] | None = Field(
         default=None, description="prismatic joints: travel per turn of the gear"
     )
@@ -357,6 +369,9 @@ class StudyForm(Form):
     brakes: dict[str, BrakeRow] = Field(default_factory=dict)
     joints: dict[str, JointForm]
     assumptions: AssumptionsForm = AssumptionsForm()
+    prices: Annotated[Prices, AsForm(needed=("currency",))] | None = Field(
+        default=None, description="currency of all prices; parts without one take theirs from prices.csv"
+    )
     tolerances: Entry[Tolerances] = Tolerances()
     simulation: Entry[Simulation] = Simulation()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
@@ -11,7 +12,8 @@ import yaml
 from pydantic import ValidationError
 
 from drivetrain.catalog.convention import dc_equivalent
-from drivetrain.catalog.read import Catalog, read_catalog
+from drivetrain.catalog.price import Offer, Price, offer_of
+from drivetrain.catalog.read import MOST_NAMED, Catalog, read_catalog
 from drivetrain.catalog.schema import GEAR_KINDS
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
@@ -20,7 +22,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.shipped import shipped
 from drivetrain.study.faults import Ledger
 from drivetrain.study.form import Form, made
-from drivetrain.study.model import GearAssumption, MotorAssumption
+from drivetrain.study.model import GearAssumption, MotorAssumption, Prices
 from drivetrain.study.schema import AssumptionsForm, StudyForm
 
 SHIPPED_CATALOG = "shipped"  # what a study calls the catalogue that comes with the package
@@ -48,10 +50,50 @@ def resolve_catalog(form: StudyForm, ledger: Ledger) -> Catalog:
     replaced = [key for key in (*motors, *gears, *brakes) if key in listed]
     if replaced:
         ledger.note([f"The study's own rows replace those of the catalogue: {', '.join(replaced)}."])
-    return replace(
+    whole = replace(
         catalog, motors={**catalog.motors, **motors}, gears={**catalog.gears, **gears},
         brakes={**catalog.brakes, **brakes},
     )  # fmt: skip
+    return whole if form.prices is None else _priced(whole, made(form.prices), ledger)
+
+
+def _priced(catalog: Catalog, wanted: Prices, ledger: Ledger) -> Catalog:
+    """The rows, those without a price with that of the catalogue's list of prices; never one in a currency unsaid."""
+    if not re.fullmatch("[A-Z]{3}", wanted.currency):
+        ledger.fault(("prices", "currency"), "must be three capital letters such as EUR", wanted.currency)
+        return catalog
+    offers: dict[str, list[Price]] = {}
+    for price in catalog.prices:
+        offers.setdefault(price.part_key, []).append(price)
+    found: dict[str, Offer] = {}
+    tables = {name: getattr(catalog, name) for name in ("motors", "gears", "brakes", "amplifiers")}
+    for key, row in ((key, row) for rows in tables.values() for key, row in rows.items() if key in offers):
+        offer = offer_of(offers[key], wanted.currency, wanted.rates)
+        if row.price is None and offer is None:
+            other = offers[key][0].currency
+            problem = f"needs {other}: the price of {key} is in it, and currencies are not mixed"
+            ledger.fault(
+                ("prices", "rates"), problem, hint=f"such as {{{other}: 0.9}}: {wanted.currency} for one {other}"
+            )
+        elif row.price is None and offer is not None:
+            found[key] = offer
+    guessed = [key for key, offer in found.items() if offer.estimate]
+    if found:
+        told = f"; estimates are those of {', '.join(guessed[:MOST_NAMED])}" if guessed else ""
+        ledger.note([f"{len(found)} rows without a price have that of prices.csv, in {wanted.currency}{told}."])
+    return replace(
+        catalog, motors=_with_offers(catalog.motors, found), gears=_with_offers(catalog.gears, found),
+        brakes=_with_offers(catalog.brakes, found), amplifiers=_with_offers(catalog.amplifiers, found),
+    )  # fmt: skip
+
+
+def _with_offers(rows: Mapping[str, Any], offers: Mapping[str, Offer]) -> dict[str, Any]:
+    """Rows of one table with what some of them are offered for, and where that is from."""
+    priced = {
+        key: replace(rows[key], price=offer.value, source=f"{rows[key].source}; {offer.words}")
+        for key, offer in offers.items() if key in rows
+    }  # fmt: skip
+    return {**rows, **priced}
 
 
 def _own(forms: Mapping[str, Form], kind: type[Sheet], part: str, ledger: Ledger) -> dict[str, Sheet]:

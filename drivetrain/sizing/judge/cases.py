@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.drive.amplifier import Amplifier, available_voltage
+from drivetrain.drive.amplifier import Amplifier, available_voltage, judges_overload, rates_supply
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear, complete
 from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.drive.motor import Motor
 from drivetrain.jit import law
-from drivetrain.records import UNKNOWN, as_records, record_type
+from drivetrain.records import UNKNOWN, as_record, as_records, record_type
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.study.model import JointTask, Safety, Study
 
@@ -47,6 +47,9 @@ class Setting:
         brake: 1 where a brake must hold the joint, else 0.
         resonance: Lowest natural frequency that the arm must have [rad/s]; 0: none is wished.
         stiffness_share: Of a gear's printed stiffness that counts.
+        supply: Voltage of the supply [V].
+        listed: 1 where the amplifier is one of the catalogue, or the study states the supply that it bears, else 0.
+        overload: 1 where the amplifier says how long it bears more than its continuous current, else 0.
     """
 
     ambient: float = 0.0
@@ -72,6 +75,9 @@ class Setting:
     brake: float = 0.0
     resonance: float = 0.0
     stiffness_share: float = 1.0
+    supply: float = 0.0
+    listed: float = 0.0
+    overload: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -131,6 +137,7 @@ class Figures:
         energy, mean_power: Electrical, over a cycle [J], [W].
         holding_torque: At the motor's shaft, that holds the worst position still without help of the mesh [N m].
         stopping_energy: That the brake turns into heat in a stop from the largest speed [J].
+        overload: Share of what the amplifier bears above its continuous current.
     """
 
     input_speed: float = UNKNOWN
@@ -172,6 +179,7 @@ class Figures:
     mean_power: float = UNKNOWN
     holding_torque: float = UNKNOWN
     stopping_energy: float = UNKNOWN
+    overload: float = UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -215,11 +223,12 @@ def setting_of(study: Study, task: JointTask, demand: JointDemand) -> Setting:
     return Setting(
         study.ambient, available_voltage(task.amplifier, study.supply.voltage), task.housing_to_ambient,
         demand.fastest.value, demand.mean_speed, float(rests_on_gear(task, demand)), float(demand.moves),
-        duration if duration > 0.0 else 1.0, stop_current(task), stop.ramp, stop.rise, float(stop.ramp is not None),
+        duration if duration > 0.0 else 1.0, stop_current(stop.current, task.amplifier), stop.ramp, stop.rise, float(stop.ramp is not None),
         float(stop.jam), stops, float(stops is not None), float(study.drag_temperature(study.ambient)),
         float(study.gear_temperature is None), task.gear_heat, study.cold_start, float(study.cold_start is not None),
         float(bool(task.brakes)), 0.0 if task.coupled else 2.0 * math.pi * (study.stiffness.first_resonance or 0.0),
         1.0 - study.stiffness.scatter,
+        study.supply.voltage, float(rates_supply(task.amplifier)), float(judges_overload(task.amplifier)),
     )  # fmt: skip
 
 
@@ -230,10 +239,20 @@ def stop_temperature(case: Any) -> Any:
     return min(setting.gear_temperature, setting.cold_start) if setting.cold != 0.0 else setting.gear_temperature
 
 
-def stop_current(task: JointTask) -> float | None:
+def stop_current(stated: float | None, amplifier: Amplifier) -> float | None:
     """With which a motor brakes in a stop [A]: the stated one, never more than the amplifier's peak; None: unknown."""
-    found = [one for one in (task.stop.current, task.amplifier.peak_current) if one is not None]
+    found = [one for one in (stated, amplifier.peak_current) if one is not None]
     return min(found, default=None)
+
+
+def put_amplifier(cases: Any, amplifier: Amplifier, task: JointTask) -> None:
+    """Another amplifier in every case of a joint."""
+    setting = cases["setting"]
+    cases["amplifier"] = as_record(amplifier)
+    setting["volts"] = available_voltage(amplifier, 1.0) * setting["supply"]
+    setting["listed"], setting["overload"] = rates_supply(amplifier), judges_overload(amplifier)
+    limit = stop_current(task.stop.current, amplifier)
+    setting["stop_current"] = np.nan if limit is None else limit
 
 
 def rests_on_gear(task: JointTask, demand: JointDemand) -> bool:

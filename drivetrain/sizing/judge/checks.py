@@ -222,6 +222,20 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="RMS torque / kt(magnets); times sqrt(2) where the joint never moves",
     ),
     Requirement(
+        "amplifier overload (I2t)", "1", "figures.overload", "one", HEAT, asked="setting.overload", wish=True,
+        words=words.overload,
+        formula="integral of I^2 - I_c^2 over (I_p^2 - I_c^2) t_p, or a first-order mean of I^2/I_c^2, at its largest "
+        "while the cycle repeats; I: current x safety.rms",
+    ),
+    Requirement(
+        "amplifier highest supply", "V", "setting.supply", "amplifier.max_voltage", SPEED, "highest supply voltage",
+        asked="setting.listed", wish=True, formula="voltage of the supply",
+    ),
+    Requirement(
+        "amplifier lowest supply", "V", "amplifier.min_voltage", "setting.supply", SPEED, "", asked="setting.listed",
+        wish=True, words=words.lowest_supply, formula="lowest supply voltage of the amplifier",
+    ),
+    Requirement(
         "supply peak power", "W", "peak_power", "peak_power", SUPPLY, instant="power",
         formula="largest sum of all joints' electrical power, with standby power and switches of amplifiers where "
         "they are stated",

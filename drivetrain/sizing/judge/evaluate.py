@@ -19,7 +19,7 @@ from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.judge.stiffness import arm_checks
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.model import Study
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.verdicts import UNWEIGHED, Check, Verdict
 
 Pair = tuple[str, str]
@@ -119,7 +119,8 @@ def _holds(joint: JointResult) -> bool:
 
 
 def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[Check, ...]) -> Evaluation:
-    """The results of all joints as one evaluation, with what the set is worth."""
+    """The results of all joints as one evaluation, with what the set is worth; its study names the amplifiers."""
+    study = with_chosen(study, results)
     found = criteria(study, results, shared)
     return Evaluation(study, results, shared, weighted(study.wanted, found), found)
 
@@ -160,9 +161,30 @@ def given_drives(study: Study, drives: Mapping[str, Given]) -> dict[str, Pair]:
 
 
 def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
-    """One joint's drive with every check."""
-    demand, name = work.at(joint, mounted).demand(mounted[joint]), work.study.joints[joint].name
-    return joint_result(operation(work.study, joint, demand, mounted[joint]), name, *keys)
+    """One joint's drive with every check, with the first of its amplifiers that holds, else the least overloaded."""
+    study, demand, found = work.study, work.at(joint, mounted).demand(mounted[joint]), []
+    task = study.joints[joint]
+    for amplifier in task.amplifiers or (task.amplifier,):
+        own = replace(task, amplifier=amplifier)
+        one = study if amplifier is task.amplifier else with_joints(study, {joint: own})
+        found.append(joint_result(operation(one, joint, demand, mounted[joint]), task.name, *keys))
+        if found[-1].verdict is not Verdict.FAIL:
+            return found[-1]
+    return min(found, key=lambda one: max(check.utilisation or 0.0 for check in one.checks))
+
+
+def with_chosen(study: Study, results: Mapping[str, JointResult]) -> Study:
+    """A study with the amplifiers that were chosen."""
+    chosen = {
+        i: replace(task, amplifier=results[task.name].amplifier, amplifiers=())
+        for i, task in enumerate(study.joints) if task.amplifiers and task.name in results
+    }  # fmt: skip
+    return with_joints(study, chosen) if chosen else study
+
+
+def with_joints(study: Study, tasks: Mapping[int, JointTask]) -> Study:
+    """A study with other tasks at some joints."""
+    return replace(study, joints=tuple(tasks.get(i, task) for i, task in enumerate(study.joints)))
 
 
 def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult:
@@ -172,7 +194,7 @@ def joint_result(op: Operation, name: str, motor: str, gear: str) -> JointResult
     return JointResult(
         name, motor, gear, op.drive, checks, op.series(), tuple(_remarks(op)),
         gear_loss=None if op.direct or math.isnan(loss) else loss,
-        housing_temperature=housing if math.isfinite(housing) else None,
+        housing_temperature=housing if math.isfinite(housing) else None, amplifier=op.task.amplifier,
     )  # fmt: skip
 
 
@@ -206,7 +228,7 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
         The supply's; what the study wishes of the arm's stiffness; and, where an unknown mass leaves joints too lightly
         loaded, that it was not checked.
     """
-    lacking = [name for name, result in results.items() if not result.torque_known]
+    study, lacking = with_chosen(study, results), [name for name, one in results.items() if not one.torque_known]
     every = [result.series for result in results.values()]
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)
     told = supply_checks(study, power, unknown=", ".join(lacking))

@@ -39,6 +39,7 @@ from drivetrain.drive.output_bearing import (
     moment_square,
     static_load,
 )
+from drivetrain.drive.overload import overload_share
 from drivetrain.drive.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.drive.stops import braked, jam_torque, overshoot, stiff_spring, struck
 from drivetrain.jit import FAST, kernel, law
@@ -140,6 +141,8 @@ def judge_all(
         if found[i] <= until:
             warm_up(case, motion, traces)
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
+            if case.setting.overload != 0.0:
+                figures.overload = overload_of(case, motion, traces) + unknown
             volts = larger(volts, starting_voltage(case, motion, traces))
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
             figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
@@ -236,6 +239,19 @@ def set_currents(case: Any, constant: Any) -> None:
     figures.stop_current = figures.stop_motor_torque / abs(constant)
     rms = figures.rms_torque / abs(constant)
     figures.rms_current = rms if case.setting.moves != 0.0 else standstill_current(rms)
+
+
+@law
+def overload_of(case: Any, motion: Any, traces: Any) -> Any:
+    """Share of the amplifier's overload, the largest of all parts, each repeated by itself."""
+    torque, edges, largest = traces.torque[1:-1], motion.periods.edges, 0.0
+    scale = case.safety.rms / abs(torque_constant(case.motor, case.figures.magnet_temperature))
+    scale = scale if case.setting.moves != 0.0 else standstill_current(scale)
+    for part in range(len(edges) - 1):
+        first, last = edges[part], edges[part + 1]
+        share = overload_share(case.amplifier, torque[first:last], scale, motion.periods.step[first:last])
+        largest = max(largest, share)
+    return largest
 
 
 @law(fastmath=FAST)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import friction_curve, sliding_friction
 from drivetrain.drive.gear import Gear, mesh_of, torque_exponent
@@ -41,12 +42,30 @@ def printed(op: Any, row: Any) -> Words:
     part = row.limit.partition(".")[0]
     lacks = not known(op.number(row.limit))
     if part == "amplifier":
+        own = op.task.amplifier
+        if own.key:
+            return Words(
+                f"{row.sheet} of {sheet_name(own)}", f"{row.sheet} is not in the catalogue row" if lacks else ""
+            )
         lack = f"the study states no amplifier {row.sheet}" if lacks else ""
         return Words(f"amplifier {row.sheet} of the study", lack)
     return Words(
         f"{row.sheet} of {sheet_name(getattr(op.drive, part))}",
         f"{row.sheet} is not in the catalogue row" if lacks else "",
     )
+
+
+def overload(op: Any, row: Any) -> Words:
+    """By which of the two models."""
+    own = op.task.amplifier
+    model = "peak current and peak time" if own.thermal_time_constant is None else "thermal time constant"
+    return Words(f"{model} of {sheet_name(own) if own.key else 'the study'}")
+
+
+def lowest_supply(op: Any, row: Any) -> Words:
+    """The amplifier asks, the supply gives."""
+    lack = "" if known(op.number(row.required)) else "lowest supply voltage is not in the catalogue row"
+    return Words("supply of the study", lack)
 
 
 def repeated_peak(op: Any, row: Any) -> Words:
@@ -415,7 +434,7 @@ def winding(op: Any, row: Any) -> Words:
     return Words(source, "" if ripple else "mean over the cycle: the winding time constant is unknown")
 
 
-def sheet_name(part: Motor | Gear | Brake) -> str:
+def sheet_name(part: Motor | Gear | Brake | Amplifier) -> str:
     """A part with the source of its sheet."""
     kind = type(part).__name__.lower()
     return f"{kind} {part.key}" + (f" ({part.source})" if part.source else "")

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import unknown_loss
@@ -31,14 +32,14 @@ from drivetrain.sizing.demand.series import (
     nothing_added,
     work_of,
 )
-from drivetrain.sizing.judge.cases import paired, rests_on_gear
+from drivetrain.sizing.judge.cases import paired, put_amplifier, rests_on_gear
 from drivetrain.sizing.judge.checks import table
 from drivetrain.sizing.judge.fill import DIRECT
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.parts import Parts, parts_of
 from drivetrain.sizing.search.bounds import WIDER, Brake, Offer, bound_candidates, open_span, span_of
 from drivetrain.sizing.search.domains import Indices, Mask
-from drivetrain.study.model import Study
+from drivetrain.study.model import JointTask, Study
 
 TABLE = table()
 
@@ -82,6 +83,7 @@ class JointOffer:
         few: The work at a few samples, with its memory.
         records: The candidates for the bounds, with their memory.
         given: Whether the study gives the drive: it stays, whatever is known of it.
+        task: Of its amplifiers a drive takes the first that holds; of none that of the records.
     """
 
     joint: int
@@ -100,6 +102,7 @@ class JointOffer:
     few: Work
     records: Offer
     given: bool
+    task: JointTask
 
     def cases(self, parts: Indices) -> Any:
         """Records of pairs, (K,); parts: rows of motor and gear, (K, 2)."""
@@ -181,7 +184,7 @@ class JointOffer:
         self, parts: Indices, own: Array, numbers: Array, *, until: float, quick: bool, power: Array | None = None,
         all_checks: bool = False,
     ) -> Judged:  # fmt: skip
-        """Candidates beside chosen drives.
+        """Candidates beside chosen drives, each with the first amplifier that holds, else the least overloaded.
 
         Args:
             parts: Rows of motor and gear, (K, 2).
@@ -191,7 +194,6 @@ class JointOffer:
             power: Takes the electrical power, and the least, on top of what is there [W], (1, 2, N) or (K, 2, N).
             all_checks: Whether every check's utilisation is wanted.
         """
-        cases, count = self.cases(parts), len(parts)
         amounts = numbers[list(self.others)].ravel()
         bare = self.work.load
         load = Load(
@@ -203,14 +205,32 @@ class JointOffer:
         )
         few = self._few(load.torque, load.torque) if quick else None
         work = self.work._replace(load=load, few=None if few is None else self._at(load, few))
-        used, binding, lacking = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
         power = np.zeros((0, 2, len(load.torque))) if power is None else power
-        checks = np.zeros((count, len(TABLE)) if all_checks else (0, 0))
-        judge_cases(
-            cases, as_numbers(cases), TABLE, work, self.amounts(own), until, quick, power, checks, used,
-            binding, lacking,
-        )  # fmt: skip
-        return Judged(cases, used, binding, lacking, checks)
+
+        def judged(rows: Indices, amplifier: Amplifier | None) -> Judged:
+            cases, count = self.cases(parts[rows]), len(rows)
+            if amplifier is not None:
+                put_amplifier(cases, amplifier, self.task)
+            used, binding, lacking = np.zeros(count), np.zeros(count, np.int64), np.zeros(count, np.int64)
+            checks = np.zeros((count, len(TABLE)) if all_checks else (0, 0))
+            judge_cases(
+                cases, as_numbers(cases), TABLE, work, self.amounts(own[rows]), until, quick, power, checks, used,
+                binding, lacking,
+            )  # fmt: skip
+            return Judged(cases, used, binding, lacking, checks)
+
+        every = np.arange(len(parts))
+        if not self.task.amplifiers or len(power):  # what is drawn does not depend on them
+            return judged(every, None)
+        found = judged(every, self.task.amplifiers[0])
+        for amplifier in self.task.amplifiers[1:]:
+            left = np.flatnonzero(found.used > 1.0)
+            if len(left):
+                again = judged(left, amplifier)
+                better = np.flatnonzero(again.used < found.used[left])
+                for name in ("cases", "used", "binding", "lacking", *(["checks"] if all_checks else [])):
+                    getattr(found, name)[left[better]] = getattr(again, name)[better]
+        return found
 
     def _few(self, low: Array, high: Array) -> Indices:
         """In each stretch of the cycle the samples that ask most: of acceleration, and of torque at least."""
@@ -343,6 +363,8 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     plain = paired(
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
+    if study.joints[joint].amplifiers:  # the bounds' one allows most, and so brakes hardest: another may brake less
+        plain["setting"]["stop_current"] = math.nan
     case, friction, (sheets, direct) = plain.copy(), study.joints[joint].friction, gears
     records = Offer(
         plain, case, as_numbers(case), parts.motor_rows, shafts, sheets, direct, *every, offered.load.torque,
@@ -354,7 +376,7 @@ def _offer(work: Workload, parts: Parts, joint: int, shafts: Any, every: tuple[I
     given = study.joints[joint].drive is not None
     return JointOffer(
         joint, demand, offered, tuple(others), rows, heavy, heavy_rows, held, held_rows, stops, stop_rows, braking,
-        brake_rows, few, records, given,
+        brake_rows, few, records, given, study.joints[joint],
     )  # fmt: skip
 
 

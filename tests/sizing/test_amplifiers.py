@@ -1,0 +1,155 @@
+"""Amplifiers from a catalogue: which one a drive takes, what it is held against, and that `select` finds the same."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier, AmplifierSheet, best_of, limits_of
+from drivetrain.drive.overload import overload
+from drivetrain.errors import InputError
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.search.search import select
+from drivetrain.study.model import Study
+from drivetrain.study.read import load_study
+from drivetrain.study.verdicts import Verdict
+
+OVERLOAD, HIGHEST, LOWEST = "amplifier overload (I2t)", "amplifier highest supply", "amplifier lowest supply"
+
+
+def amplifier(key, steady, peak, **more) -> Amplifier:
+    volts = {"min_voltage": 12.0, "max_voltage": 60.0}
+    return limits_of(AmplifierSheet(key, continuous_current=steady, peak_current=peak, **{**volts, **more}))
+
+
+def one_joint(make, amplifiers, **changes) -> Study:
+    cycle = make.sines(1, samples=41, duration=2.0, size=0.6)
+    task = make.task("j1", amplifier=best_of(amplifiers), amplifiers=amplifiers, **changes)
+    return make.study(cycle, arm=make.planar_arm([0.4], [1.5]), joints=(task,))
+
+
+def checks_of(evaluation):
+    return {check.name: check for check in evaluation.joints["j1"].checks}
+
+
+def test_a_drive_takes_the_first_amplifier_that_holds(make):
+    asked = checks_of(evaluate(one_joint(make, (amplifier("any", 90.0, 90.0),))))
+    steady, peak = asked["motor RMS current"].required, asked["motor peak current"].required
+    some = (
+        amplifier("faint", 0.9 * steady, 2.0 * peak), amplifier("short", 2.0 * steady, 0.9 * peak),
+        amplifier("low", 2.0 * steady, 2.0 * peak, max_voltage=40.0), amplifier("fits", 1.2 * steady, 1.2 * peak),
+        amplifier("strong", 9.0 * steady, 9.0 * peak),
+    )  # fmt: skip
+    found = evaluate(one_joint(make, some))
+    assert found.joints["j1"].amplifier.key == "fits" and found.study.joints[0].amplifier.key == "fits"
+    assert found.feasible and checks_of(found)[HIGHEST].utilisation == pytest.approx(48.0 / 60.0)
+    assert checks_of(found)["amplifier peak current"].source.startswith("peak current of amplifier fits")
+    none = evaluate(one_joint(make, some[:3]))
+    assert none.verdict is Verdict.FAIL and none.joints["j1"].amplifier.key == "faint"
+    assert checks_of(evaluate(one_joint(make, some[2:3])))[HIGHEST].verdict is Verdict.FAIL
+    dull = one_joint(make, (amplifier("dull", 9.0, 90.0, min_voltage=50.0),))
+    assert checks_of(evaluate(dull))[LOWEST].verdict is Verdict.FAIL
+    assert HIGHEST not in checks_of(evaluate(make.study(dull.cycle, arm=dull.arm)))
+
+
+@pytest.mark.parametrize("model", [{"peak_time": 0.2}, {"thermal_time_constant": 0.3}])
+def test_overload_is_that_of_the_current_over_the_cycle(make, model):
+    study = one_joint(make, (amplifier("any", 90.0, 90.0),))
+    current = evaluate(study).joints["j1"].series.current
+    steady = 1.05 * float(np.sqrt(current[:-1] ** 2 @ np.diff(study.cycle.time) / study.cycle.duration))
+    own = AmplifierSheet("own", continuous_current=steady, peak_current=2.0 * steady, **model)
+    found = checks_of(evaluate(one_joint(make, (limits_of(own),))))[OVERLOAD]
+    assert found.required == pytest.approx(overload(own, current, study.cycle.time), rel=1e-9) and found.required > 0.0
+    assert OVERLOAD not in checks_of(evaluate(study))
+    factor = replace(one_joint(make, (limits_of(own),)), safety=replace(study.safety, rms=1.2))
+    assert checks_of(evaluate(factor))[OVERLOAD].verdict is Verdict.FAIL
+
+
+def test_selection_with_amplifiers_is_brute_force(make):
+    """Every pair and every amplifier of two joints, each judged by itself."""
+    rng, chosen = np.random.default_rng(4), set()
+    for seed in range(5):
+        motors = {
+            f"m{i}": replace(make.motor, key=f"m{i}", mass=float(m), torque_constant=float(k), nominal_current=9.0)
+            for i, (m, k) in enumerate(zip(rng.uniform(0.3, 0.9, 3), rng.uniform(0.03, 0.09, 3), strict=True))
+        }
+        gears = {
+            f"g{i}": replace(make.gear, key=f"g{i}", ratio=r, mass=0.3 + 0.1 * i) for i, r in enumerate((30.0, 70.0))
+        }
+        some = tuple(
+            amplifier(
+                f"a{i}",
+                float(rng.uniform(1.0, 9.0)),
+                float(rng.uniform(3.0, 20.0)),
+                peak_time=float(rng.uniform(0.05, 1.0)),
+            )
+            for i in range(3)
+        )
+        pairs, cycle = tuple(itertools.product(motors, gears)), make.sines(2, samples=31, duration=3.0, size=0.5)
+        task = {"drive": None, "pairs": pairs, "amplifier": best_of(some), "amplifiers": some}
+        study = make.study(
+            cycle, arm=make.planar_arm([0.35, 0.3], [0.6, 0.5]), catalog=Catalog(motors, gears),
+            joints=tuple(make.task(name, **task) for name in cycle.joint_names),
+        )  # fmt: skip
+        best, names = np.inf, cycle.joint_names
+        for drives in itertools.product(pairs, repeat=2):
+            for taken in itertools.product(some, repeat=2):
+                tasks = tuple(
+                    replace(one, amplifier=own, amplifiers=()) for one, own in zip(study.joints, taken, strict=True)
+                )
+                one = evaluate(replace(study, joints=tasks), dict(zip(names, drives, strict=True)))
+                best = min(best, one.objective if one.feasible else np.inf)
+        found = select(study)
+        assert "disagreements" not in found.counters, seed
+        assert found.feasible == np.isfinite(best)
+        if found.feasible:
+            assert found.objective == pytest.approx(best, rel=1e-9)
+            chosen |= {joint.amplifier.key for joint in found.evaluation.joints.values()}
+            assert all(fallen.joint in names for fallen in found.fallen)
+    assert len(chosen) > 1
+
+
+STUDY = """
+schema_version: 1
+motions: {swing: {table: swing.csv}}
+supply: {voltage: 48 V}
+joints:
+  axis: {drive: {motor: maxon_625858, gear: hd_CSG-14-50-2UH}, amplifier: %s}
+%s
+"""
+
+
+def written(tmp_path, entry, more=""):
+    (tmp_path / "swing.csv").write_text("time [s],torque_axis [N m],speed_axis [rad/s]\n0,2,0\n1,2,0.5\n2,2,0\n")
+    (tmp_path / "study.yaml").write_text(STUDY % (entry, more))
+    return load_study(tmp_path / "study.yaml").joints[0]
+
+
+def test_a_study_names_its_amplifiers(tmp_path):
+    one = written(tmp_path, "beckhoff_ELM7211")
+    assert one.amplifiers == () and one.amplifier.key == "beckhoff_ELM7211"
+    assert one.amplifier.continuous_current == pytest.approx(4.5 * np.sqrt(1.5))
+    every = written(tmp_path, "true").amplifiers
+    assert {"beckhoff_ELM7211", "synapticon_Circulo_7"} <= {own.key for own in every}
+    assert "beckhoff_EL7411" not in {own.key for own in every}  # nobody says which supply it bears
+    some = written(tmp_path, "[beckhoff_ELM7231, beckhoff_ELM7211]")
+    assert [own.key for own in some.amplifiers] == ["beckhoff_ELM7211", "beckhoff_ELM7231"]  # the weaker first
+    stated = written(tmp_path, "{current_basis: rms, peak_current: 10 A, peak_time: 2 s, max_voltage: 60 V}").amplifier
+    assert (stated.key, stated.peak_time, stated.max_voltage) == ("", 2.0, 60.0)
+
+
+@pytest.mark.parametrize(
+    ("entry", "more", "told"),
+    [
+        ("beckhoff_ELM7212", "", "no amplifier has this key"), ("{peak_current: 3 A}", "", "current_basis"),
+        ("true", "selection: {holds: 0.9}\ntolerances: {resistance: 5 %}", "must be one where selection.holds"),
+    ],
+)  # fmt: skip
+def test_faults_of_amplifiers_are_told(tmp_path, entry, more, told):
+    with pytest.raises(InputError) as error:
+        written(tmp_path, entry, more)
+    assert told in str(error.value)
