@@ -141,7 +141,8 @@ def resolve_stop(around: Surroundings, form: JointForm, place: Place) -> Stop:
     stop: Stop = made(both)
     if stop.current is None:
         return stop
-    basis = form.amplifier.current_basis or around.form.amplifier.current_basis
+    stated = [one for one in (form.amplifier, around.form.amplifier) if isinstance(one, AmplifierForm)]
+    basis = next((one.current_basis for one in stated if one.current_basis is not None), None)
     if basis is None:
         problem = "needs amplifier.current_basis: dc, rms or peak; they differ by up to 41 %, so it is not guessed"
         where = (*place, "stop") if own is not None and given(own, "current") else ("stop",)
