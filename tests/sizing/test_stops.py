@@ -1,0 +1,147 @@
+"""Stops of a joint against dynamics done by hand: forward and inverse, from every state of the cycle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.arm.rotors import Rotor
+from drivetrain.arm.with_rotors import with_rotors
+from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.friction import Friction
+from drivetrain.dynamics.inverse import joint_loads
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.errors import InputError
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.study.model import DriveMass, Stop
+from drivetrain.study.read import load_study
+from drivetrain.study.verdicts import Verdict
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ur5_pick_and_place" / "study.yaml"
+MOMENTARY, CURRENT = "gear momentary peak torque", "current to stop"
+
+
+def check(evaluation, joint, name):
+    return next(one for one in evaluation.joints[joint].checks if one.name == name)
+
+
+@pytest.fixture
+def two_links(make):
+    """Two joints whose drives weigh nothing, frictionless; the gears bear little and lose 30 %."""
+    arm = make.planar_arm([0.4, 0.35], [2.0, 1.0])
+    gear = replace(make.gear, efficiency=0.7, momentary_torque=30.0)
+    motor = replace(make.motor, no_load_current=None, no_load_speed=None)
+    study = make.study(make.sines(2, samples=61, size=0.9), arm=arm, drive_mass=DriveMass.INCLUDED)
+    catalog = replace(study.catalog, motors={"m1": motor}, gears={"g1": gear})
+    tasks = tuple(replace(task, friction=Friction()) for task in study.joints)
+    return replace(study, catalog=catalog, joints=tasks)
+
+
+def stopped(study, **stop):
+    return replace(study, joints=tuple(replace(task, stop=Stop(**stop)) for task in study.joints))
+
+
+def geared(study):
+    gear, motor = study.catalog.gears["g1"], study.catalog.motors["m1"]
+    return with_rotors(study.arm, [Rotor(gear.ratio, motor.rotor_inertia + gear.inertia)] * 2)
+
+
+@pytest.mark.parametrize("ramp", [0.05, 0.3])
+def test_a_ramp_asks_what_inverse_dynamics_says(two_links, ramp):
+    """From each sample, at the start, in the middle and just before standstill; to rounding of the basis."""
+    study = stopped(two_links, ramp=ramp)
+    arm, cycle = geared(study), study.cycle
+    largest = np.zeros(2)
+    for share in (0.0, 0.5, 1.0):
+        q = cycle.position + cycle.velocity * ramp * share * (1.0 - 0.5 * share)
+        found = joint_loads(arm, q, cycle.velocity * (1.0 - share), -cycle.velocity / ramp)
+        largest = np.maximum(largest, np.abs(found.gear).max(axis=0))
+    evaluation = evaluate(study)
+    for joint, name in enumerate(cycle.joint_names):
+        own = check(evaluation, name, "gear repeated peak torque").required
+        assert check(evaluation, name, MOMENTARY).required == pytest.approx(max(largest[joint], own), rel=1e-9)
+
+
+def braked_by_hand(study, joint, amperes):
+    """Largest |T + (T - T_cycle)| over the cycle: one joint braked, its acceleration solved, the other at its work."""
+    arm, cycle = geared(study), study.cycle
+    gear, motor = study.catalog.gears["g1"], study.catalog.motors["m1"]
+    rotor, push = gear.ratio**2 * (motor.rotor_inertia + gear.inertia), gear.ratio * motor.torque_constant * amperes
+    bare = with_rotors(study.arm, [None if k == joint else Rotor(gear.ratio, rotor / gear.ratio**2) for k in range(2)])
+    largest = 0.0
+    for q, qd, qdd in zip(cycle.position, cycle.velocity, cycle.acceleration, strict=True):
+        way, planned = np.sign(qd[joint]), joint_loads(arm, q, qd, qdd)
+        if way == 0.0:
+            continue
+        inertia = mass_matrix(bare, q)[joint, joint]
+        carrier = planned.carrier_acceleration[joint]
+        for factor in (1.0 / 0.7, 2.0 - 1.0 / 0.7):  # the one whose sign fits
+            rest = planned.gear[joint] - inertia * qdd[joint]
+            wanted = -way * push - rotor / gear.ratio * carrier - factor * rest
+            slowed = qdd.copy()
+            slowed[joint] = wanted / (factor * inertia + rotor)
+            torque = joint_loads(arm, q, qd, slowed).gear[joint]
+            if (torque * way > 0.0) == (factor > 1.0):
+                largest = max(largest, abs(2.0 * torque - planned.gear[joint]))
+    return largest
+
+
+def test_a_stop_at_a_current_solves_the_braked_joint(two_links):
+    """The stators are on the links before their joints; the spring's stiffness is unknown, so it swings to twice."""
+    study = stopped(two_links, current=5.0)
+    evaluation = evaluate(study)
+    for joint, name in enumerate(study.cycle.joint_names):
+        assert check(evaluation, name, MOMENTARY).required == pytest.approx(braked_by_hand(study, joint, 5.0), rel=1e-6)
+
+
+def test_the_safe_current_is_the_largest_one(two_links):
+    """As the remark tells it, to its three digits."""
+    study = stopped(two_links, current=20.0)
+    told = check(evaluate(study), "j1", MOMENTARY)
+    assert told.verdict is Verdict.FAIL
+    safe = float(told.remark.split("a stop current up to ")[1].split(" A")[0])
+    used = [check(evaluate(stopped(two_links, current=safe * f)), "j1", MOMENTARY).utilisation for f in (0.98, 1.02)]
+    assert used[0] < 1.0 < used[1]
+
+
+def test_what_holds_the_load_is_asked_of_the_current(two_links):
+    """The torque without what the joint's own acceleration asks, over ratio and torque constant."""
+    study = stopped(two_links, current=5.0)
+    arm, cycle = geared(study), study.cycle
+    planned = joint_loads(arm, cycle.position, cycle.velocity, cycle.acceleration).gear[:, 1]
+    bare = with_rotors(study.arm, [Rotor(50.0, 2.1e-5), None])
+    inertia = mass_matrix(bare, cycle.position)[:, 1, 1]
+    static = np.abs(planned - inertia * cycle.acceleration[:, 1]).max() / 50.0
+    found = check(evaluate(study), "j2", CURRENT).required
+    assert static / 0.05 == pytest.approx(found, rel=0.1)  # of warm magnets, a little weaker
+    assert check(evaluate(stopped(two_links, current=1e-3)), "j2", CURRENT).verdict is Verdict.FAIL
+
+
+def test_without_a_current_a_stop_is_not_checked_but_a_cycle_that_asks_too_much_fails(two_links):
+    tasks = tuple(replace(task, amplifier=Amplifier(), stop=Stop()) for task in two_links.joints)
+    plain = evaluate(replace(two_links, joints=tasks))
+    assert check(plain, "j2", MOMENTARY).verdict is Verdict.NOT_CHECKED
+    assert "no stop is known" in check(plain, "j2", MOMENTARY).remark
+    weak = {"g1": replace(two_links.catalog.gears["g1"], momentary_torque=1e-3)}
+    worse = evaluate(replace(two_links, joints=tasks, catalog=replace(two_links.catalog, gears=weak)))
+    assert check(worse, "j2", MOMENTARY).verdict is Verdict.FAIL
+
+
+def test_a_study_file_says_how_it_stops(tmp_path):
+    """Joints over the whole; the current in the amplifier's convention; the example passes on its ramp."""
+    text = EXAMPLE.read_text(encoding="utf-8")
+    file = tmp_path / "study.yaml"
+    file.write_text(
+        text.replace("  ramp: 0.3 s\n", "  ramp: 0.3 s\n  current: 8 A\n") + "    stop: {ramp: 0.5 s}\n", "utf-8"
+    )
+    study = load_study(file)
+    ramps = [task.stop.ramp for task in study.joints]
+    assert ramps == [0.3] * 5 + [0.5]
+    assert study.joints[0].stop.current == pytest.approx(8.0 * np.sqrt(1.5))
+    assert study.joints[5].stop.stops_per_day == 10.0
+    file.write_text(text.replace("ramp: 0.3 s", "ramp: -1 s"), "utf-8")
+    with pytest.raises(InputError, match="ramp"):
+        load_study(file)
