@@ -18,7 +18,9 @@ CALLABLE = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("value", [None, "x", object(), 1.5, [], {}], ids=repr)
+@pytest.mark.parametrize(
+    "value", [None, "x", object(), 1.5, [], {}], ids=["None", "text", "object", "number", "list", "dict"]
+)
 @pytest.mark.filterwarnings("ignore")
 def test_every_public_callable_takes_or_refuses_any_value(value: Any) -> None:
     strange = []

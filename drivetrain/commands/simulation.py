@@ -66,7 +66,7 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     from drivetrain.study.simulation import Simulation
     from drivetrain.whole_files import write_files
 
-    together, said = Together(), Simulation()
+    together, said, earlier = Together(), Simulation(), None
     together.faults += misplaced
     with together:
         writable(asked.out)
