@@ -145,7 +145,8 @@ def test_the_law_in_a_table():
     wishes = {"holding brake torque", "cold start torque", "cold start voltage", "gear stiffness"}
     assert {row.name for row in CHECKS if row.essential} == essential | bearing | wishes
     rollers = {f"output bearing {name}" for name in ("static load", "life L10")}  # few makers print what they rest on
-    asked = bearing | rollers | wishes | {"holding brake energy", "cold start current"}
+    rare = {"gear momentary peaks", *(f"gear {what} in a jam" for what in ("torque", "ratcheting", "buckling"))}
+    asked = bearing | rollers | wishes | rare | {"holding brake energy", "cold start current"}
     asked |= {"amplifier overload (I2t)", "amplifier highest supply", "amplifier lowest supply"}
     assert {row.name for row in CHECKS if row.asked != "one"} == asked
     assert verdict_of([check("gear life L10", Verdict.NOT_CHECKED), check("x", Verdict.PASS)]) is Verdict.PASS

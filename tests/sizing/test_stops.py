@@ -145,3 +145,9 @@ def test_a_study_file_says_how_it_stops(tmp_path):
     file.write_text(text.replace("ramp: 0.3 s", "ramp: -1 s"), "utf-8")
     with pytest.raises(InputError, match="ramp"):
         load_study(file)
+
+
+def test_an_arm_that_never_moves_has_nothing_to_stop(two_links, make):
+    still = replace(two_links.cycle, velocity=np.zeros((61, 2)), acceleration=np.zeros((61, 2)))
+    evaluation = evaluate(stopped(replace(two_links, cycle=still), ramp=0.3))
+    assert "nothing to stop" in check(evaluation, "j1", MOMENTARY).remark

@@ -38,12 +38,13 @@ class StopBasis:
 
 @lru_cache(maxsize=2)
 def stop_basis(study: Study) -> StopBasis | None:
-    """The loads of the stops of a study; None where no joint has a ramp, or there is no arm."""
+    """The loads of the stops of a study; None where no joint has a ramp, nothing moves, or there is no arm."""
     ramps = np.array([np.nan if task.stop.ramp is None else task.stop.ramp for task in study.joints])
-    if study.arm is None or np.isnan(ramps).all():
-        return None
-    cycle, longest = study.cycle, np.nanmax(ramps)
+    cycle = study.cycle
     moving = np.flatnonzero(cycle.velocity.any(axis=1))
+    if study.arm is None or np.isnan(ramps).all() or not len(moving):
+        return None
+    longest = np.nanmax(ramps)
     times = np.unique([*np.linspace(0.0, longest, STAGES + 1), *ramps[~np.isnan(ramps)]])
     first, after = np.repeat(moving, len(times)), np.tile(times, len(moving))
     speed, left = cycle.velocity[first], np.minimum(after[:, np.newaxis], ramps)
