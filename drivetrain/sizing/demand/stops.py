@@ -1,4 +1,4 @@
-"""What a stop on a ramp asks of the joints: from every state of the cycle, all speeds falling to 0 on straight lines.
+"""What a stop on a ramp asks of the joints: from states all along the cycle, speeds falling to 0 on straight lines.
 
 The drives are known by the same numbers as in the cycle, so the loads of a stop are weighted sums over these too.
 """
@@ -15,6 +15,7 @@ from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import JointBasis, load_basis
 from drivetrain.study.model import Study
 
+STARTS = 400  # states of the cycle at which a stop begins, evenly, and the fastest of each joint
 STAGES = 2  # into which the longest ramp is parted; torques are taken at their ends
 
 
@@ -42,6 +43,9 @@ def stop_basis(study: Study) -> StopBasis | None:
     ramps = np.array([np.nan if task.stop.ramp is None else task.stop.ramp for task in study.joints])
     cycle = study.cycle
     moving = np.flatnonzero(cycle.velocity.any(axis=1))
+    fastest = np.abs(cycle.velocity).argmax(axis=0)  # of each joint
+    some = moving[:: max(1, -(-len(moving) // STARTS))]
+    moving = np.intersect1d(moving, np.union1d(some, fastest))
     if study.arm is None or np.isnan(ramps).all() or not len(moving):
         return None
     longest = np.nanmax(ramps)
