@@ -179,6 +179,8 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
     """
     cases = np.repeat(nominal, len(ambient))
     motor, gear, setting = cases["motor"], cases["gear"], cases["setting"]
+    if study.safety.life is None:  # no limit holds the life of bearings, which takes as long as all the rest
+        gear["bearing_dynamic_rating"] = np.nan
     told = np.isnan(motor["nominal_current"])
     motor["nominal_current"][told] = (motor["nominal_torque"] / motor["torque_constant"])[told]
     motor["torque_constant"] *= factors[:, CONSTANT]
