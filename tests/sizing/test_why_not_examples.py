@@ -18,7 +18,7 @@ from drivetrain.study.read import load_study
 from drivetrain.study.verdicts import Verdict
 
 EXAMPLES = ("one_axis", "desktop_arm", "ur5_pick_and_place")
-NAMED = 4  # pairs of each example
+NAMED = 2  # pairs of each example
 LESS = 1e-3  # of the way from what is to what is told
 TRIED = (0.15, 0.4, 0.75, 1.3, 2.5, 6.0)  # factors at which what no change can mend must fail
 
