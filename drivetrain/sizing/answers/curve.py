@@ -195,7 +195,7 @@ class _Row:
     def selected(self, value: float, before: CurvePoint | None) -> CurvePoint:
         """The best set at a value; of equals the set before, so that a set goes on as long as none is better.
 
-        Sets found elsewhere are held against it too: a search that was stopped may have missed them.
+        Where the search was stopped sets found elsewhere are held against it too: it may have missed them.
         """
         study = changed(self.study, self.vary.change(self.study, value, self.payload))
         if self.often is not None:
@@ -208,7 +208,8 @@ class _Row:
             value, dict(found.drives) if found.feasible else {}, found.objective, found.evaluation.criteria, found.proof
         )
         last = {} if before is None else before.drives
-        for drives in [dict(key) for key in self.sets] + ([last] if last else []):
+        elsewhere = [] if found.proof.startswith("optimal") else [dict(key) for key in self.sets]
+        for drives in elsewhere + ([last] if last else []):
             evaluation = self.evaluated(drives, value)
             least = point.objective if point.drives else math.inf
             slack = EQUAL if drives == last else -EQUAL
