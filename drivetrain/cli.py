@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from drivetrain.commands import accuracy, answers, arm, catalog, sizing, sweep, warm
-from drivetrain.commands.shared import DEBUG, FITS, TRUST_XACRO, failure
+from drivetrain.commands.shared import DEBUG, FITS, failure
 from drivetrain.version import __version__
 
 app = typer.Typer(
@@ -70,6 +70,9 @@ def _options(
     ] = False,
 ) -> None:
     """What stands before the command's name."""
-    for name, wanted in ((DEBUG, debug), (TRUST_XACRO, trust_xacro)):
-        if wanted:
-            os.environ[name] = "1"  # also for the processes that a command starts
+    if debug:  # both in the environment, for the processes that a command starts
+        os.environ[DEBUG] = "1"
+    if trust_xacro:
+        from drivetrain.arm.urdf.xml import TRUSTED
+
+        os.environ[TRUSTED] = "1"

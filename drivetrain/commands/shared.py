@@ -23,7 +23,7 @@ NOT_KEPT = (
     "compiling to machine code, some half a minute: no folder can be written to keep it in (NUMBA_CACHE_DIR names one)"
 )
 FITS, DOES_NOT_FIT, BAD_INPUT, FAILED, STOPPED, NOBODY_READS = 0, 1, 2, 3, 130, 141
-DEBUG, TRUST_XACRO = "DRIVETRAIN_DEBUG", "DRIVETRAIN_TRUST_XACRO"  # in the environment
+DEBUG = "DRIVETRAIN_DEBUG"  # in the environment
 
 
 @contextmanager

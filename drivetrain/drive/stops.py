@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from drivetrain.drive.friction import direction, sliding_friction
+from drivetrain.drive.gear_loss import turning_drag
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
 
@@ -38,6 +40,23 @@ class Braking(NamedTuple):
 
     torque: float
     acceleration: float
+
+
+@law
+def braking_push(mesh: Any, shaft: Any, factor: Any, inertia: Any, limit: Any, speed: Any, carrier: Any) -> Any:
+    """What slows the rotor beside what crosses the mesh, seen at the output [N m].
+
+    Args:
+        mesh: Of the gear (``gear.mesh_of``).
+        shaft: Friction at the motor's shaft (``friction.friction_curve``).
+        factor: Of the gear's drag, by its temperature (``gear_loss.drag_factor``).
+        inertia: At the gear's input, J [kg m^2].
+        limit: Torque with which the motor brakes [N m].
+        speed: Of the gear's output [rad/s].
+        carrier: Acceleration of the stator's link along the rotor's axis [rad/s^2].
+    """
+    drag = abs(sliding_friction(shaft, mesh.ratio * speed) + turning_drag(mesh, factor, mesh.ratio * speed))
+    return -direction(speed) * abs(mesh.ratio) * (limit + drag) - mesh.ratio * inertia * carrier
 
 
 @law

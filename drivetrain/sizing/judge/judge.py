@@ -41,7 +41,7 @@ from drivetrain.drive.output_bearing import (
 )
 from drivetrain.drive.overload import overload_share
 from drivetrain.drive.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
-from drivetrain.drive.stops import braked, jam_torque, overshoot, stiff_spring, struck
+from drivetrain.drive.stops import braked, braking_push, jam_torque, overshoot, stiff_spring, struck
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work
@@ -434,8 +434,7 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
         way, trace[t] = direction(speed), 0.0
         if way == 0.0:
             continue
-        drag = abs(sliding_friction(shaft, ratio * speed) + turning_drag(mesh, factor, ratio * speed))
-        push = -way * abs(ratio) * (limit + drag) - ratio * inertia * motion.carrier_acceleration[t]
+        push = braking_push(mesh, shaft, factor, inertia, limit, speed, motion.carrier_acceleration[t])
         found = braked(mesh.driving, mesh.driven, rotor, push, static, load, way)
         swing = overshoot(case.gear.stiffness_1, load, rotor, case.setting.stop_rise)
         swung = abs(found.torque + swing * (found.torque - torque[t]))

@@ -9,12 +9,12 @@ import numpy as np
 
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
-from drivetrain.drive.friction import friction_curve, sliding_friction
+from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import Gear, mesh_of, torque_exponent
-from drivetrain.drive.gear_loss import drag_torque
+from drivetrain.drive.gear_loss import drag_factor
 from drivetrain.drive.heat import rms_rule_validity
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.stops import braked, braking_limit, overshoot, stiff_spring, struck
+from drivetrain.drive.stops import braked, braking_limit, braking_push, overshoot, stiff_spring, struck
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear, stop_temperature
@@ -142,12 +142,10 @@ def _braking(op: Any) -> tuple[Any, Any, Any]:
     ratio, mesh = float(case.gear.ratio), mesh_of(case.gear)
     inertia = float(case.motor.rotor_inertia) + (op.drive.gear.inertia or 0.0)
     limit = float(case.motor.torque_constant * case.setting.stop_current)
-    shaft, way = friction_curve(case.shaft), np.sign(demand.speed)
-    cold = float(stop_temperature(case))
-    drag = np.abs(sliding_friction(shaft, ratio * demand.speed) + drag_torque(mesh, ratio * demand.speed, cold))
-    push = -way * abs(ratio) * (limit + drag) - ratio * inertia * demand.carrier_acceleration
+    shaft, factor = friction_curve(case.shaft), drag_factor(mesh, float(stop_temperature(case)))
+    push = braking_push(mesh, shaft, factor, inertia, limit, demand.speed, demand.carrier_acceleration)
     static = demand.gear_torque - demand.load_inertia * demand.acceleration
-    return np.full(len(way), ratio**2 * inertia), push, static
+    return np.full(len(push), ratio**2 * inertia), push, static
 
 
 def _safe_current(op: Any) -> str:

@@ -26,11 +26,11 @@ from drivetrain.drive.friction import (
     sliding_friction,
 )
 from drivetrain.drive.gear import life_of, mesh_of, mesh_slope, mesh_torque, wear
-from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power, turning_drag
+from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.output_bearing import bearing_arm, static_load
 from drivetrain.drive.periodic_heat import thermal_nodes
-from drivetrain.drive.stops import braked, stiff_spring
+from drivetrain.drive.stops import braked, braking_push, stiff_spring
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
 from drivetrain.sizing.demand.series import Motion
@@ -380,8 +380,7 @@ def least_hard_stop(case: Any, brake: Brake, amounts: Any) -> Any:
             own_torque += amounts[k] * brake.added_torque[k, t]
             own += amounts[k] * brake.added_inertia[k, t]
         way, low, high = direction(speed), np.inf, -np.inf
-        drag = abs(sliding_friction(shaft, ratio * speed) + turning_drag(mesh, factor, ratio * speed))
-        push = -way * abs(ratio) * (limit + drag) - ratio * inertia * brake.carrier_acceleration[t]
+        push = braking_push(mesh, shaft, factor, inertia, limit, speed, brake.carrier_acceleration[t])
         least = max(brake.inertia[0, t] + own, 0.0)
         for i in range(2):
             static = brake.static[i, t] + own_torque - own * acceleration
