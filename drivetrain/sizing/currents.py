@@ -83,7 +83,8 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
             found[task.name] = dict(zip(PARTS, (nothing, nothing, nothing, whole), strict=False))
             continue
         held, moving = (
-            (task.travel_per_turn or 1.0) * (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force)
+            (task.travel_per_turn or 1.0)
+            * (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force)
             for basis in bases
         )
         found[task.name] = dict(zip(PARTS, (whole - moving, held, moving - held, nothing), strict=False))
