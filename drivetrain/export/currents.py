@@ -67,7 +67,8 @@ def write_currents(
 
 
 def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: float | None, hold: int) -> _Commands:
-    table, faults = current_commands(evaluation, rate=rate, hold=hold), []
+    table = current_commands(evaluation, rate=rate, hold=hold)
+    faults: list[Fault] = []
     rows = dict(iter(table.groupby("joint", sort=False)))
     time = rows[next(iter(rows))]["time [s]"].to_numpy()
     numbers, position, velocity = {}, {}, {}

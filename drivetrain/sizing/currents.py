@@ -26,8 +26,8 @@ PARTS = (
     "inertia", "gravity", "velocity", "given torque", "joint friction", "mesh loss", "gear drag", "motor friction",
     "rotor inertia",
 )  # fmt: skip
-"""What a current is for: of the arm's accelerations, its weight, its speeds, or of a table of torques, all through a
-lossless gear; then what friction and losses take, and what accelerates the rotor. Their currents add up to the whole."""
+"""What a current is for: the arm's accelerations, its weight, its speeds, or a table of torques, all through a lossless
+gear; then what friction and losses take, and what accelerates the rotor. Their currents add up to the whole."""
 
 
 def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> pd.DataFrame:
@@ -140,7 +140,7 @@ def _motor_parts(study: Study, joint: JointResult, loads: dict[str, Array]) -> d
     }
 
 
-def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[str, Array], Array]:
+def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[str, Any], Array]:
     """Where the command asks more than there is, by what; and the torque that there is instead [N m], (N,)."""
     series, motor = joint.series, joint.drive.motor
     amplifier = next(task.amplifier for task in study.joints if task.name == joint.name)
@@ -180,7 +180,7 @@ def _resampled(table: pd.DataFrame, rate: float, hold: int) -> pd.DataFrame:
     after = np.minimum(before + 1, len(time) - 1)
     step = time[after] - time[before]
     share = np.clip((ticks - time[before]) / np.where(step > 0.0, step, 1.0), 0.0, 1.0) * (hold == 1)
-    found: dict[str, Any] = {}
+    found: dict[Any, Any] = {}
     for name, column in table.items():
         values = column.to_numpy()
         if name == "joint":
