@@ -85,7 +85,7 @@ def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: f
         InputError: Negative numbers, or ``kinetic`` above ``static``.
 
     Reference:
-        Lynch and Park, Modern Robotics (2017), figure 8.13. For (d) its text asks "tau_fric >= |b_static|" to start;
+        Lynch and Park, Modern Robotics (2017), figure 8.13. For (d) its text asks ``tau_fric >= |b_static|`` to start;
         it is the magnitude of the torque that must reach b_static, in either direction.
     """
     return {
