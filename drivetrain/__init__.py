@@ -119,6 +119,8 @@ if TYPE_CHECKING:
     from drivetrain.errors import DrivetrainError as DrivetrainError
     from drivetrain.errors import InputError as InputError
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
+    from drivetrain.export.current_scales import current_scales as current_scales
+    from drivetrain.export.currents import write_currents as write_currents
     from drivetrain.export.urdf import write_urdf as write_urdf
     from drivetrain.motion.mix import build_mix as build_mix
     from drivetrain.motion.motion import Motion as Motion
@@ -296,6 +298,8 @@ _HOME = {
     "DrivetrainError": "errors",
     "InputError": "errors",
     "PhysicsWarning": "errors",
+    "current_scales": "export.current_scales",
+    "write_currents": "export.currents",
     "write_urdf": "export.urdf",
     "build_mix": "motion.mix",
     "Motion": "motion.motion",

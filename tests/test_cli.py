@@ -193,6 +193,26 @@ def test_currents(run: Run, write: Write, tmp_path: Path) -> None:
     assert code == 0 and "currents: " in out
     header = (tmp_path / "deep" / "currents.csv").read_text(encoding="utf-8").splitlines()[0]
     assert header.startswith("time [s],joint,current [A]")
+    assert run("currents", write(), "--rate", "100 Hz", "--out", "fast.csv")[0] == 0
+    head, columns = (tmp_path / "fast.csv").read_text(encoding="utf-8").splitlines()[:2]
+    assert head == "# rate: 100 Hz, order of hold between samples: 1" and columns == header
+
+
+def test_currents_in_an_amplifiers_numbers(run: Run, write: Write, tmp_path: Path) -> None:
+    asked = ("--scale", "cia402", "--basis", "rms", "--full-scale", "door=6 A")
+    assert run("currents", write(), *asked, "--out", "c.h")[0] == 0
+    text = (tmp_path / "c.h").read_text(encoding="utf-8")
+    assert "0x6075 = 6000 mA rms" in text and "int16_t" in text
+    for wrong, told in (
+        (("--full-scale", "6 A"), "needs --scale"),
+        (("--rate", "3 s"), "Hz"),
+        (("--scale", "cia402"), "must be chosen"),
+        (("--scale", "counts", "--full-scale", "gate=6 A"), "gate"),
+        (("--scale", "counts", "--full-scale", "6 V"), "A"),
+        (("--scale", "counts", "--full-scale", "1 mA"), "32767"),
+    ):
+        code, _, errors = run("currents", write(), *wrong, "--out", "wrong.csv")
+        assert code == 2 and told in errors and not (tmp_path / "wrong.csv").exists()
 
 
 def test_check_says_what_was_read_and_writes_nothing(run: Run, write: Write, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The commands around a study: demo, init, check, size, select, currents."""
+"""The commands around a study: demo, init, check, size, select."""
 
 from __future__ import annotations
 
@@ -184,32 +184,6 @@ def _select(
 
             check_trade_offs(loaded)
         raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
-
-
-@app.command("currents")
-def _currents(
-    study: StudyFile,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The CSV file to write.")] = Path("currents.csv"),
-) -> None:
-    """Write the current command of every joint over the cycle, for the drives that the study gives."""
-    with told():
-        from drivetrain.report.outputs import currents_csv
-        from drivetrain.sizing.judge.evaluate import evaluate
-        from drivetrain.study.read import load_study
-        from drivetrain.whole_files import write_files
-
-        together = Together()
-        with together:
-            writable(out, file=True)
-        with together:
-            loaded = load_study(study)
-        together.tell()
-        with working("computing currents"):
-            result = evaluate(loaded)
-        write_files(out.parent, {out.name: currents_csv(result)})
-        say(f"currents: {out}")
-        say(f"verdict on these drives: {result.verdict}")
-        raise typer.Exit(FITS if result.feasible else DOES_NOT_FIT)
 
 
 @app.command("ratio")

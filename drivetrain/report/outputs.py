@@ -45,6 +45,8 @@ def write_outputs(
     return write_files(out_dir, texts)
 
 
-def currents_csv(evaluation: Evaluation) -> str:
-    """The current commands as CSV text."""
-    return str(current_commands(evaluation).to_csv(index=False, lineterminator="\n", float_format="%.6g"))
+def currents_csv(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> str:
+    """The current commands as CSV text; at a rate [Hz] a comment line says which, and how values are held."""
+    table = current_commands(evaluation, rate=rate, hold=hold)
+    head = "" if rate is None else f"# rate: {rate:.9g} Hz, order of hold between samples: {hold}\n"
+    return head + str(table.to_csv(index=False, lineterminator="\n", float_format="%.6g"))
