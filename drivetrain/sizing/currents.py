@@ -63,7 +63,8 @@ def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold:
     tables = [_joint_table(evaluation, joint, loads[name]) for name, joint in evaluation.joints.items()]
     if rate is not None:
         tables = [_resampled(table, rate, hold) for table in tables]
-    found = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=["time [s]", "joint", "current [A]"])
+    nothing = pd.DataFrame(columns=["time [s]", "joint", "current [A]"])
+    found = pd.concat(tables, ignore_index=True) if tables else nothing
     found.attrs = {"rate": rate, "hold": hold}
     return found
 
