@@ -95,6 +95,7 @@ if TYPE_CHECKING:
     from drivetrain.effects.cogging import Cogging as Cogging
     from drivetrain.effects.commanded_motion import CommandedMotion as CommandedMotion
     from drivetrain.effects.computed_torque import ComputedTorque as ComputedTorque
+    from drivetrain.effects.computed_torque import SampledComputedTorque as SampledComputedTorque
     from drivetrain.effects.current_loop import CurrentLoop as CurrentLoop
     from drivetrain.effects.dry_friction import DryFriction as DryFriction
     from drivetrain.effects.effect import Effect as Effect
@@ -301,6 +302,7 @@ _HOME = {
     "FullRotor": "effects.rotor",
     "ReflectedRotor": "effects.rotor",
     "SampledCascade": "effects.sampled_cascade",
+    "SampledComputedTorque": "effects.computed_torque",
     "SampledCurrentLoop": "effects.sampled_current_loop",
     "StiffSupply": "effects.supply_bus",
     "SupplyBus": "effects.supply_bus",
