@@ -60,6 +60,10 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.constraints import PointOnSurface as PointOnSurface
     from drivetrain.dynamics.coriolis import christoffel_symbols as christoffel_symbols
     from drivetrain.dynamics.coriolis import coriolis_matrix as coriolis_matrix
+    from drivetrain.dynamics.derivatives import AccelerationDerivatives as AccelerationDerivatives
+    from drivetrain.dynamics.derivatives import TorqueDerivatives as TorqueDerivatives
+    from drivetrain.dynamics.derivatives import forward_dynamics_derivatives as forward_dynamics_derivatives
+    from drivetrain.dynamics.derivatives import inverse_dynamics_derivatives as inverse_dynamics_derivatives
     from drivetrain.dynamics.energy import kinetic_energy as kinetic_energy
     from drivetrain.dynamics.energy import potential_energy as potential_energy
     from drivetrain.dynamics.energy import power_balance as power_balance
@@ -90,6 +94,7 @@ if TYPE_CHECKING:
     from drivetrain.effects.cogging import Cogging as Cogging
     from drivetrain.effects.commanded_motion import CommandedMotion as CommandedMotion
     from drivetrain.effects.computed_torque import ComputedTorque as ComputedTorque
+    from drivetrain.effects.computed_torque import SampledComputedTorque as SampledComputedTorque
     from drivetrain.effects.current_loop import CurrentLoop as CurrentLoop
     from drivetrain.effects.dry_friction import DryFriction as DryFriction
     from drivetrain.effects.effect import Effect as Effect
@@ -254,6 +259,10 @@ _HOME = {
     "link_poses": "dynamics.kinematics",
     "space_jacobian": "dynamics.kinematics",
     "tip_pose": "dynamics.kinematics",
+    "AccelerationDerivatives": "dynamics.derivatives",
+    "TorqueDerivatives": "dynamics.derivatives",
+    "forward_dynamics_derivatives": "dynamics.derivatives",
+    "inverse_dynamics_derivatives": "dynamics.derivatives",
     "kinetic_energy": "dynamics.energy",
     "potential_energy": "dynamics.energy",
     "power_balance": "dynamics.energy",
@@ -291,6 +300,7 @@ _HOME = {
     "FullRotor": "effects.rotor",
     "ReflectedRotor": "effects.rotor",
     "SampledCascade": "effects.sampled_cascade",
+    "SampledComputedTorque": "effects.computed_torque",
     "SampledCurrentLoop": "effects.sampled_current_loop",
     "StiffSupply": "effects.supply_bus",
     "SupplyBus": "effects.supply_bus",

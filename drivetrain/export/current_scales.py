@@ -120,7 +120,7 @@ def _per_mille(joint: JointResult, basis: str, full: float | None) -> CurrentSca
         full = constant * rated if basis == TORQUE else from_dc(rated, CurrentBasis(basis))
     if full is None:
         place, hint = f"joints.{joint.name}: motor {motor.key}", "state the rated current [A] or torque [N m]"
-        raise InputError(Fault(place, "has no nominal current on its sheet, and no full scale is given", hint=hint))
+        raise InputError(Fault(place, "has no nominal current in its row, and no full scale is given", hint=hint))
     current = full / constant if basis == TORQUE else to_dc(full, basis)
     words = f"1000 per mille are the rated torque, object 0x6076 = {1e3 * constant * current:.9g} mN m"
     if basis == TORQUE:

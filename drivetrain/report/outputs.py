@@ -17,7 +17,7 @@ from drivetrain.whole_files import write_files
 def write_outputs(
     out_dir: str | Path, result: Evaluation | Selection, *, spread: Spread | None = None, extra: Extra | None = None
 ) -> dict[str, Path]:
-    """Write ``report.html``, ``result.json`` and ``currents.csv``, of a selection also ``fallen.csv``.
+    """Write ``report.html``, ``result.json`` and ``currents.csv``, of a selection also ``rejected.csv``.
 
     Everything is made before anything is written, and written beside its place before any old file is replaced.
 
@@ -41,7 +41,7 @@ def write_outputs(
         "currents.csv": currents_csv(evaluation),
     }
     if fallen is not None:
-        texts["fallen.csv"] = fallen_text(fallen)
+        texts["rejected.csv"] = fallen_text(fallen)
     return write_files(out_dir, texts)
 
 

@@ -63,7 +63,8 @@ def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold:
     tables = [_joint_table(evaluation, joint, loads[name]) for name, joint in evaluation.joints.items()]
     if rate is not None:
         tables = [_resampled(table, rate, hold) for table in tables]
-    found = pd.concat(tables, ignore_index=True)
+    nothing = pd.DataFrame(columns=["time [s]", "joint", "current [A]"])
+    found = pd.concat(tables, ignore_index=True) if tables else nothing
     found.attrs = {"rate": rate, "hold": hold}
     return found
 
@@ -71,12 +72,13 @@ def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold:
 def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
     """Of each joint, what asks its gear's output for torque, joint friction left out [N m], (N,) each."""
     study, nothing = evaluation.study, np.zeros(len(evaluation.study.cycle.time))
-    drives = {i: evaluation.joints[task.name].drive for i, task in enumerate(study.joints)}
+    named = [(i, task) for i, task in enumerate(study.joints) if task.name in evaluation.joints]
+    drives = {i: evaluation.joints[task.name].drive for i, task in named}
     still = at_rest(study)
     steady = replace(still, cycle=replace(still.cycle, velocity=study.cycle.velocity))
     bases = [load_basis(one, forces_only=True) for one in (still, steady)] if study.arm is not None else []
     found = {}
-    for i, task in enumerate(study.joints):
+    for i, task in named:
         joint = evaluation.joints[task.name]
         whole = joint.series.gear_torque - friction_torque(joint.drive.joint_friction, joint.series.speed)
         if not bases:
