@@ -132,8 +132,13 @@ if TYPE_CHECKING:
     from drivetrain.export.current_scales import current_scales as current_scales
     from drivetrain.export.currents import write_currents as write_currents
     from drivetrain.export.urdf import write_urdf as write_urdf
+    from drivetrain.identification.exciting import exciting_motion as exciting_motion
+    from drivetrain.identification.identify import Identification as Identification
+    from drivetrain.identification.identify import identify as identify
     from drivetrain.motion.mix import build_mix as build_mix
     from drivetrain.motion.motion import Motion as Motion
+    from drivetrain.motion.recording import MeasuredMotion as MeasuredMotion
+    from drivetrain.motion.recording import read_recording as read_recording
     from drivetrain.report.outputs import write_outputs as write_outputs
     from drivetrain.report.page import html_report as html_report
     from drivetrain.simulation.adaptive_step import AdaptiveStep as AdaptiveStep
@@ -321,6 +326,11 @@ _HOME = {
     "current_scales": "export.current_scales",
     "write_currents": "export.currents",
     "write_urdf": "export.urdf",
+    "exciting_motion": "identification.exciting",
+    "Identification": "identification.identify",
+    "identify": "identification.identify",
+    "MeasuredMotion": "motion.recording",
+    "read_recording": "motion.recording",
     "build_mix": "motion.mix",
     "Motion": "motion.motion",
     "write_outputs": "report.outputs",
