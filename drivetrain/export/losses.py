@@ -1,4 +1,4 @@
-"""What each format cannot say of an arm with its drives: one table, from which files, notes and documentation are made."""
+"""What each format cannot say of an arm with its drives: one table, for files, notes and documentation."""
 
 from __future__ import annotations
 

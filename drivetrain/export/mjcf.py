@@ -56,19 +56,19 @@ def mjcf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = (
     for line in (f"written by drivetrain {__version__}", *notes):
         root.append(ElementTree.Comment(f" {line.replace('--', '- -')} "))
     exact = {"balanceinertia": "false", "boundmass": "0", "boundinertia": "0"}
-    ElementTree.SubElement(root, "compiler", angle="radian", autolimits="false", **exact)
+    ElementTree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "false", **exact})
     ElementTree.SubElement(root, "option", gravity=text(arm.gravity), integrator="implicitfast")
     body, before = ElementTree.SubElement(root, "worldbody"), np.zeros(3)
     rows = coupling_rows(arm)
     for i, (locked, (kind, axis)) in enumerate(zip(locked_bodies(arm), axes, strict=True)):
         point, own = arm.joint_points[i], locked.inertia
         body = ElementTree.SubElement(body, "body", name=arm.link_names[i], pos=text(point - before))
-        joint = {"type": "hinge" if kind == "revolute" else "slide", "axis": text(axis)}
+        joint = {"name": arm.joint_names[i], "type": "hinge" if kind == "revolute" else "slide", "axis": text(axis)}
         if rows[i] is None:
             joint |= {"damping": text(drives[i].viscous), "frictionloss": text(drives[i].coulomb)}
         if np.isfinite([arm.lower[i], arm.upper[i]]).all() and arm.lower[i] < arm.upper[i]:
             joint |= {"limited": "true", "range": text([arm.lower[i], arm.upper[i]])}
-        ElementTree.SubElement(body, "joint", name=arm.joint_names[i], **joint)
+        ElementTree.SubElement(body, "joint", joint)
         tensor = text([*np.diag(own), own[0, 1], own[0, 2], own[1, 2]])
         place = text(locked.com - point)
         ElementTree.SubElement(body, "inertial", pos=place, mass=text(locked.mass), fullinertia=tensor)
@@ -79,13 +79,13 @@ def mjcf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = (
     for drive, row in coupled:
         assert tendons is not None
         friction = {"damping": text(drive.viscous), "frictionloss": text(drive.coulomb)}
-        shaft = ElementTree.SubElement(tendons, "fixed", name=f"{drive.joint}_shaft", **friction)
+        shaft = ElementTree.SubElement(tendons, "fixed", {"name": f"{drive.joint}_shaft", **friction})
         for name, turns in zip(arm.joint_names, row, strict=True):
             if turns != 0.0:
                 ElementTree.SubElement(shaft, "joint", joint=name, coef=text(turns))
     actuators = ElementTree.SubElement(root, "actuator")
-    for drive, row in zip(drives, rows, strict=True):
-        where = {"joint": drive.joint} if row is None else {"tendon": f"{drive.joint}_shaft"}
+    for drive, turned in zip(drives, rows, strict=True):
+        where = {"joint": drive.joint} if turned is None else {"tendon": f"{drive.joint}_shaft"}
         _motor(actuators, drive, where, motors)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
@@ -103,7 +103,7 @@ def _motor(actuators: ElementTree.Element, drive: DriveData, where: dict[str, st
         bias = text([0.0, 0.0, -gain * drive.constant])
         peak = drive.constant * drive.current
         force = {} if math.isinf(peak) else {"forcelimited": "true", "forcerange": text([-peak, peak])}
-        ElementTree.SubElement(actuators, "general", **common, **affine, biasprm=bias, **force)
+        ElementTree.SubElement(actuators, "general", {**common, **affine, "biasprm": bias, **force})
         return
     ohms = drive.resistance if drive.thermal is None else drive.cold_resistance  # MuJoCo warms it itself
     own = {"motorconst": text(drive.constant), "resistance": text(ohms)}
@@ -114,4 +114,4 @@ def _motor(actuators: ElementTree.Element, drive: DriveData, where: dict[str, st
     if drive.thermal is not None:
         resistance, capacity, coefficient, reference, housing = drive.thermal
         own["thermal"] = text([resistance, capacity, 0.0, coefficient, reference, housing])
-    ElementTree.SubElement(actuators, "dcmotor", **common, **own)
+    ElementTree.SubElement(actuators, "dcmotor", {**common, **own})
