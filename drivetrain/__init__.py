@@ -140,6 +140,7 @@ if TYPE_CHECKING:
     from drivetrain.identification.exciting import exciting_motion as exciting_motion
     from drivetrain.identification.identify import Identification as Identification
     from drivetrain.identification.identify import identify as identify
+    from drivetrain.identification.outputs import write_identification as write_identification
     from drivetrain.motion.mix import build_mix as build_mix
     from drivetrain.motion.motion import Motion as Motion
     from drivetrain.motion.recording import MeasuredMotion as MeasuredMotion
@@ -339,6 +340,7 @@ _HOME = {
     "exciting_motion": "identification.exciting",
     "Identification": "identification.identify",
     "identify": "identification.identify",
+    "write_identification": "identification.outputs",
     "MeasuredMotion": "motion.recording",
     "read_recording": "motion.recording",
     "build_mix": "motion.mix",
