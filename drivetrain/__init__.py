@@ -58,6 +58,10 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.constraints import PointOnSurface as PointOnSurface
     from drivetrain.dynamics.coriolis import christoffel_symbols as christoffel_symbols
     from drivetrain.dynamics.coriolis import coriolis_matrix as coriolis_matrix
+    from drivetrain.dynamics.derivatives import AccelerationDerivatives as AccelerationDerivatives
+    from drivetrain.dynamics.derivatives import TorqueDerivatives as TorqueDerivatives
+    from drivetrain.dynamics.derivatives import forward_dynamics_derivatives as forward_dynamics_derivatives
+    from drivetrain.dynamics.derivatives import inverse_dynamics_derivatives as inverse_dynamics_derivatives
     from drivetrain.dynamics.energy import kinetic_energy as kinetic_energy
     from drivetrain.dynamics.energy import potential_energy as potential_energy
     from drivetrain.dynamics.energy import power_balance as power_balance
@@ -119,6 +123,8 @@ if TYPE_CHECKING:
     from drivetrain.errors import DrivetrainError as DrivetrainError
     from drivetrain.errors import InputError as InputError
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
+    from drivetrain.export.current_scales import current_scales as current_scales
+    from drivetrain.export.currents import write_currents as write_currents
     from drivetrain.export.urdf import write_urdf as write_urdf
     from drivetrain.motion.mix import build_mix as build_mix
     from drivetrain.motion.motion import Motion as Motion
@@ -248,6 +254,10 @@ _HOME = {
     "link_poses": "dynamics.kinematics",
     "space_jacobian": "dynamics.kinematics",
     "tip_pose": "dynamics.kinematics",
+    "AccelerationDerivatives": "dynamics.derivatives",
+    "TorqueDerivatives": "dynamics.derivatives",
+    "forward_dynamics_derivatives": "dynamics.derivatives",
+    "inverse_dynamics_derivatives": "dynamics.derivatives",
     "kinetic_energy": "dynamics.energy",
     "potential_energy": "dynamics.energy",
     "power_balance": "dynamics.energy",
@@ -296,6 +306,8 @@ _HOME = {
     "DrivetrainError": "errors",
     "InputError": "errors",
     "PhysicsWarning": "errors",
+    "current_scales": "export.current_scales",
+    "write_currents": "export.currents",
     "write_urdf": "export.urdf",
     "build_mix": "motion.mix",
     "Motion": "motion.motion",

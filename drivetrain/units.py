@@ -148,7 +148,7 @@ def _angle_hint(found: _Unit, wanted: _Unit) -> str:
         return ""
     if found.dimension.get("[angle]", 0.0) == 0.0:
         if wanted.dimension == _unit("rad/s").dimension:
-            return "write rpm, rad/s or deg/s: a rate alone does not say what is counted"
+            return "write rpm, rad/s or deg/s: a rate by itself does not say what is counted"
         return "the angle is missing, such as rad, deg or rev"
     return "there is an angle too many"
 
@@ -452,7 +452,7 @@ def read_names(value: Any) -> tuple[str, ...]:
 def read_name(value: Any) -> str:
     """A name; a number, such as a bare part number, is taken as its text."""
     if isinstance(value, bool) or not isinstance(value, str | int) or not str(value).strip():
-        raise refused("must be a name", "put it in quotes" if isinstance(value, bool | float) else "", value)
+        raise refused("must be a name (text)", "put it in quotes" if isinstance(value, bool | float) else "", value)
     return str(value).strip()
 
 

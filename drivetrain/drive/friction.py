@@ -59,7 +59,7 @@ class Friction:
                 problem = f"must be at least the coulomb torque of either direction ({sliding:g} N m)"
                 faults.append(Fault("friction.static", problem, self.static))
         if not faults and self.stribeck_speed is not None and self.static is None:
-            hint = "give the static torque from which friction falls, or leave the speed out"
+            hint = "give the static torque from which friction decreases, or leave the speed out"
             faults.append(Fault("friction.stribeck_speed", "says nothing without static", self.stribeck_speed, hint))
         if faults:
             raise InputError(faults)

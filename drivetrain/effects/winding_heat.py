@@ -146,7 +146,7 @@ class WindingHeat(Effect):
 
     def __post_init__(self) -> None:
         if self.network.winding_capacity is None:
-            hint = "state one, or judge mean temperatures only"
+            hint = "state one, or use mean temperatures only"
             raise InputError(Fault("WindingHeat.network", "has no winding time constant", None, hint))
         if not 0.0 <= self.gear_heat <= 1.0:
             raise InputError(Fault("WindingHeat.gear_heat", "must be between 0 and 1 [-]", self.gear_heat))

@@ -56,7 +56,7 @@ def read_motion(
     Columns: ``time [s]``; per joint ``q_<joint> [deg]`` (or ``position_<joint>``, the joint's bare name, or ``q1``,
     ``q2`` in order); where known ``qd_<joint> [rad/s]`` and ``qdd_<joint> [rad/s^2]``. What is not given is
     differentiated, and the notes say how. Two rows may share an instant (a step of acceleration) when all three are
-    given. Doubts are notes that begin with "doubt:".
+    given. Doubts are notes that begin with "warning:".
 
     Args:
         path: The file.
@@ -234,7 +234,7 @@ def _coarse(time: Array, values: Array, joint: str) -> list[str]:
     change = float(np.sqrt(np.mean((second[: len(halved)] - halved) ** 2))) / 3.0
     if size == 0.0 or change <= COARSE * size:
         return []
-    return [f"doubt: {joint} is sampled coarsely: about {100 * change / size:.2g} % of its acceleration is uncertain"]
+    return [f"warning: {joint} is sampled coarsely: about {100 * change / size:.2g} % of its acceleration is uncertain"]
 
 
 def _consistency(

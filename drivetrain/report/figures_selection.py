@@ -125,7 +125,7 @@ def _joint(
     if result is not None and result.binding is not None and result.binding.utilisation is not None and chosen:
         used = min(max(result.binding.utilisation, 0.21), LARGEST_DRAWN)
         axes.mark("star", chosen, 100.0 * used, 11.0, _STAR)
-    picture.words(left, high - 5.0, f"{joint}: {fell.count} fell", Font(9.5, bold=True))
+    picture.words(left, high - 5.0, f"{joint}: {fell.count} rejected", Font(9.5, bold=True))
     return axes
 
 

@@ -49,7 +49,7 @@ def figure_tornado(tornado: Tornado, *, name: str = "tornado") -> str:
     rows.edges()
     rows.x_axis(f"utilisation of {tornado.check} [% of the limit]")
     picture.legend(KEYS, 8.0, across=(0.0, WIDTH))
-    return picture.svg(f"{tornado.joint}: what each tolerance alone does to {tornado.check}")
+    return picture.svg(f"{tornado.joint}: effect of each tolerance by itself on {tornado.check}")
 
 
 def deviation_text(bar: Bar) -> str:

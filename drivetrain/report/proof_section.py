@@ -11,11 +11,11 @@ from drivetrain.sizing.results import Selection
 
 UNITS = {"mass": "\u00a0kg", "energy": "\u00a0J"}
 WORK = {
-    "nodes": "parts of the set of all combinations looked at",
-    "nodes made": "parts made",
+    "nodes": "search nodes",
+    "nodes made": "search nodes made",
     "passes": "passes that rule candidates out",
     "candidates tested": "tests of a candidate against bounds",
-    "candidates judged": "candidates judged in full, by all checks",
+    "candidates judged": "candidates evaluated by all checks",
     "descents": "descents to a whole set",
     "sets that fit": "whole sets met that hold every check",
     "equal sets judged": "equals of the best set, or of the last of the best, that hold every check",
@@ -57,7 +57,7 @@ def _worth(selection: Selection) -> list[tuple[str, str]]:
     if math.isfinite(best):
         facts.append(("best set found", f"{number(best, 4)}{unit}"))
     if math.isfinite(bound):
-        facts.append(("no set can be below", f"{number(bound, 4)}{unit}"))
+        facts.append(("lower bound", f"{number(bound, 4)}{unit}"))
     if math.isfinite(best) and math.isfinite(bound) and best > 0.0:
         gap = max(best - bound, 0.0)
         share = f" ({100.0 * gap / best:.2g}\u00a0% of the best)" if gap > 1e-12 * best else ""

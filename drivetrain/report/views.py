@@ -32,7 +32,7 @@ from drivetrain.study.model import JointTask, Safety, Study
 from drivetrain.study.verdicts import Check, Verdict, shared_place
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
-MOST_SHOWN = 8  # candidates a list; the file fallen.csv holds them all
+MOST_SHOWN = 8  # candidates a list; the file rejected.csv holds them all
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
     else:
         arm = _load(form, ledger)
     if arm is not None:
-        ledger.note(note if note.startswith("doubt:") else f"Arm {arm.name}: {note}" for note in arm.notes)
+        ledger.note(note if note.startswith("warning:") else f"Arm {arm.name}: {note}" for note in arm.notes)
     return arm
 
 

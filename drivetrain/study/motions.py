@@ -84,9 +84,9 @@ def resolve_cycle(form: StudyForm, motions: Motions, ledger: Ledger) -> Cycle | 
     if run is not None:
         unused = {name for name in form.motions if name != DEFAULT} - {entry.motion for entry in run}
         if unused:
-            ledger.note([f"doubt: motions that the cycle does not run: {', '.join(sorted(unused))}"])
+            ledger.note([f"warning: motions that the cycle does not run: {', '.join(sorted(unused))}"])
     if cycle is not None:
-        ledger.note(note for note in cycle.notes if note.startswith("doubt:"))
+        ledger.note(note for note in cycle.notes if note.startswith("warning:"))
     return cycle
 
 

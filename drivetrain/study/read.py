@@ -68,7 +68,7 @@ def study_from(document: Document) -> Study:
             ledger.fault(("supply", "threshold"), problem, supply.threshold)
     stiffness = made(form.stiffness)
     if stiffness.asked and arm is None:
-        ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not tell where a tip is")
+        ledger.fault(("stiffness",), "goes with studies of an arm: a load table does not say where a tip is")
     ledger.raise_any()
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))

@@ -86,7 +86,7 @@ class MotionForm(Form):
 
     file: f.Name | None = Field(default=None, description="CSV file of joint positions over time")
     smoothing: Annotated[float, f.Quantity("s", minimum=0.0)] | None = Field(
-        default=None, description="window for differentiating the file; 0 s: none; left out: as its resolution asks"
+        default=None, description="window for differentiating the file; 0 s: none; left out: as its resolution needs"
     )
     table: f.Name | None = Field(default=None, description="CSV file of torque and speed over time, without an arm")
     waypoints: list[Any] | None = Field(default=None, description="one row a waypoint, one value a joint")
@@ -244,7 +244,7 @@ class JointForm(Form):
 
 
 class AssumptionsForm(Form):
-    """What to assume where a sheet is silent: gears by kind; motors by brushed, brushless or frameless."""
+    """What to assume where the data sheet gives no value: gears by kind; motors by brushed, brushless or frameless."""
 
     gears: dict[str, Annotated[GearAssumption, AsForm(needed=("source",))]] = Field(default_factory=dict)
     motors: dict[str, Annotated[MotorAssumption, AsForm(needed=("source",))]] = Field(default_factory=dict)

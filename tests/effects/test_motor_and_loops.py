@@ -147,7 +147,7 @@ def test_bad_numbers_are_refused_where_they_are_given() -> None:
         PositionLoop(-1.0, 0.0, 0.1)
     with pytest.raises(InputError, match="peak_current"):
         MotorCurrent(MOTOR, 0.0)
-    with pytest.raises(InputError, match="never fall"):
+    with pytest.raises(InputError, match="never decrease"):
         GivenCurrent([1.0, 0.0], [0.0, 0.0])
     with pytest.raises(InputError, match="says nothing of joint"):
         plan(joint_scene(1.0, [CommandedMotion(Motion("m", ("other",), np.arange(2.0), *[np.zeros((2, 1))] * 3))], 1.0))

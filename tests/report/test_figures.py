@@ -112,7 +112,7 @@ def test_electrical_strips_have_units_and_limits(evaluation: Evaluation) -> None
 
 def test_missing_temperatures_are_told(without_data: Evaluation) -> None:
     found = texts(electrical_strips(without_data.joints["elbow"], without_data.study.cycle, limits=LIMITS))
-    assert "not computed: not on the sheet" in found
+    assert "not computed: not in the catalogue row" in found
     assert temperatures(without_data) == ""
 
 
@@ -159,7 +159,7 @@ def test_temperatures_show_every_joint(evaluation: Evaluation) -> None:
 def test_candidates_show_every_joint_and_the_felling_checks(selection: Selection) -> None:
     svg = candidates(selection)
     found = texts(svg)
-    assert {f"{joint}: 400 fell" for joint in selection.evaluation.joints} <= set(found)
+    assert {f"{joint}: 400 rejected" for joint in selection.evaluation.joints} <= set(found)
     assert {"winding temperature", "motor voltage", "gear repeated peak torque", "chosen", "also passes"} <= set(found)
     assert "mass of motor and gear [kg]" in found and "worst utilisation [%]" in found
     assert 3 * 350 < svg.count("h0") <= 3 * 400  # a dot each, but for those that lie on one another

@@ -39,7 +39,7 @@ def test_an_optimum_is_told_with_bound_and_gap(found: Selection) -> None:
     section = proof_section(found)
     facts = facts_of(found)
     assert section.word == "proven" and "No other allowed set" in section.lead[0]
-    assert facts["best set found"] == facts["no set can be below"] and facts["gap"].startswith("0")
+    assert facts["best set found"] == facts["lower bound"] and facts["gap"].startswith("0")
     assert f"{len(found.study.joints[0].pairs)} pairs" in facts["to choose from"]
     assert facts["rules beside the checks"] == "none" and "not needed" in facts["time limit of the search"]
 
