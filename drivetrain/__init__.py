@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
     from drivetrain.catalog.price import Price as Price
     from drivetrain.catalog.read import read_catalog as read_catalog
+    from drivetrain.control.c_code import write_c as write_c
+    from drivetrain.control.commander import Commander as Commander
     from drivetrain.drive.amplifier import AmplifierSheet as AmplifierSheet
     from drivetrain.drive.brake import Brake as Brake
     from drivetrain.drive.friction import Friction as Friction
@@ -212,6 +214,8 @@ _HOME = {
     "with_rotors": "arm.with_rotors",
     "Price": "catalog.price",
     "read_catalog": "catalog.read",
+    "Commander": "control.commander",
+    "write_c": "control.c_code",
     "AmplifierSheet": "drive.amplifier",
     "Brake": "drive.brake",
     "book_curves": "drive.friction",
