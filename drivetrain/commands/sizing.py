@@ -88,7 +88,7 @@ def _init(
             if file.exists() and not force:
                 raise InputError(Fault(str(file), "is already there", hint="choose another name, or give --force"))
         with together:
-            text = study_template(arm)
+            text = study_template(arm, file.parent)
         together.tell()
         write_files(file.parent, {file.name: text})
         say(f"wrote {file}")
