@@ -88,6 +88,9 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.kinematics import space_jacobian_rate as space_jacobian_rate
     from drivetrain.dynamics.kinematics import tip_pose as tip_pose
     from drivetrain.dynamics.mass_matrix import mass_matrix as mass_matrix
+    from drivetrain.dynamics.regressor import parameter_names as parameter_names
+    from drivetrain.dynamics.regressor import torque_parameters as torque_parameters
+    from drivetrain.dynamics.regressor import torque_regressor as torque_regressor
     from drivetrain.dynamics.task_space import task_space_dynamics as task_space_dynamics
     from drivetrain.effects.backlash import Backlash as Backlash
     from drivetrain.effects.cascade_loop import CascadeLoop as CascadeLoop
@@ -274,6 +277,9 @@ _HOME = {
     "joint_loads": "dynamics.inverse",
     "sweep_ratio": "dynamics.book.ratio_sweep",
     "symbolic_dynamics": "dynamics.book.symbolic",
+    "parameter_names": "dynamics.regressor",
+    "torque_parameters": "dynamics.regressor",
+    "torque_regressor": "dynamics.regressor",
     "task_space_dynamics": "dynamics.task_space",
     "Backlash": "effects.backlash",
     "CascadeLoop": "effects.cascade_loop",
