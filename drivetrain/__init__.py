@@ -388,11 +388,15 @@ _HOME = {
     "read_results": "sweep.shards",
 }
 
-__all__ = sorted([*_HOME, "__version__"])
+_ROOMS = ("study",)  # folders that are names themselves
+
+__all__ = sorted([*_HOME, *_ROOMS, "__version__"])
 
 
 def __getattr__(name: str) -> Any:
     """The public name, imported from the module it lives in, and kept."""
+    if name in _ROOMS:
+        return import_module(f"drivetrain.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'drivetrain' has no attribute {name!r}")
     found = getattr(import_module(f"drivetrain.{_HOME[name]}"), name)
