@@ -26,7 +26,17 @@ from drivetrain.simulation.mechanics import Mechanics, coupling_of, mechanics, r
 from drivetrain.simulation.memory import Memory, lay_out, recorded_signals
 from drivetrain.simulation.recording import Series
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, ranked, unit_at
+from drivetrain.simulation.wiring import (
+    MECHANICS,
+    Directory,
+    Group,
+    Instance,
+    directory,
+    instance,
+    ordered,
+    ranked,
+    unit_at,
+)
 
 
 @dataclass(frozen=True, eq=False)
