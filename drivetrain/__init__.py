@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
     from drivetrain.catalog.price import Price as Price
     from drivetrain.catalog.read import read_catalog as read_catalog
+    from drivetrain.control.c_code import write_c as write_c
+    from drivetrain.control.commander import Commander as Commander
     from drivetrain.drive.amplifier import AmplifierSheet as AmplifierSheet
     from drivetrain.drive.brake import Brake as Brake
     from drivetrain.drive.friction import Friction as Friction
@@ -86,6 +88,9 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.kinematics import space_jacobian_rate as space_jacobian_rate
     from drivetrain.dynamics.kinematics import tip_pose as tip_pose
     from drivetrain.dynamics.mass_matrix import mass_matrix as mass_matrix
+    from drivetrain.dynamics.regressor import parameter_names as parameter_names
+    from drivetrain.dynamics.regressor import torque_parameters as torque_parameters
+    from drivetrain.dynamics.regressor import torque_regressor as torque_regressor
     from drivetrain.dynamics.task_space import task_space_dynamics as task_space_dynamics
     from drivetrain.effects.backlash import Backlash as Backlash
     from drivetrain.effects.cascade_loop import CascadeLoop as CascadeLoop
@@ -212,6 +217,8 @@ _HOME = {
     "with_rotors": "arm.with_rotors",
     "Price": "catalog.price",
     "read_catalog": "catalog.read",
+    "Commander": "control.commander",
+    "write_c": "control.c_code",
     "AmplifierSheet": "drive.amplifier",
     "Brake": "drive.brake",
     "book_curves": "drive.friction",
@@ -270,6 +277,9 @@ _HOME = {
     "joint_loads": "dynamics.inverse",
     "sweep_ratio": "dynamics.book.ratio_sweep",
     "symbolic_dynamics": "dynamics.book.symbolic",
+    "parameter_names": "dynamics.regressor",
+    "torque_parameters": "dynamics.regressor",
+    "torque_regressor": "dynamics.regressor",
     "task_space_dynamics": "dynamics.task_space",
     "Backlash": "effects.backlash",
     "CascadeLoop": "effects.cascade_loop",
@@ -378,11 +388,15 @@ _HOME = {
     "read_results": "sweep.shards",
 }
 
-__all__ = sorted([*_HOME, "__version__"])
+_ROOMS = ("study",)  # folders that are names themselves
+
+__all__ = sorted([*_HOME, *_ROOMS, "__version__"])
 
 
 def __getattr__(name: str) -> Any:
     """The public name, imported from the module it lives in, and kept."""
+    if name in _ROOMS:
+        return import_module(f"drivetrain.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'drivetrain' has no attribute {name!r}")
     found = getattr(import_module(f"drivetrain.{_HOME[name]}"), name)

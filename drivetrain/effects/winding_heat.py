@@ -67,7 +67,7 @@ def _off(own: Any, p: float, q: float) -> tuple[float, float, float, float]:
 
 
 @law
-def _warmed(own: Any) -> tuple[float, float]:
+def warmed(own: Any) -> tuple[float, float]:
     """Both temperatures after the time gathered, under the mean losses gathered in it."""
     if own.clock == 0.0:
         return own.winding_temperature, own.housing_temperature
@@ -105,7 +105,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
         modes[2] * u + modes[3] * v,
     )
     # What is recorded does not wait for the next step of the temperatures.
-    heat.winding, heat.housing = _warmed(own)
+    heat.winding, heat.housing = warmed(own)
 
 
 @joint_law(Own)
@@ -117,7 +117,7 @@ def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
     own.clock += h
     if own.clock < own.period * (1.0 - 1e-9):
         return
-    own.winding_temperature, own.housing_temperature = _warmed(own)
+    own.winding_temperature, own.housing_temperature = warmed(own)
     own.copper = own.iron = own.clock = 0.0
 
 

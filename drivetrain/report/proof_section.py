@@ -28,8 +28,7 @@ def proof_section(selection: Selection) -> Section:
     proven = selection.state is None or selection.proof.startswith("optimal")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
     facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))
-    tables = _search(selection)
-    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), (), tables, facts=facts)
+    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), facts=facts)
 
 
 def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
@@ -102,13 +101,13 @@ def _limit(selection: Selection) -> list[tuple[str, str]]:
     return [("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")]
 
 
-def _search(selection: Selection) -> tuple[SheetTable, ...]:
-    """How the search went."""
+def search_table(selection: Selection) -> SheetTable | None:
+    """How the search went; None where it had nothing to do."""
     rows = tuple(
         (WORK[name], f"{selection.counters[name]:,}".replace(",", "\u202f"))
         for name in WORK if selection.counters.get(name)
     )  # fmt: skip
-    return (SheetTable(("work", "count"), rows, "How the search went", (1,)),) if rows else ()
+    return SheetTable(("work", "count"), rows, numeric=(1,)) if rows else None
 
 
 def _raised(power: int) -> str:
