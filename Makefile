@@ -8,7 +8,7 @@ LOWEST := .venv-lowest
 LOWEST_TESTS := tests/test_jit.py tests/test_units.py tests/catalog tests/study tests/drive tests/dynamics/test_newton_euler.py \
 	tests/sizing/test_evaluate.py tests/sizing/test_search.py
 
-.PHONY: demo test lowest check bench gallery clean
+.PHONY: demo test lowest check bench gallery docs clean
 
 demo: $(VENV)/.installed
 	$(BIN)/drivetrain demo
@@ -52,5 +52,10 @@ $(LOWEST)/.installed: pyproject.toml .ci/lowest.txt
 		--editable . pytest hypothesis sympy mpmath
 	@touch $@
 
+docs: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[docs]"
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
 clean:
-	rm -rf $(VENV) $(LOWEST) .pytest_cache .mypy_cache .ruff_cache .hypothesis dist build
+	rm -rf $(VENV) $(LOWEST) .pytest_cache .mypy_cache .ruff_cache .hypothesis dist build docs/_build

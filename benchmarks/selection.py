@@ -310,9 +310,9 @@ def command() -> list[tuple[str, bool]]:
             if done.returncode:
                 print(done.stdout, done.stderr)
                 return [("drivetrain select finds a set", False)]
-        fallen = sum(1 for _ in (folder / "out" / "fallen.csv").open(encoding="utf-8")) - 1
+        fallen = sum(1 for _ in (folder / "out" / "rejected.csv").open(encoding="utf-8")) - 1
     warm, extra = float(np.median(times[1:])), times[0] - float(np.median(times[1:]))
-    print(f"drivetrain select, file to report, 6 x {CANDIDATES[-1]} pairs, {fallen} candidates that fell:")
+    print(f"drivetrain select, file to report, 6 x {CANDIDATES[-1]} pairs, {fallen} candidates rejected:")
     print(f"  warm {warm:.2f} s; with an empty compile cache {times[0]:.1f} s, told as: {told.splitlines()[:1]}\n")
     return [
         (f"file to report in {warm:.2f} s (at most {COMMAND_AT_MOST:g})", warm <= COMMAND_AT_MOST),

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from drivetrain.arm.with_rotors import with_rotors as with_rotors
     from drivetrain.catalog.price import Price as Price
     from drivetrain.catalog.read import read_catalog as read_catalog
+    from drivetrain.control.c_code import write_c as write_c
+    from drivetrain.control.commander import Commander as Commander
     from drivetrain.drive.amplifier import AmplifierSheet as AmplifierSheet
     from drivetrain.drive.brake import Brake as Brake
     from drivetrain.drive.friction import Friction as Friction
@@ -58,6 +60,10 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.constraints import PointOnSurface as PointOnSurface
     from drivetrain.dynamics.coriolis import christoffel_symbols as christoffel_symbols
     from drivetrain.dynamics.coriolis import coriolis_matrix as coriolis_matrix
+    from drivetrain.dynamics.derivatives import AccelerationDerivatives as AccelerationDerivatives
+    from drivetrain.dynamics.derivatives import TorqueDerivatives as TorqueDerivatives
+    from drivetrain.dynamics.derivatives import forward_dynamics_derivatives as forward_dynamics_derivatives
+    from drivetrain.dynamics.derivatives import inverse_dynamics_derivatives as inverse_dynamics_derivatives
     from drivetrain.dynamics.energy import kinetic_energy as kinetic_energy
     from drivetrain.dynamics.energy import potential_energy as potential_energy
     from drivetrain.dynamics.energy import power_balance as power_balance
@@ -82,12 +88,16 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.kinematics import space_jacobian_rate as space_jacobian_rate
     from drivetrain.dynamics.kinematics import tip_pose as tip_pose
     from drivetrain.dynamics.mass_matrix import mass_matrix as mass_matrix
+    from drivetrain.dynamics.regressor import parameter_names as parameter_names
+    from drivetrain.dynamics.regressor import torque_parameters as torque_parameters
+    from drivetrain.dynamics.regressor import torque_regressor as torque_regressor
     from drivetrain.dynamics.task_space import task_space_dynamics as task_space_dynamics
     from drivetrain.effects.backlash import Backlash as Backlash
     from drivetrain.effects.cascade_loop import CascadeLoop as CascadeLoop
     from drivetrain.effects.cogging import Cogging as Cogging
     from drivetrain.effects.commanded_motion import CommandedMotion as CommandedMotion
     from drivetrain.effects.computed_torque import ComputedTorque as ComputedTorque
+    from drivetrain.effects.computed_torque import SampledComputedTorque as SampledComputedTorque
     from drivetrain.effects.current_loop import CurrentLoop as CurrentLoop
     from drivetrain.effects.dry_friction import DryFriction as DryFriction
     from drivetrain.effects.effect import Effect as Effect
@@ -119,6 +129,13 @@ if TYPE_CHECKING:
     from drivetrain.errors import DrivetrainError as DrivetrainError
     from drivetrain.errors import InputError as InputError
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
+    from drivetrain.export.current_scales import current_scales as current_scales
+    from drivetrain.export.currents import write_currents as write_currents
+    from drivetrain.export.limits import write_drive_urdf as write_drive_urdf
+    from drivetrain.export.limits import write_physx as write_physx
+    from drivetrain.export.limits import write_ros2 as write_ros2
+    from drivetrain.export.mjcf import write_mjcf as write_mjcf
+    from drivetrain.export.sdf import write_sdf as write_sdf
     from drivetrain.export.urdf import write_urdf as write_urdf
     from drivetrain.motion.mix import build_mix as build_mix
     from drivetrain.motion.motion import Motion as Motion
@@ -205,6 +222,8 @@ _HOME = {
     "with_rotors": "arm.with_rotors",
     "Price": "catalog.price",
     "read_catalog": "catalog.read",
+    "Commander": "control.commander",
+    "write_c": "control.c_code",
     "AmplifierSheet": "drive.amplifier",
     "Brake": "drive.brake",
     "book_curves": "drive.friction",
@@ -248,6 +267,10 @@ _HOME = {
     "link_poses": "dynamics.kinematics",
     "space_jacobian": "dynamics.kinematics",
     "tip_pose": "dynamics.kinematics",
+    "AccelerationDerivatives": "dynamics.derivatives",
+    "TorqueDerivatives": "dynamics.derivatives",
+    "forward_dynamics_derivatives": "dynamics.derivatives",
+    "inverse_dynamics_derivatives": "dynamics.derivatives",
     "kinetic_energy": "dynamics.energy",
     "potential_energy": "dynamics.energy",
     "power_balance": "dynamics.energy",
@@ -259,6 +282,9 @@ _HOME = {
     "joint_loads": "dynamics.inverse",
     "sweep_ratio": "dynamics.book.ratio_sweep",
     "symbolic_dynamics": "dynamics.book.symbolic",
+    "parameter_names": "dynamics.regressor",
+    "torque_parameters": "dynamics.regressor",
+    "torque_regressor": "dynamics.regressor",
     "task_space_dynamics": "dynamics.task_space",
     "Backlash": "effects.backlash",
     "CascadeLoop": "effects.cascade_loop",
@@ -285,6 +311,7 @@ _HOME = {
     "FullRotor": "effects.rotor",
     "ReflectedRotor": "effects.rotor",
     "SampledCascade": "effects.sampled_cascade",
+    "SampledComputedTorque": "effects.computed_torque",
     "SampledCurrentLoop": "effects.sampled_current_loop",
     "StiffSupply": "effects.supply_bus",
     "SupplyBus": "effects.supply_bus",
@@ -296,6 +323,13 @@ _HOME = {
     "DrivetrainError": "errors",
     "InputError": "errors",
     "PhysicsWarning": "errors",
+    "current_scales": "export.current_scales",
+    "write_currents": "export.currents",
+    "write_drive_urdf": "export.limits",
+    "write_physx": "export.limits",
+    "write_ros2": "export.limits",
+    "write_mjcf": "export.mjcf",
+    "write_sdf": "export.sdf",
     "write_urdf": "export.urdf",
     "build_mix": "motion.mix",
     "Motion": "motion.motion",
@@ -364,11 +398,15 @@ _HOME = {
     "read_results": "sweep.shards",
 }
 
-__all__ = sorted([*_HOME, "__version__"])
+_ROOMS = ("study",)  # folders that are names themselves
+
+__all__ = sorted([*_HOME, *_ROOMS, "__version__"])
 
 
 def __getattr__(name: str) -> Any:
     """The public name, imported from the module it lives in, and kept."""
+    if name in _ROOMS:
+        return import_module(f"drivetrain.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'drivetrain' has no attribute {name!r}")
     found = getattr(import_module(f"drivetrain.{_HOME[name]}"), name)

@@ -5,6 +5,9 @@ is this package's dynamics in the book's clothes; an arm is built once for each 
 ``Slist`` and remembered. For rotors, URDF files and the rest, use the ``Arm``; ``drivetrain.arm.book_lists`` turns
 one into such lists.
 
+The other chapters' functions (``FKinSpace``, ``CubicTimeScaling``, ...) are those of the package ``modern_robotics``
+where it is installed, so that a reader's whole program runs with the one line changed.
+
 Conventions, the book's: ``Mlist`` holds n + 1 poses, of link frame i in link frame i-1 at zero, the first in the base
 frame and the last of the end effector in link n [m]; ``Glist`` n spatial inertias in the link frames [kg m^2, kg m,
 kg], whose origins need not be the centres of mass; ``Slist`` n screw axes in the base frame, as columns, (6, n).
@@ -327,6 +330,17 @@ def ForwardDynamicsTrajectory(
             now = EulerStep(*now, articulated_body(chain.arm, *now, torques[row], tip_wrench=tips[row]), step)
         q[row + 1], qd[row + 1] = now
     return q / chain.scale, qd / chain.scale
+
+
+def __getattr__(name: str) -> Any:
+    """The rest of the book's package, chapters other than 8, where it is installed."""
+    from importlib import import_module
+
+    try:
+        return getattr(import_module("modern_robotics"), name)
+    except (ImportError, AttributeError):
+        hint = " (the book's package, modern_robotics, has the other chapters' where it is installed)"
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}") from None
 
 
 def _values(value: Any, name: str) -> Array:

@@ -55,6 +55,15 @@ Interval = tuple[float | None, float | None]
 LARGEST_IN_SECONDS = 9000.0  # 2.5 h: below, a time reads better in seconds than in hours
 
 
+class SI(float):
+    """A bare number from Python: in SI, and of the unit of whatever field reads it, which it remembers for files."""
+
+    unit: str | None = None
+
+    def __deepcopy__(self, memo: object) -> SI:
+        return self
+
+
 @dataclass(frozen=True)
 class _Unit:
     """What a unit text means: its factor to SI, its dimension, and its cleaned spelling."""
@@ -148,7 +157,7 @@ def _angle_hint(found: _Unit, wanted: _Unit) -> str:
         return ""
     if found.dimension.get("[angle]", 0.0) == 0.0:
         if wanted.dimension == _unit("rad/s").dimension:
-            return "write rpm, rad/s or deg/s: a rate alone does not say what is counted"
+            return "write rpm, rad/s or deg/s: a rate by itself does not say what is counted"
         return "the angle is missing, such as rad, deg or rev"
     return "there is an angle too many"
 
@@ -229,6 +238,9 @@ def quantity(
 
 def _split_number(value: Any, unit: str) -> tuple[float, str]:
     """Number and unit text of a value as written; raises NotAUnitError."""
+    if isinstance(value, SI) and math.isfinite(value):
+        value.unit = unit
+        return float(value), unit
     example = f"48 {unit}" if unit not in PURE else "0.9 or 90 %"
     bare = isinstance(value, int | float) and not isinstance(value, bool)
     match = NUMBER.fullmatch(str(value).replace("−", "-")) if bare or isinstance(value, str) else None
@@ -452,7 +464,7 @@ def read_names(value: Any) -> tuple[str, ...]:
 def read_name(value: Any) -> str:
     """A name; a number, such as a bare part number, is taken as its text."""
     if isinstance(value, bool) or not isinstance(value, str | int) or not str(value).strip():
-        raise refused("must be a name", "put it in quotes" if isinstance(value, bool | float) else "", value)
+        raise refused("must be a name (text)", "put it in quotes" if isinstance(value, bool | float) else "", value)
     return str(value).strip()
 
 

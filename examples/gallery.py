@@ -31,7 +31,7 @@ def main() -> None:
         written = write_outputs(ROOT / "reports" / name, result, spread=spread(evaluation), extra=extra)
         print(f"{name}: {'fits' if result.feasible else 'does not fit'}, {written['report.html']}")
         if extra is not None:  # what can be had from the study itself in half a minute, and is large
-            for bulky in ("currents.csv", "fallen.csv"):
+            for bulky in ("currents.csv", "rejected.csv"):
                 written[bulky].unlink()
         if name == "ur5_pick_and_place":
             (ROOT / "reports" / "demo.png").write_bytes(overview_png(evaluation))

@@ -88,7 +88,7 @@ def test_no_command_takes_what_is_no_study(run: Run, tmp_path: Path, kind: str) 
     before = files(tmp_path)
     for command in OF_STUDIES[: 1 if kind == "deep" else None]:  # a second each
         code, told = run(command, file, *(["--motor", "good"] if command == "why-not" else []))
-        assert code == 2 and "wrong" in told and "strange.yaml" in told, (command, told)
+        assert code == 2 and "error" in told and "strange.yaml" in told, (command, told)
     assert files(tmp_path) == before
 
 
@@ -158,7 +158,7 @@ def test_every_spoiled_value_is_told_with_place_value_and_mend(run: Run, tmp_pat
     told = run("check", "door.yaml")
     assert told[0] == 2
     assert [word for _, words in SPOILED.values() for word in words if word not in told[1]] == [], told[1]
-    assert told[1].startswith(f"{len(SPOILED)} things are wrong")  # and none that only follows from another
+    assert told[1].startswith(f"{len(SPOILED)} errors")  # and none that only follows from another
 
 
 CELLS = ("nan", "inf", "-1", "1e400", "abc", "1,5")

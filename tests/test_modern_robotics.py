@@ -251,3 +251,10 @@ def test_columns_stand_for_vectors(n: int) -> None:
 def test_an_euler_step_of_different_shapes() -> None:
     with pytest.raises(InputError, match="must have one shape"):
         ours.EulerStep([0.0, 0.0], [0.0], [1.0, 2.0], 0.1)
+
+
+def test_other_chapters_are_the_books_own() -> None:
+    assert ours.FKinSpace is book.FKinSpace
+    assert ours.ForwardDynamics is not book.ForwardDynamics
+    with pytest.raises(AttributeError, match="no attribute 'FKinSpaec'"):
+        _ = ours.FKinSpaec  # type: ignore[attr-defined]

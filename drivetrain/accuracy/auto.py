@@ -67,7 +67,7 @@ def choose_effects(
     dropped = set(cheapest(told, limits, scene.joints, costs))
     restored: list[Choice] = []
     while True:
-        tell(1, 3, f"proving that {len(dropped)} effects may go")
+        tell(1, 3, f"proving that {len(dropped)} effects may be omitted")
         kept = without(scene, dropped)
         proof = None
         if dropped:
@@ -218,7 +218,7 @@ def _apart(values: tuple[float, ...]) -> float:
 
 def _said(within: bool, good: bool, audit: float, noise: float) -> str:
     if not good:
-        return f"the step itself changes the result by {noise:.2g}: too much to tell"
+        return f"the step itself changes the result by {noise:.2g}: beyond any estimate"
     if not audit <= AUDIT:
         return f"the energy audit is off by {audit:.2g} of what passes through"
     return "the measured change is within the tolerance" if within else "the measured change is beyond the tolerance"

@@ -125,7 +125,7 @@ def study_scene(
             full, found.scene, f"effects: auto within {100.0 * wishes.tolerance:g} % left out {gone}{proof}"
         )
     if wishes.effects == ("all",):
-        return StudyScene(full, without(full, ()), "all effects that the sheets have numbers for")
+        return StudyScene(full, without(full, ()), "all effects that the data sheets have values for")
     left = [name for name in KNOWN_EFFECTS if name not in wishes.effects]
     return StudyScene(full, wanted_scene(full, wishes.effects, wishes.add), f"without {', '.join(left)}")
 
@@ -183,6 +183,6 @@ def _evaluation(
         return evaluate(what)
     chosen = select(what)
     if not chosen.drives:
-        hint = "select tells why; evaluate(study, drives) takes drives that do not fit"
+        hint = "select says why; evaluate(study, drives) takes drives that do not fit"
         raise InputError(Fault("joints", "no set of drives fits", hint=hint, file=what.path))
     return complete(chosen)

@@ -36,8 +36,8 @@ def builtin_arm(name: str, *, tip: str | None = None, gravity: Any = None) -> Ar
     """A built-in arm.
 
     Args:
-        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z; of planar-2r, along
-            -y, as in the book.
+        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z; of the planar arms,
+            along -y, as in the book.
 
     Raises:
         InputError: No such arm, or no such link.
@@ -47,33 +47,46 @@ def builtin_arm(name: str, *, tip: str | None = None, gravity: Any = None) -> Ar
     return _BUILDERS[name](tip, gravity)
 
 
+def _planar_2r_bare(tip: str | None, gravity: Any) -> Arm:
+    """The book's 2R arm: unit links with unit point masses at their ends, no motors."""
+    name, note = "planar-2r-bare", "Modern Robotics, figure 8.1: links without motors"
+    return _planar_arm(name, note, tip, gravity, [1.0, 1.0], np.zeros((2, 3, 3)))
+
+
 def _planar_2r(tip: str | None, gravity: Any) -> Arm:
-    """The book's 2R arm: unit links with unit point masses at their ends, a unit motor at each joint, gear ratio 10."""
-    _refuse_tip("planar-2r", tip)
-    home = [pose(point=[1.0, 0.0, 0.0]), pose(point=[2.0, 0.0, 0.0])]
-    screws = [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, -1.0, 0.0]]
+    """The same with a unit motor at each joint, gear ratio 10."""
     # Link 1 carries motor 2 at its end: 1 kg, stator 0.005 kg m^2 about z. The book needs no moments across z; those
     # of a disc keep the tensor possible.
     stator = np.diag([0.0025, 0.0025, 0.005])
-    arm = Arm.from_screws(
+    note = (
+        "Modern Robotics, figure 8.1 with the motors of section 8.9.2, gear ratio 10; the motors' mass, rotors "
+        "included, is counted at the stators"
+    )
+    arm = _planar_arm("planar-2r", note, tip, gravity, [2.0, 1.0], np.array([stator, np.zeros((3, 3))]))
+    return with_rotors(arm, [Rotor(10.0, 0.00125), Rotor(10.0, 0.00125)])
+
+
+def _planar_arm(name: str, note: str, tip: str | None, gravity: Any, masses: list[float], inertias: Array) -> Arm:
+    """Two unit links in the x-y plane, their masses at their ends."""
+    _refuse_tip(name, tip)
+    home = [pose(point=[1.0, 0.0, 0.0]), pose(point=[2.0, 0.0, 0.0])]
+    return Arm.from_screws(
         home,
-        screws,
-        [2.0, 1.0],
-        [stator, np.zeros((3, 3))],
+        [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, -1.0, 0.0]],
+        masses,
+        inertias,
         home[1],
         (0.0, -9.81, 0.0) if gravity is None else gravity,
         joint_points=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
-        name="planar-2r",
-        notes=["Modern Robotics, figure 8.1 with the motors of section 8.9.2, gear ratio 10; the motors' mass, rotors "
-               "included, is counted at the stators"],
-    )  # fmt: skip
-    return with_rotors(arm, [Rotor(10.0, 0.00125), Rotor(10.0, 0.00125)])
+        name=name,
+        notes=[note],
+    )
 
 
 def _ur5(tip: str | None, gravity: Any) -> Arm:
     """The UR5 file as published, wrists and all."""
     arm, _ = arm_from_model(read_model(ROBOTS / "ur5.urdf"), tip=tip or "tool0", gravity=gravity)
-    return _renamed(arm, "ur5", "the wrist inertias are kept as published; ur5-corrected mends them")
+    return _renamed(arm, "ur5", "the wrist inertias are kept as published; ur5-corrected has corrected ones")
 
 
 def _ur5_corrected(tip: str | None, gravity: Any) -> Arm:
@@ -146,6 +159,7 @@ def _renamed(arm: Arm, name: str, note: str) -> Arm:
 
 _BUILDERS: dict[str, Callable[[str | None, Any], Arm]] = {
     "planar-2r": _planar_2r,
+    "planar-2r-bare": _planar_2r_bare,
     "ur5": _ur5,
     "ur5-corrected": _ur5_corrected,
     "panda": _panda,

@@ -45,7 +45,7 @@ def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
     findings = [finding for rule in rules for finding in rule(values)]
     kind = cells.get("kind")
     if any(name in values for name in LOSSES) and not cells.get("loss_basis"):
-        findings.append(error("loss_basis", "is empty: say what mesh efficiency, drag and starting torque rest on"))
+        findings.append(error("loss_basis", "is empty: say where mesh efficiency, drag and starting torque come from"))
     return findings + list(_stages(values, str(kind))) + list(_ratio_fraction(cells))
 
 
@@ -149,7 +149,7 @@ def _bearing(values: Values) -> Iterator[Finding]:
     largest = {"tilting_moment_limit": static * arm, "axial_load_limit": static / 0.44, "radial_load_limit": static}
     for name, most in largest.items():
         if most and values.get(name, 0.0) > most:
-            yield error(name, "alone is more than the static rating of the bearing bears", most)
+            yield error(name, "by itself exceeds the static rating of the bearing", most)
 
 
 def _stages(values: Values, kind: str) -> Iterator[Finding]:

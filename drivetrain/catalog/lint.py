@@ -114,7 +114,7 @@ def _provenance(row: Row) -> Iterator[Finding]:
     if not row.text("source"):
         yield error("source", "is empty: say where the numbers were read")
     elif not (row.text("edition") or row.text("date")):
-        yield warning("edition", "is empty: sheets change by up to 10 % from one edition to the next")
+        yield warning("edition", "is empty: data sheets change by up to 10 % from one edition to the next")
 
 
 def _doubles(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:

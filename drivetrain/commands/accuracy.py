@@ -37,7 +37,7 @@ def _accuracy(
         typer.Option("--out", metavar="DIR", help="Folder for accuracy.html and accuracy.json.", show_default=False),
     ] = None,
 ) -> None:
-    """Show on the study's own motion what every effect changes and costs, and which may go within a tolerance."""
+    """Show on the study's own motion what every effect changes and costs, and which a tolerance lets one omit."""
     with told():
         from dataclasses import replace
 
@@ -139,13 +139,13 @@ def judged(study: Study) -> Evaluation:
     from drivetrain.sizing.search.search import select
 
     if gives_all(study):
-        with working("judging the given drives"):
+        with working("checking the given drives"):
             return evaluate(study)
     with working("searching the catalogues for drives") as step:
         chosen = select(study, progress=step)
     evaluation = complete(chosen)
     if not chosen.drives:
-        say("note: no set of drives fits; the nearest candidates are simulated", errors=True)
+        say("note: no set of drives fits; the closest candidates are simulated", errors=True)
     elif not chosen.feasible:
         say("note: the drives are not proven to fit: data are missing", errors=True)
     return evaluation

@@ -54,7 +54,7 @@ def _why_not(
         with together:
             loaded = load_study(study)
         together.tell()
-        with working("looking for what would let it pass"):
+        with working("searching for what would let it pass"):
             found = why_not(loaded, joint, motor, gear)
             page = why_not_report(found)
         for answer in found.answers:
@@ -71,7 +71,7 @@ def _why_not(
 def _explain(
     study: StudyFile,
     joint: Annotated[list[str] | None, typer.Option(help="Of this joint, or of the supply; may be repeated.")] = None,
-    check: Annotated[list[str] | None, typer.Option(help="This check alone; may be repeated.")] = None,
+    check: Annotated[list[str] | None, typer.Option(help="This check only; may be repeated.")] = None,
 ) -> None:
     """Say how each check comes about: formula, numbers, instant, limit and its source."""
     with told():
@@ -89,7 +89,7 @@ def _explain(
             names = [*(task.name for task in loaded.joints), "supply", "arm"]
             listed_names("--joint", "joint of the study", joint, names)
         together.tell()
-        with working("judging the drives"):
+        with working("checking the drives"):
             found = evaluate(loaded, chosen_drives(loaded))
         lines(explanation(found, tuple(joint or ()), tuple(check or ())))
         raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)
@@ -156,11 +156,11 @@ def _ends(low: str, high: str, unit: str) -> tuple[float, float]:
 @app.command("front")
 def _front(
     study: StudyFile,
-    by: Annotated[str, typer.Option(help="Criteria, parted by commas: mass, price, energy, utilisation.")] = (
+    by: Annotated[str, typer.Option(help="Criteria, separated by commas: mass, price, energy, utilisation.")] = (
         "mass,energy"
     ),
     time_limit: Annotated[
-        str, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is told.")
+        str, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is reported.")
     ] = "60 s",
     out: Annotated[Path | None, _out("front.html and front.json")] = None,
 ) -> None:

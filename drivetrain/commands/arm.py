@@ -51,7 +51,7 @@ def _simulate(
     tip: Annotated[str | None, typer.Option(help="Of an arm, name of the link that is the end effector.")] = None,
     effects: Annotated[
         str | None,
-        typer.Option(help="Of a study: auto, all, none, or names parted by commas.", show_default=False),
+        typer.Option(help="Of a study: auto, all, none, or names separated by commas.", show_default=False),
     ] = None,
     tolerance: Annotated[
         str | None, typer.Option(metavar="SHARE", help="For --effects auto, such as 1%.", show_default=False)
@@ -60,7 +60,7 @@ def _simulate(
         Path | None, typer.Option(metavar="FILE", help="Of a study: go on from this recording.", show_default=False)
     ] = None,
     verify: Annotated[
-        bool, typer.Option("--verify", help="Of a study: run once more, finer, and tell what that changes.")
+        bool, typer.Option("--verify", help="Of a study: run once more, finer, and show what that changes.")
     ] = False,
     out: Annotated[
         Path | None,

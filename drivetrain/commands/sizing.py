@@ -1,4 +1,4 @@
-"""The commands around a study: demo, init, check, size, select, currents."""
+"""The commands around a study: demo, init, check, size, select."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(rich_markup_mode="rich")
 
-MOST_NOTES = 8  # doubts listed on the terminal; the report holds them all
+MOST_NOTES = 8  # warnings and notes listed on the terminal; the report holds them all
 
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file (see `drivetrain init`).")]
 OutFolder = Annotated[
@@ -99,9 +99,9 @@ def _check(
     study: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The study, a YAML file.")] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of studies, for editors.")] = False,
 ) -> None:
-    """Read a study and everything it names, and list every fault and doubt; nothing is calculated."""
+    """Read a study and everything it names, and list every error and warning; nothing is calculated."""
     if study is None and not schema:
-        raise typer.BadParameter("name a study, or ask for --schema", param_hint="STUDY")
+        raise typer.BadParameter("name a study, or give --schema", param_hint="STUDY")
     with told():
         if schema:
             import json
@@ -117,7 +117,7 @@ def _check(
 
 @app.command("size")
 def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
-    """Judge the drives that the study gives: margins, verdicts, report, currents."""
+    """Check the drives that the study gives: margins, verdicts, report, currents."""
     with told():
         from drivetrain.sizing.judge.evaluate import evaluate
         from drivetrain.study.read import load_study
@@ -128,7 +128,7 @@ def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> N
         with together:
             loaded = load_study(study)
         together.tell()
-        with working("judging the given drives"):
+        with working("checking the given drives"):
             result = evaluate(loaded)
         raise typer.Exit(_deliver(result, out or report_folder(loaded.name), as_json=as_json))
 
@@ -138,7 +138,7 @@ def _select(
     study: StudyFile,
     sets: Annotated[int | None, typer.Option(min=1, help="How many of the best sets are wanted.")] = None,
     time_limit: Annotated[
-        str | None, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is told.")
+        str | None, typer.Option(metavar="TIME", help="For the search, such as 10s; what is left unproven is reported.")
     ] = None,
     objective: Annotated[Objective | None, typer.Option(help="What is minimised, whatever the study says.")] = None,
     front: Annotated[
@@ -184,32 +184,6 @@ def _select(
 
             check_trade_offs(loaded)
         raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
-
-
-@app.command("currents")
-def _currents(
-    study: StudyFile,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The CSV file to write.")] = Path("currents.csv"),
-) -> None:
-    """Write the current command of every joint over the cycle, for the drives that the study gives."""
-    with told():
-        from drivetrain.report.outputs import currents_csv
-        from drivetrain.sizing.judge.evaluate import evaluate
-        from drivetrain.study.read import load_study
-        from drivetrain.whole_files import write_files
-
-        together = Together()
-        with together:
-            writable(out, file=True)
-        with together:
-            loaded = load_study(study)
-        together.tell()
-        with working("computing currents"):
-            result = evaluate(loaded)
-        write_files(out.parent, {out.name: currents_csv(result)})
-        say(f"currents: {out}")
-        say(f"verdict on these drives: {result.verdict}")
-        raise typer.Exit(FITS if result.feasible else DOES_NOT_FIT)
 
 
 @app.command("ratio")
@@ -331,6 +305,6 @@ def _summarise(study: Study, *, errors: bool) -> None:
     for task in study.joints:
         given = "no drive given" if task.drive is None else " + ".join(key for key in task.drive if key)
         say(f"  {task.name}: {given}; {len(task.pairs)} pairs may be chosen", errors=errors)
-    doubtful_first = sorted(study.notes, key=lambda note: not note.startswith("doubt:"))
-    listed("doubts", doubtful_first, most=MOST_NOTES)
+    warnings_first = sorted(study.notes, key=lambda note: not note.startswith("warning:"))
+    listed("warnings and notes", warnings_first, most=MOST_NOTES)
     say("the study can be used", errors=errors)

@@ -19,7 +19,7 @@ def options_beside(
     """The front and the curves that the command line asks for instead of what a study says.
 
     Args:
-        front: Criteria parted by commas; None: as the study says.
+        front: Criteria separated by commas; None: as the study says.
         curves: Each on one line; None or none: as the study says.
         low, high: Ends of the one curve that is asked for.
 

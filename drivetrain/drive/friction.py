@@ -59,7 +59,7 @@ class Friction:
                 problem = f"must be at least the coulomb torque of either direction ({sliding:g} N m)"
                 faults.append(Fault("friction.static", problem, self.static))
         if not faults and self.stribeck_speed is not None and self.static is None:
-            hint = "give the static torque from which friction falls, or leave the speed out"
+            hint = "give the static torque from which friction decreases, or leave the speed out"
             faults.append(Fault("friction.stribeck_speed", "says nothing without static", self.stribeck_speed, hint))
         if faults:
             raise InputError(faults)
@@ -85,7 +85,7 @@ def book_curves(static: float, kinetic: float, viscous: float, stribeck_speed: f
         InputError: Negative numbers, or ``kinetic`` above ``static``.
 
     Reference:
-        Lynch and Park, Modern Robotics (2017), figure 8.13. For (d) its text asks "tau_fric >= |b_static|" to start;
+        Lynch and Park, Modern Robotics (2017), figure 8.13. For (d) its text asks ``tau_fric >= |b_static|`` to start;
         it is the magnitude of the torque that must reach b_static, in either direction.
     """
     return {
@@ -160,6 +160,13 @@ def static_excess(curve: Any, speed: Any) -> Any:
 
 
 @law
+def friction_at(curve: Any, speed: Any) -> Any:
+    """Of a shaft that turns, all of it, of the sign of the speed, 0 at rest [N m]."""
+    sliding = sliding_friction(curve, speed)
+    return sliding + static_excess(curve, speed) if curve.falls else sliding
+
+
+@law
 def breakaway_friction(curve: Any, way: Any) -> Any:
     """What holds before the shaft starts in a direction, of its sign [N m]; 0 without one. Figure 8.13 (b) to (f)."""
     return curve.static_forward * (way > 0.0) - curve.static_backward * (way < 0.0)
@@ -177,9 +184,7 @@ def friction_torque(friction: Friction, speed: Array) -> Array:
     Returns:
         Torque to be overcome [N m], the shape of ``speed``.
     """
-    speed, curve = np.asarray(speed, dtype=np.float64), friction_curve(friction)
-    sliding = sliding_friction(curve, speed)
-    return np.asarray(sliding + static_excess(curve, speed) if curve.falls else sliding)
+    return np.asarray(friction_at(friction_curve(friction), np.asarray(speed, dtype=np.float64)))
 
 
 def breakaway_torque(friction: Friction, direction: Array) -> Array:

@@ -291,7 +291,7 @@ def rms_rule_validity(
         return f"overload of {longest:.3g} s, winding time constant unknown: the RMS current may hide a hot winding"
     return (
         f"overload of {longest:.3g} s is {100.0 * longest / constant:.3g} % of the winding time constant "
-        f"({constant:.3g} s): the RMS current hides a hotter winding, judge the winding temperature"
+        f"({constant:.3g} s): the RMS current hides a hotter winding, check the winding temperature"
     )
 
 

@@ -150,7 +150,7 @@ def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: floa
     record, nominal = as_record(motor), _nominal_source(motor, ambient, housing_to_ambient)
     value = _told(continuous_current_limit(record, ambient, mounting))
     if value is None:
-        return SourcedValue(None, "the sheet has neither a nominal current nor a thermal resistance and limit")
+        return SourcedValue(None, "the catalogue row has neither a nominal current nor a thermal resistance and limit")
     if value == scaled_nominal_current(record, ambient, mounting):
         return SourcedValue(value, nominal)
     return SourcedValue(value, f"thermal limit: winding at {motor.max_winding_temperature} °C in air of {ambient:g} °C")
@@ -162,8 +162,10 @@ def _told(value: float) -> float | None:
 
 def _nominal_source(motor: Motor, ambient: float, housing_to_ambient: float | None) -> str:
     """What ``scaled_nominal_current`` did, in words."""
-    printed = "nominal current of the sheet"
-    source = printed if motor.nominal_current is not None else "nominal torque of the sheet over its torque constant"
+    printed = "nominal current of the data sheet"
+    source = (
+        printed if motor.nominal_current is not None else "nominal torque of the data sheet over its torque constant"
+    )
     limit = motor.max_winding_temperature
     if ambient != SHEET_AMBIENT:
         if limit is None or limit <= SHEET_AMBIENT:
@@ -190,10 +192,10 @@ def peak_current(motor: Motor, amplifier: Amplifier) -> SourcedValue:
     """
     known = []
     if motor.peak_current is not None:
-        known.append(SourcedValue(motor.peak_current, "peak current of the motor's sheet"))
+        known.append(SourcedValue(motor.peak_current, "peak current of the motor's data sheet"))
     elif motor.peak_torque is not None:
         value = motor.peak_torque / motor.torque_constant
-        known.append(SourcedValue(value, "peak torque of the motor's sheet over its torque constant"))
+        known.append(SourcedValue(value, "peak torque of the motor's data sheet over its torque constant"))
     if amplifier.peak_current is not None:
         known.append(SourcedValue(amplifier.peak_current, "peak current of the amplifier"))
     if not known:

@@ -42,6 +42,35 @@ def overload(sheet: AmplifierSheet, current: Array, time: Array) -> float | None
 
 
 @law
+def overload_room(amplifier: Any) -> Any:
+    """Where the overload trips: 1 of the first-order model, else ((I_p/I_c)^2 - 1) t_p [s]."""
+    if known(amplifier.thermal_time_constant):
+        return 1.0
+    return ((amplifier.peak_current / amplifier.continuous_current) ** 2 - 1.0) * amplifier.peak_time
+
+
+@law
+def overload_after(amplifier: Any, held: Any, square: Any, step: Any) -> Any:
+    """The overload after a step [s] of a current whose square over the continuous one's is told; - or [s]."""
+    constant = amplifier.thermal_time_constant
+    if known(constant):
+        left = math.exp(-step / constant)
+        return left * held + (1.0 - left) * square
+    grown = held + (square - 1.0) * step
+    return 0.5 * (grown + abs(grown))  # never below zero
+
+
+@law
+def overload_allows(amplifier: Any, held: Any, step: Any) -> Any:
+    """Squared current over the continuous one's that just fills the overload in a step [s]; 1 where it is full."""
+    constant = amplifier.thermal_time_constant
+    if known(constant):
+        left = math.exp(-step / constant)
+        return (1.0 - left * held) / (1.0 - left)
+    return 1.0 + (overload_room(amplifier) - held) / step
+
+
+@law
 def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
     """``overload`` of a current that is a series times a scale [A], each sample for its step [s]."""
     steady, constant, total, length = amplifier.continuous_current, amplifier.thermal_time_constant, 0.0, 0.0
@@ -51,21 +80,19 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any) -> Any:
         length += step[t]
     if known(constant):  # of the affine map of a round, the state that it leaves as it was
         for t in range(len(step)):
-            left = math.exp(-step[t] / constant)
-            held = left * held + (1.0 - left) * (series[t] * scale / steady) ** 2
+            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
         held = held / -math.expm1(-length / constant)
         most = held
         for t in range(len(step)):
-            left = math.exp(-step[t] / constant)
-            held = left * held + (1.0 - left) * (series[t] * scale / steady) ** 2
+            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
             most = max(most, held)
         return most
     if total > length * (1.0 + 1e-12):
         return math.inf
-    room = ((amplifier.peak_current / steady) ** 2 - 1.0) * amplifier.peak_time
+    room = overload_room(amplifier)
     for _ in range(2):  # from empty; what is left at the end of the first round is that of every round after it
         for t in range(len(step)):
-            held = max(held + ((series[t] * scale / steady) ** 2 - 1.0) * step[t], 0.0)
+            held = overload_after(amplifier, held, (series[t] * scale / steady) ** 2, step[t])
             most = max(most, held)
     if most == 0.0:
         return 0.0

@@ -80,7 +80,7 @@ def warm_up(
     if isinstance(cycles, bool) or not isinstance(cycles, (int, np.integer)) or cycles < 1:
         faults.append(Fault("cycles", "must be a whole number from 1", cycles))
     if network.winding_capacity is None:
-        problem = "is unknown, so how fast the winding warms cannot be told"
+        problem = "is unknown, so how fast the winding warms is not known"
         faults.append(Fault("network.winding_capacity", problem))
     if amperes.size < 2:
         faults.append(Fault("current", "must be at least two samples of a cycle", amperes.tolist()))

@@ -1,9 +1,9 @@
-"""The Coriolis matrix and the Christoffel symbols, out of the recursion alone.
+"""The Coriolis matrix and the Christoffel symbols.
 
-The recursion without gravity and accelerations gives ``h(q, qd)``, whose entry i is the quadratic form of the symbols
-``Gamma_ijk``. They are symmetric in j and k, so the form determines them: by polarisation
-``Gamma(u, v) = (h(u + v) - h(u - v)) / 4``, with no derivative taken and nothing neglected, and with the rotors of the
-recursion, of any kind and at any level.
+Entry i of the velocity torques ``h(q, qd)`` is the quadratic form of the symbols ``Gamma_ijk``, symmetric in j and k.
+So the Coriolis matrix is half the derivative of the torques by the speeds, and the form determines the symbols: by
+polarisation ``Gamma(u, v) = (h(u + v) - h(u - v)) / 4``, from the recursion without gravity and accelerations, with no
+derivative taken and nothing neglected, and with rotors of any kind and at any level.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.packed import Packed, packed
+from drivetrain.dynamics.derivatives import derivatives
 from drivetrain.dynamics.mass_matrix import CHUNK
 from drivetrain.dynamics.samples import finite_samples, run
 
@@ -35,16 +36,7 @@ def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:
     Reference: Modern Robotics, equations 8.17 to 8.19 and proposition 8.1.
     """
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
-    model = packed(arm)
-    result = np.empty((*positions.shape, arm.n))
-    # Column j of C is Gamma(e_j, qd); e_j is made as long as qd, which keeps the most digits.
-    size = np.sqrt(np.sum(speeds * speeds, axis=1))
-    size[size == 0.0] = 1.0
-    for first in range(0, len(positions), CHUNK):
-        some = slice(first, first + CHUNK)
-        steps = size[some, None, None] * np.eye(arm.n)
-        columns = _velocity_form(model, positions[some], steps, speeds[some, None]) / size[some, None, None]
-        result[some] = np.swapaxes(columns, 1, 2)
+    result = 0.5 * derivatives(packed(arm), [positions, speeds, np.zeros(positions.shape)]).qd
     return result if np.ndim(q) == 2 else result[0]
 
 

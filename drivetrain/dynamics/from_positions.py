@@ -1,14 +1,13 @@
 """Joint torques of a motion known by its positions alone: differentiated twice, with the noise of the readings told.
 
 Second differences multiply the noise of a reading by 2.4/dt^2. A 12-bit encoder read at 1 kHz wavers by 1100 rad/s^2,
-and torques computed so are an arm's noise, not its load. So each joint is first smoothed by as much as its resolution
-explains, and no more; joints that need none are differentiated as they are. What noise is left in the torques is found
-by reading again: with as much noise added, smoothed as much again, several times over.
+and torques computed so are an arm's noise, not its load. So each joint is first smoothed by as much as its resolution,
+its noise and the jitter of its clock explain; joints that need none are differentiated as they are. How sure positions,
+speeds and accelerations then are comes with the smoothing, and reaches the torques by their derivatives.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,11 +15,20 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, axes_of, checked_array
+from drivetrain.dynamics.derivatives import inverse_dynamics_derivatives
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import Fault, InputError
-from drivetrain.motion.smoothing import Parabolas, Smoothing, SmoothingSpline, chosen_smoothing, detected_resolution
-
-READINGS = 8  # how often noise is added to see what it does; a deviation from 8 is good to a quarter
+from drivetrain.motion.smoothing import (
+    NOISE_OF_RESOLUTION,
+    Fitted,
+    Parabolas,
+    Smoothing,
+    SmoothingSpline,
+    chosen_smoothing,
+    detected_resolution,
+    estimated_jitter,
+    is_uniform,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +37,8 @@ class TorqueFromPositions:
 
     Attributes:
         torque: Generalised torque [N m; N at a prismatic joint], (N, n).
-        deviation: Its standard deviation by the noise of the readings [N m or N], (N, n); zero for exact positions.
+        deviation: Its standard deviation by the noise of readings and clock [N m or N], (N, n): the torque is within
+            1.96 of it for 95 % of the samples; zero for exact positions.
         qd: Speeds [rad/s or m/s], (N, n).
         qdd: Accelerations [rad/s^2 or m/s^2], (N, n).
         smoothing: What was done to each joint, in words, (n,).
@@ -58,9 +67,8 @@ def torque_from_positions(
             (6,) or (N, 6). None: nothing.
 
     Returns:
-        Torques and what they come from. Within 50 to 100 samples of either end accelerations rest on one side only,
-        and where the motion does not begin or end at rest they are off by more than ``deviation`` says, by several
-        times in the outermost ten: record a little more than you need.
+        Torques and what they come from. Towards either end accelerations rest on one side only, and ``deviation``
+        grows: record a little more than you need.
 
     Raises:
         InputError: Wrong shapes, a NaN or infinity, times that do not increase, too few samples, or a negative
@@ -72,45 +80,39 @@ def torque_from_positions(
     positions = checked_array(q, (len(times), arm.n), "q")
     if (np.diff(times) <= 0.0).any():
         raise InputError(Fault("time", "must increase [s]", times.tolist()[:8]))
-    joints = [_Joint.of(times, *pair) for pair in zip(positions.T, _steps(arm, resolution), strict=True)]
-    qd, qdd = _derivatives(times, positions, [joint.way for joint in joints])
-    torque = inverse_dynamics(arm, positions, qd, qdd, tip_wrench=tip_wrench)
-    noise = np.array([joint.step for joint in joints])
-    squares = np.zeros(torque.shape)
-    random = np.random.default_rng(0)
-    for _ in range(READINGS if noise.any() else 0):
-        again = positions + noise * random.uniform(-0.5, 0.5, positions.shape)
-        rates = _derivatives(times, again, [joint.way_again for joint in joints])
-        squares += (inverse_dynamics(arm, again, *rates, tip_wrench=tip_wrench) - torque) ** 2
-    words = tuple(joint.way.description for joint in joints)
-    return TorqueFromPositions(torque, np.sqrt(squares / READINGS), qd, qdd, words)
+    steps = _steps(arm, resolution)
+    joints = [_differentiated(times, values, step) for values, step in zip(positions.T, steps, strict=True)]
+    rates, covariance = (np.stack(parts, axis=-1) for parts in zip(*(fitted for fitted, _ in joints), strict=True))
+    motion = [np.ascontiguousarray(rate) for rate in rates]
+    torque = inverse_dynamics(arm, *motion, tip_wrench=tip_wrench)
+    slopes = inverse_dynamics_derivatives(arm, *motion, tip_wrench=tip_wrench)
+    by = np.stack([slopes.q, slopes.qd, slopes.qdd], axis=-1)
+    deviation = np.sqrt(np.maximum(np.einsum("sijk,sklj,sijl->si", by, covariance, by), 0.0))
+    return TorqueFromPositions(torque, deviation, motion[1], motion[2], tuple(words for _, words in joints))
 
 
-@dataclass(frozen=True)
-class _Joint:
-    """How a joint's readings are differentiated, and how they are once as much noise is added."""
-
-    step: float
-    way: Smoothing
-    way_again: Smoothing
-
-    @classmethod
-    def of(cls, time: Array, values: Array, given: float | None) -> _Joint:
-        step = detected_resolution(values) if given is None else given
-        if np.ptp(values) == 0.0:  # a joint that stayed at one reading has no noise to remove
-            return cls(0.0, Parabolas(), Parabolas())
-        way = chosen_smoothing(time, values, step) if given is None else SmoothingSpline(step) if step else Parabolas()
-        if not isinstance(way, SmoothingSpline):
-            return cls(step, way, way)
-        smoothed = way.resolution or step
-        return cls(smoothed, way, SmoothingSpline(math.sqrt(2.0) * smoothed))
-
-
-def _derivatives(time: Array, positions: Array, ways: list[Smoothing]) -> tuple[Array, Array]:
-    """Speeds and accelerations, (N, n) each."""
-    found = [way.derivatives(time, values) for way, values in zip(ways, positions.T, strict=True)]
-    qd, qdd = (np.ascontiguousarray(np.transpose(rates)) for rates in zip(*found, strict=True))
-    return qd, qdd
+def _differentiated(time: Array, values: Array, given: float | None) -> tuple[Fitted, str]:
+    """Position, speed, acceleration and their covariance, and in words how they came about."""
+    step = detected_resolution(values) if given is None else given
+    way: Smoothing = Parabolas()
+    if np.ptp(values) == 0.0:  # a joint that stayed at one reading has no noise to remove
+        step = 0.0
+    elif given is None:
+        way = chosen_smoothing(time, values, step)
+    elif step:
+        way = SmoothingSpline(step, estimated_jitter(time, values, step * NOISE_OF_RESOLUTION))
+    if isinstance(way, SmoothingSpline):
+        return way.fitted(time, values), way.description
+    variance = (step * NOISE_OF_RESOLUTION) ** 2 * np.ones(len(time))
+    gap = np.gradient(time)
+    covariance = np.zeros((len(time), 3, 3))
+    covariance[:, [0, 1, 2], [0, 1, 2]] = np.stack([variance, variance / (2 * gap**2), 6 * variance / gap**4], axis=1)
+    first, second = way.derivatives(time, values)
+    if given is None and not is_uniform(time):
+        # What a parabola over two unequal steps misses of the acceleration: a third of their difference times its rate.
+        unequal = np.diff(time, 2, prepend=2 * time[0] - time[1], append=2 * time[-1] - time[-2])
+        covariance[:, 2, 2] += (unequal / 3.0 * np.gradient(second, time)) ** 2
+    return Fitted(np.stack([values, first, second]), covariance), way.description
 
 
 def _steps(arm: Arm, resolution: Any) -> list[float | None]:

@@ -33,7 +33,7 @@ def link_poses(arm: Arm, q: Any) -> Array:
 
     Reference: Modern Robotics, equation 4.14.
     """
-    moved = _displacements(arm, q)[:, 1:] @ arm.home
+    moved = displacements(arm, q)[:, 1:] @ arm.home
     return moved if np.ndim(q) == 2 else moved[0]
 
 
@@ -52,7 +52,7 @@ def tip_pose(arm: Arm, q: Any) -> Array:
 
     Reference: Modern Robotics, equation 4.14.
     """
-    moved = _displacements(arm, q)[:, -1] @ arm.tip
+    moved = displacements(arm, q)[:, -1] @ arm.tip
     return moved if np.ndim(q) == 2 else moved[0]
 
 
@@ -71,7 +71,7 @@ def space_jacobian(arm: Arm, q: Any) -> Array:
 
     Reference: Modern Robotics, equation 5.11.
     """
-    columns = _columns(_displacements(arm, q)[:, :-1], arm.screws)
+    columns = screw_columns(displacements(arm, q)[:, :-1], arm.screws)
     return columns if np.ndim(q) == 2 else columns[0]
 
 
@@ -90,8 +90,8 @@ def body_jacobian(arm: Arm, q: Any) -> Array:
 
     Reference: Modern Robotics, equation 5.18.
     """
-    moved = _displacements(arm, q)
-    space = _columns(moved[:, :-1], arm.screws)
+    moved = displacements(arm, q)
+    space = screw_columns(moved[:, :-1], arm.screws)
     tips = moved[:, -1] @ arm.tip
     turned, place = np.swapaxes(tips[:, :3, :3], 1, 2), tips[:, :3, 3, None]
     columns = np.empty_like(space)
@@ -100,7 +100,7 @@ def body_jacobian(arm: Arm, q: Any) -> Array:
     return columns if np.ndim(q) == 2 else columns[0]
 
 
-def _displacements(arm: Arm, q: Any) -> Array:
+def displacements(arm: Arm, q: Any) -> Array:
     """How base, link 0, link 1, ... have moved since the joints were at zero, (N, n + 1, 4, 4)."""
     (positions,) = finite_samples(arm.n, {"q": q})
     result = np.empty((len(positions), arm.n + 1, 4, 4))
@@ -134,7 +134,7 @@ def screw_displacements(screw: Array, angles: Array) -> Array:
     return result
 
 
-def _columns(displacements: Array, screws: Array) -> Array:
+def screw_columns(displacements: Array, screws: Array) -> Array:
     """Screws carried along with displacements, as columns, (N, 6, n)."""
     rotation, place = displacements[..., :3, :3], displacements[..., :3, 3]
     angular = (rotation @ screws[:, :3, None])[..., 0]

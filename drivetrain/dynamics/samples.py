@@ -94,21 +94,24 @@ def run(
     Raises:
         InputError: A number that is NaN, infinite, or too large to be squared.
     """
-    q, qd, qdd = motion
     wide, filled = motion, outputs
     if model.spread is not None:
         wide = [x @ model.spread.T for x in motion]
         filled = Outputs(*(np.empty((len(x), wide[0].shape[1], *x.shape[2:])) for x in outputs))
     torque = np.empty(wide[0].shape)
     weight = model.gravity if gravity is None else gravity
-    spoiled = recursion(model.links, model.rotors, weight, *wide, tip, torque, *filled)
-    if spoiled != 0.0:
-        raise _complaint(q.shape[1], {"q": q, "qd": qd, "qdd": qdd})
+    if recursion(model.links, model.rotors, weight, *wide, tip, torque, *filled) != 0.0:
+        raise spoiled(motion)
     if model.spread is None:
         return torque
     for asked, found in zip(outputs, filled, strict=True):
         asked[:] = found[:, : asked.shape[1]]
     return np.asarray(torque @ model.spread)
+
+
+def spoiled(motion: Sequence[Array]) -> InputError:
+    """The complaint about a motion (q, qd, qdd) in which a kernel has met a number that is none."""
+    return _complaint(motion[0].shape[1], dict(zip(("q", "qd", "qdd"), motion, strict=True)))
 
 
 def _complaint(n: int, named: dict[str, Any]) -> InputError:

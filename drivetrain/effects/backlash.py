@@ -81,7 +81,7 @@ class Backlash(Effect):
         faults = []
         if self.gear.backlash is None:
             hint = "state one, or take FlexibleJoint"
-            faults.append(Fault("Backlash.gear", "has no backlash on its sheet [rad]", self.gear.key, hint))
+            faults.append(Fault("Backlash.gear", "has no backlash in its catalogue row [rad]", self.gear.key, hint))
         if not 0.0 <= self.damping < math.inf:
             faults.append(Fault("Backlash.damping", "must not be negative [N m s/rad]", self.damping))
         if faults:
@@ -122,7 +122,7 @@ class Backlash(Effect):
         told = along(self.gear, self.damping, place, conditions, series)
         pressed = float(np.abs(series.torque).min()) > BESIDE * float(self.swing(conditions).max())
         one_side = bool((series.torque > 0.0).all() or (series.torque < 0.0).all())
-        why = f"half of the play; {told.why}" if pressed and one_side else "flanks that part and meet: keep it"
+        why = f"half of the play; {told.why}" if pressed and one_side else "flanks that separate and meet: keep it"
         return replace(told, deviation=told.deviation + play, valid=told.valid and pressed and one_side, why=why)
 
     def swing(self, conditions: Conditions) -> Array:

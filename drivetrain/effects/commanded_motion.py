@@ -83,7 +83,7 @@ class CommandedMotion(Effect):
             raise InputError(Fault("motion", "is a load table: it commands no position"))
         time = checked_array(self.motion.time, (None,), "motion.time")
         if len(time) < 2 or (np.diff(time) < 0.0).any() or not time[-1] > time[0]:
-            raise InputError(Fault("motion.time", "must be two or more instants that never fall [s]"))
+            raise InputError(Fault("motion.time", "must be two or more instants that never decrease [s]"))
         for name in ("position", "velocity", "acceleration"):
             checked_array(getattr(self.motion, name), (len(time), len(self.motion.joint_names)), f"motion.{name}")
         if self.repetitions < 1:

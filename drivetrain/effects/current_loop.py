@@ -196,7 +196,9 @@ class CurrentLoop(Effect):
         faults = []
         if not (self.motor.inductance or 0.0) > 0.0:
             hint = "MotorCurrent is the motor without inductance"
-            faults.append(Fault("CurrentLoop.motor", "has no inductance on its sheet [H]", self.motor.key, hint))
+            faults.append(
+                Fault("CurrentLoop.motor", "has no inductance in its catalogue row [H]", self.motor.key, hint)
+            )
         if not 0.0 < self.bandwidth < math.inf:
             faults.append(Fault("CurrentLoop.bandwidth", "must be positive [rad/s]", self.bandwidth))
         if not self.peak_current > 0.0:

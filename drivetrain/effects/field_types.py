@@ -48,7 +48,9 @@ def checked_table(time: Any, values: Any, name: str) -> tuple[Array, Array]:
     """
     instants, found = checked_array(time, (None,), "time"), checked_array(values, (None,), name)
     if len(instants) != len(found) or not len(instants) or (np.diff(instants) < 0.0).any():
-        raise InputError(Fault("time", f"must be instants that never fall, one a {name} [s]", instants[:5].tolist()))
+        raise InputError(
+            Fault("time", f"must be instants that never decrease, one a {name} [s]", instants[:5].tolist())
+        )
     return instants, found
 
 

@@ -68,4 +68,4 @@ class PositionLoop(Effect):
         return Own(self.stiffness * scale, self.damping * scale, place.ratio, place.coupled)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
-        return (TimeScale("error falls", self.damping / self.stiffness),) if self.stiffness > 0.0 else ()
+        return (TimeScale("error decays", self.damping / self.stiffness),) if self.stiffness > 0.0 else ()

@@ -75,7 +75,9 @@ class SampledCurrentLoop(Effect):
     def __post_init__(self) -> None:
         faults = []
         if not (self.motor.inductance or 0.0) > 0.0:
-            faults.append(Fault("SampledCurrentLoop.motor", "has no inductance on its sheet [H]", self.motor.key))
+            faults.append(
+                Fault("SampledCurrentLoop.motor", "has no inductance in its catalogue row [H]", self.motor.key)
+            )
         for name, unit in (("bandwidth", "rad/s"), ("every", "s")):
             if not 0.0 < getattr(self, name) < math.inf:
                 problem = f"must be positive [{unit}]"

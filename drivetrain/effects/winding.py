@@ -131,7 +131,7 @@ class Winding(Effect):
         faults = []
         if not (self.motor.inductance or 0.0) > 0.0:
             hint = "MotorCurrent is the motor without inductance"
-            faults.append(Fault("Winding.motor", "has no inductance on its sheet [H]", self.motor.key, hint))
+            faults.append(Fault("Winding.motor", "has no inductance in its catalogue row [H]", self.motor.key, hint))
         if not math.isfinite(self.current):
             faults.append(Fault("Winding.current", "must be a finite number [A]", self.current))
         if faults:

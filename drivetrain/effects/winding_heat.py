@@ -66,7 +66,7 @@ def _off(own: Any, p: float, q: float) -> tuple[float, float, float, float]:
 
 
 @law
-def _warmed(own: Any) -> tuple[float, float]:
+def warmed(own: Any) -> tuple[float, float]:
     """Both temperatures after the time gathered, under the mean losses gathered in it."""
     if own.clock == 0.0:
         return own.winding_temperature, own.housing_temperature
@@ -104,7 +104,7 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
         modes[2] * u + modes[3] * v,
     )
     # What is recorded does not wait for the next step of the temperatures.
-    heat.winding, heat.housing = _warmed(own)
+    heat.winding, heat.housing = warmed(own)
 
 
 @joint_law(Own)
@@ -116,7 +116,7 @@ def _accept(t: Any, h: Any, own: Any, joint: Any) -> None:
     own.clock += h
     if own.clock < own.period * (1.0 - 1e-9):
         return
-    own.winding_temperature, own.housing_temperature = _warmed(own)
+    own.winding_temperature, own.housing_temperature = warmed(own)
     own.copper = own.iron = own.clock = 0.0
 
 
@@ -146,7 +146,7 @@ class WindingHeat(Effect):
 
     def __post_init__(self) -> None:
         if self.network.winding_capacity is None:
-            hint = "state one, or judge mean temperatures only"
+            hint = "state one, or use mean temperatures only"
             raise InputError(Fault("WindingHeat.network", "has no winding time constant", None, hint))
         if not 0.0 <= self.gear_heat <= 1.0:
             raise InputError(Fault("WindingHeat.gear_heat", "must be between 0 and 1 [-]", self.gear_heat))

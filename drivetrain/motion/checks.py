@@ -105,7 +105,7 @@ def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
     moving = np.any([np.diff(position) != 0.0 for position in positions], axis=0)
     gaps = np.flatnonzero(moving & (np.diff(time) > GAP_IN_TIME * usual))
     if len(gaps):
-        return [f"doubt: {told}; something moves in the gap after t = {time[gaps[0]]:.4g} s"]
+        return [f"warning: {told}; something moves in the gap after t = {time[gaps[0]]:.4g} s"]
     return [told]
 
 
@@ -186,7 +186,7 @@ def spike_doubts(time: Array, acceleration: Array, joint: str) -> list[str]:
         return []
     worst = int(spikes[size[spikes].argmax()])
     told = f"acceleration of {joint} has a spike of {acceleration[worst]:.4g} at t = {time[worst]:.6g} s"
-    return [f"doubt: {told} [rad/s^2 or m/s^2]: peak torque will be that of the spike"]
+    return [f"warning: {told} [rad/s^2 or m/s^2]: peak torque will be that of the spike"]
 
 
 def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -> tuple[list[Fault], list[str]]:
@@ -213,7 +213,7 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
     hint = _confusion(wanted, travel)
     if share > MISMATCH_FAULT:
         return [Fault(f"column {rates.name}", problem, None, hint, rates.file)], []
-    return [], [f"doubt: column {rates.name} {problem}" + (f"; {hint}" if hint else "")]
+    return [], [f"warning: column {rates.name} {problem}" + (f"; {hint}" if hint else "")]
 
 
 def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str]:
@@ -231,7 +231,7 @@ def unit_doubts(column: str, unit: str, position: Array, joint: str) -> list[str
     largest = float(np.abs(position).max())
     if unit.casefold().startswith("rad") and largest > TURNS_BELIEVED:
         turns = largest / (2.0 * math.pi)
-        return [f"doubt: column {column}: {joint} reaches {largest:.4g} rad, {turns:.3g} turns: are these degrees?"]
+        return [f"warning: column {column}: {joint} reaches {largest:.4g} rad, {turns:.3g} turns: are these degrees?"]
     return []
 
 
@@ -247,7 +247,7 @@ def small_angle_doubts(columns: list[str], positions: list[Array]) -> list[str]:
     """
     largest = max((float(np.abs(from_si(position, "rad", "deg")).max()) for position in positions), default=0.0)
     if 0.0 < largest <= SMALL_IN_DEGREES:
-        return [f"doubt: no angle of {', '.join(columns)} exceeds {largest:.3g} deg: are these radians?"]
+        return [f"warning: no angle of {', '.join(columns)} exceeds {largest:.3g} deg: are these radians?"]
     return []
 
 
@@ -265,7 +265,7 @@ def speed_doubts(column: str, speed: Array, joint: str) -> list[str]:
     largest = float(np.abs(speed).max())
     if largest <= SPEED_BELIEVED:
         return []
-    return [f"doubt: column {column}: {joint} reaches {largest:.4g} rad/s: is this deg/s, rpm or a motor's speed?"]
+    return [f"warning: column {column}: {joint} reaches {largest:.4g} rad/s: is this deg/s, rpm or a motor's speed?"]
 
 
 def _confusion(wanted: Array, travel: Array) -> str:

@@ -326,7 +326,7 @@ def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: boo
             if abs(gap) <= GAP_SEEN:
                 continue
             if abs(gap) <= GAP_ALLOWED or (closing and may_stay_open):
-                notes[f"doubt: {where}: {told}"] = None
+                notes[f"warning: {where}: {told}"] = None
                 continue
             mend = "add a motion back, or allow the cycle to stay open" if closing else "add a motion between them"
             problem = f"{'the cycle does not close' if closing else 'a gap'}: {told}"
@@ -344,5 +344,5 @@ def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...]) -> list[str
         step = after.velocity[0] - before.velocity[-1]
         for index in np.flatnonzero(np.abs(step) > SPEED_STEP_SEEN * peak):
             told = f"speed of {joint_names[index]} steps by {step[index]:.4g} [rad/s or m/s]"
-            notes[f"doubt: {where}: {told}; the impulse it takes is not counted"] = None
+            notes[f"warning: {where}: {told}; the impulse it takes is not counted"] = None
     return list(notes)

@@ -62,7 +62,7 @@ def limit_notes(
     for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
         worst = int(speed[:, joint].argmax())
         doubts.append(
-            f"doubt: {name}: joint {motion.joint_names[joint]} reaches {speed[worst, joint]:.4g} at "
+            f"warning: {name}: joint {motion.joint_names[joint]} reaches {speed[worst, joint]:.4g} at "
             f"t = {motion.time[worst]:.4g} s, above the arm's speed limit {speed_limits[joint]:.4g} [rad/s or m/s]"
         )
     return LimitNotes(tuple(faults), tuple(doubts))

@@ -108,7 +108,7 @@ def _faults(cycles: Sequence[Cycle], shares: list[float], names: list[str]) -> l
 
 def _said(name: str, note: str) -> str:
     """A note of a part, with its name; a doubt still begins as one."""
-    doubt = "doubt: "
+    doubt = "warning: "
     return f"{doubt}{name}: {note.removeprefix(doubt)}" if note.startswith(doubt) else f"{name}: {note}"
 
 

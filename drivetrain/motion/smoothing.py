@@ -1,7 +1,8 @@
 """Speeds and accelerations from positions: three ways, and the choice between them.
 
 Differencing twice multiplies noise by 1/dt^2: a 12-bit encoder at 1 kHz reads some hundred rad/s^2 at rest. So data
-of coarse resolution are first smoothed by as much as that resolution explains and no more (discrepancy principle).
+of coarse resolution are first smoothed by as much as that resolution explains. So are those of a clock that jitters:
+an instant that is off by dt reads as a position that is off by speed times dt.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 
 if TYPE_CHECKING:  # half a second that only studies with a recorded motion need: imported where it is used
-    from scipy.interpolate import BSpline
     from scipy.sparse import csr_array
 
 UNIFORM = 0.01  # largest deviation of a time step from the median that still counts as uniform, as a share
@@ -25,13 +25,14 @@ RESOLUTION_COUNTS = 0.01  # share of the RMS acceleration that rounding may caus
 EXPLAINED = 2.0  # times the noise of rounding: an estimate up to there is that same noise
 NOISE_COUNTS = 0.03  # the same for noise estimated from the samples themselves, which is less certain
 SECOND_DIFFERENCE = math.sqrt(6.0)  # amplification of independent noise by 1, -2, 1
-DIFFERENCE_NOISE = {6: math.sqrt(924.0), 8: math.sqrt(12870.0)}  # and by higher ones: root of binomial(2 k, k)
+ORDERS = (6, 8)  # of the differences that show noise
 WHITE = 0.7  # estimates from both must agree at least so well; those of a coarsely sampled wave do not
+SLOW = 0.1  # share of the samples, the slowest, that show the noise of the readings apart from the clock's
+LEAST_NOISE = 0.05  # of the readings, over the clock's at the median speed: turning points must not weigh everything
 MEDIAN_TO_DEVIATION = 1.0 / 0.6745  # of the absolute value of a normal variable
 FEWEST_SAMPLES = 6  # a quintic through fewer is not defined
 DEGREE = 5
-LEAST_PENALTY, MOST_PENALTY = -8.0, 14.0  # powers of ten, over squared third differences of the spline's weights
-BISECTIONS = 30  # to 2e-8 of that range
+LEAST_PENALTY, MOST_PENALTY = -16, 6  # powers of ten, of the noise's variance over that of third differences
 
 
 class Derivatives(NamedTuple):
@@ -97,21 +98,25 @@ class Parabolas:
 
 @dataclass(frozen=True)
 class SmoothingSpline:
-    """The smoothest spline that stays as close to the samples as their resolution warrants.
+    """The spline most likely to have been read with this much noise.
 
-    A quintic spline on equal knots, its third differences held small by as much as makes the residual that of
-    rounding. Tried against FITPACK's adaptive knots, which follow the counts at times: peaks 130 % too high once in
-    forty, where this one stays within 6 %.
+    A quintic spline on equal knots, its third differences held small by as much as makes the readings most likely:
+    noise that is known against a motion whose third differences are random. So its deviation comes with it. Tried
+    against FITPACK's adaptive knots, which follow the counts at times: peaks 130 % too high once in forty, where this
+    one stays within 5 %.
 
     Attributes:
         resolution: Step between neighbouring readings, or the noise's standard deviation times 3.46 [the values'
             unit]; None: taken from the samples.
+        jitter: Standard deviation of the instants that were written down [s]: noise that grows with the speed.
 
     Reference: P. Eilers and B. Marx, Flexible smoothing with B-splines and penalties, Statistical Science 11 (1996);
-        discrepancy principle: V. A. Morozov (1966).
+        the deviation: G. Wahba, Bayesian confidence intervals for the cross-validated smoothing spline, J. R. Statist.
+        Soc. B 45 (1983).
     """
 
     resolution: float | None = None
+    jitter: float = 0.0
 
     def derivatives(self, time: Array, values: Array) -> Derivatives:
         """Derivatives of the spline.
@@ -126,64 +131,130 @@ class SmoothingSpline:
         Raises:
             InputError: Too few samples, a resolution that is not above zero, or samples that no spline fits.
         """
+        return Derivatives(*self.fitted(time, values).rates[1:])
+
+    def fitted(self, time: Array, values: Array) -> Fitted:
+        """Positions, speeds and accelerations of the spline at the samples, and how sure they are.
+
+        Raises:
+            InputError: Too few samples, a resolution that is not above zero, or samples that no spline fits.
+        """
         _check_count(time, FEWEST_SAMPLES)
         resolution = self.resolution if self.resolution is not None else detected_resolution(values)
         if not resolution > 0.0:
             raise InputError(Fault("smoothing", "needs a resolution above zero", resolution))
+        noise = np.full(len(time), resolution * NOISE_OF_RESOLUTION)
         try:
-            spline = _penalised_spline(time, values, resolution * NOISE_OF_RESOLUTION)
+            if self.jitter:
+                steepest = self.jitter * float(np.abs(np.diff(values)).sum()) / float(time[-1] - time[0])
+                speed = _likeliest(time, values, np.hypot(noise, steepest)).rates[1]
+                noise = np.hypot(noise, self.jitter * speed)
+            return _likeliest(time, values, noise)
         except np.linalg.LinAlgError:
             problem = "no spline fits: samples too far apart in time, or values too large for their resolution"
             raise InputError(Fault("smoothing", problem, float(np.diff(time).max()), "split the recording")) from None
-        return Derivatives(spline.derivative(1)(time), spline.derivative(2)(time))
 
     @property
     def description(self) -> str:
         """What was done, for the report."""
         size = "found in the samples" if self.resolution is None else f"{self.resolution:.3g}"
-        return f"smoothing spline, its residual that of a resolution of {size} [rad or m, per s for speeds]"
+        clock = f", instants uncertain by {1e3 * self.jitter:.2g} ms" if self.jitter else ""
+        return f"smoothing spline for a resolution of {size} [rad or m, per s for speeds]{clock}"
 
 
-def _penalised_spline(time: Array, values: Array, residual: float) -> BSpline:
-    """The spline with this RMS residual; more knots where a few cannot come so close."""
-    from scipy.interpolate import BSpline
+class Fitted(NamedTuple):
+    """What a way to differentiate found at the samples.
 
+    Attributes:
+        rates: Position, speed, acceleration, (3, N).
+        covariance: Of the three, at each sample, (N, 3, 3).
+    """
+
+    rates: Array
+    covariance: Array
+
+
+def _likeliest(time: Array, values: Array, noise: Array) -> Fitted:
+    """The likeliest spline; more knots where a few cannot come as close as the noise."""
     for samples_a_knot in (4.0, 1.0):
         count = max(math.ceil(len(time) / samples_a_knot), FEWEST_SAMPLES)
-        width = (time[-1] - time[0]) / count
-        knots = time[0] + width * np.arange(-DEGREE, count + DEGREE + 1.0)
-        basis = BSpline.design_matrix(time, knots, DEGREE, extrapolate=True).tocsr()
-        weights, reached = _discrepancy(basis, values, residual)
-        if reached <= residual:
+        fitted = _on_knots(time, values, noise, count)
+        if _rms((fitted.rates[0] - values) / noise) <= EXPLAINED:
             break
-    return BSpline(knots, weights, DEGREE)
+    return fitted
 
 
-def _discrepancy(basis: csr_array, values: Array, residual: float) -> tuple[Array, float]:
-    """Weights of the basis under the largest penalty that keeps the RMS residual, and the residual reached."""
-    from scipy.linalg import solveh_banded
+def _on_knots(time: Array, values: Array, noise: Array, count: int) -> Fitted:
+    """The likeliest spline on equal knots."""
+    from scipy.interpolate import BSpline
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+    from scipy.optimize import minimize_scalar
     from scipy.sparse import diags_array
 
+    width = (time[-1] - time[0]) / count
+    knots = time[0] + width * np.arange(-DEGREE, count + DEGREE + 1.0)
+    basis = BSpline.design_matrix(time, knots, DEGREE, extrapolate=True).tocsr()
     size = basis.shape[1]
     third = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(size - 3, size))
-    close, rough = _banded(basis.T @ basis), _banded(third.T @ third)
-    moment = basis.T @ values
-    low, high = LEAST_PENALTY, MOST_PENALTY
-    best = solveh_banded(close + 10.0**low * rough, moment)
-    reached = _rms(basis @ best - values)
-    for _ in range(BISECTIONS if reached <= residual else 0):
-        middle = 0.5 * (low + high)
+    weighted = basis.T.multiply(noise**-2.0).tocsr()
+    close, rough, moment = _banded(weighted @ basis), _banded(third.T @ third), weighted @ values
+
+    def solved(power: float) -> tuple[Array, Array]:
+        factor = cholesky_banded(close + 10.0**power * rough)
+        return factor, cho_solve_banded((factor, False), moment)
+
+    def unlikelihood(power: float) -> float:
         try:
-            weights = solveh_banded(close + 10.0**middle * rough, moment)
+            factor, weights = solved(power)
         except np.linalg.LinAlgError:  # so stiff that rounding eats the data
-            high = middle
-            continue
-        off = _rms(basis @ weights - values)
-        if off <= residual:
-            low, best, reached = middle, weights, off
-        else:
-            high = middle
-    return best, reached
+            return math.inf
+        misfit = float(np.sum(((values - basis @ weights) / noise) ** 2))
+        prior = 10.0**power * float(np.sum((third @ weights) ** 2)) - (size - 3) * power * math.log(10.0)
+        return misfit + prior + 2.0 * float(np.sum(np.log(factor[-1])))
+
+    # The scale of the penalty is that of one over the variance of third differences.
+    middle = -2.0 * math.log10(float(np.median(noise)))
+    powers = middle + np.arange(LEAST_PENALTY, MOST_PENALTY + 1.0)
+    best = powers[int(np.argmin([unlikelihood(power) for power in powers]))]
+    found = minimize_scalar(unlikelihood, bounds=(best - 1.0, best + 1.0), method="bounded", options={"xatol": 0.02})
+    factor, weights = solved(float(found.x) if found.fun < unlikelihood(best) else float(best))
+    spline = BSpline(knots, weights, DEGREE)
+    rates = np.stack([spline.derivative(order)(time) for order in range(3)])
+    at = np.clip(((time - time[0]) / width).astype(int), 0, count - 1)
+    local = np.stack([_local_basis(time, knots, at, order) for order in range(3)], axis=1)
+    return Fitted(rates, local @ _inverse_blocks(factor)[at] @ np.swapaxes(local, 1, 2))
+
+
+def _local_basis(time: Array, knots: Array, at: np.ndarray, order: int) -> Array:
+    """The derivatives of the six splines that are not zero at each sample, (N, 6); knots are equal."""
+    from scipy.interpolate import BSpline
+
+    one = BSpline.basis_element(knots[: DEGREE + 2], extrapolate=False).derivative(order)
+    width = knots[1] - knots[0]
+    shifted = time[:, None] - width * (at[:, None] + np.arange(DEGREE + 1))
+    return np.asarray(np.nan_to_num(one(shifted)))
+
+
+def _inverse_blocks(factor: Array) -> Array:
+    """Blocks on the diagonal of the inverse of a banded matrix, from its upper factor; block j begins at row j.
+
+    Reference: K. Takahashi, J. Fagan, M. Chin, Formation of a sparse bus impedance matrix, PICA Proceedings (1973).
+    """
+    size = factor.shape[1]
+    blocks = np.zeros((size, DEGREE + 1, DEGREE + 1))
+    rows = np.zeros((size, DEGREE + 1))
+    for offset in range(DEGREE + 1):
+        rows[: size - offset, offset] = factor[DEGREE - offset, offset:]
+    after = np.zeros((DEGREE, DEGREE))
+    for j in range(size - 1, -1, -1):
+        along = rows[j, 1:] / rows[j, 0]
+        across = -after @ along
+        block = blocks[j]
+        block[0, 0] = rows[j, 0] ** -2.0 - across @ along
+        block[0, 1:] = block[1:, 0] = across
+        block[1:, 1:] = after
+        after = block[:DEGREE, :DEGREE]
+    return blocks
 
 
 def _banded(matrix: csr_array) -> Array:
@@ -292,10 +363,11 @@ def _count_step(values: Array, decimal: float) -> float:
     return step if wavering > 0.1 else 0.0
 
 
-def estimated_noise(values: Array) -> float:
-    """Standard deviation of what no smooth motion explains, from high differences of uniform samples.
+def estimated_noise(time: Array, values: Array) -> float:
+    """Standard deviation of what no smooth motion explains, from high divided differences.
 
     Args:
+        time: Increasing [s], (N,).
         values: Any unit, (N,).
 
     Returns:
@@ -303,41 +375,78 @@ def estimated_noise(values: Array) -> float:
     """
     if len(values) < 12:
         return 0.0
-    deviations = [
-        float(np.median(np.abs(np.diff(values, order)))) * MEDIAN_TO_DEVIATION / gain
-        for order, gain in DIFFERENCE_NOISE.items()
-    ]
+    deviations = [_spread(_differences(time, values, order)) for order in ORDERS]
     if deviations[1] < WHITE * deviations[0]:
         return 0.0
-    # A residual asked below the true noise makes the spline follow it, so the estimate errs to the high side by
-    # about three of its own deviations.
+    # The estimate errs to the high side by about three of its own deviations: too little makes the spline follow it.
     return (1.0 + 4.0 / math.sqrt(len(values))) * max(deviations)
 
 
+def estimated_jitter(time: Array, values: Array, noise: float) -> float:
+    """How far the instants are off [s]: what wavers beyond the noise where the speed is high; 0 for uniform samples."""
+    if len(values) < 12 or is_uniform(time):
+        return 0.0
+    order = ORDERS[0]
+    wavering = _differences(time, values, order)
+    chord = (values[order:] - values[:-order]) / (time[order:] - time[:-order])
+    fast = np.abs(chord) >= np.median(np.abs(chord))
+    speed = float(np.sqrt(np.mean(chord[fast] ** 2)))
+    beyond = _spread(wavering[fast]) ** 2 - noise**2
+    return math.sqrt(beyond) / speed if beyond > 0.0 and speed > 0.0 else 0.0
+
+
+def _differences(time: Array, values: Array, order: int) -> Array:
+    """Divided differences, so scaled that independent noise passes with its own deviation."""
+    instants = np.lib.stride_tricks.sliding_window_view(time, order + 1)
+    gaps = (instants[:, :, None] - instants[:, None, :]) / (instants[:, -1] - instants[:, 0])[:, None, None]
+    gaps[:, np.arange(order + 1), np.arange(order + 1)] = 1.0
+    weights = 1.0 / np.prod(gaps, axis=2)
+    weights /= np.sqrt(np.sum(weights**2, axis=1, keepdims=True))
+    return np.asarray(np.sum(weights * np.lib.stride_tricks.sliding_window_view(values, order + 1), axis=1))
+
+
+def _spread(values: Array) -> float:
+    """Standard deviation, by the median, of what is zero in the mean."""
+    return float(np.median(np.abs(values))) * MEDIAN_TO_DEVIATION
+
+
 def chosen_smoothing(time: Array, values: Array, resolution: float) -> Smoothing:
-    """The spline where rounding or noise would show in the acceleration, else parabolas.
+    """The spline where rounding, noise or a jittering clock would show in the acceleration, else parabolas.
 
     Args:
-        time: Increasing [s], (N,).
+        time: Never decreasing [s], (N,).
         values: Any unit, (N,).
         resolution: Step between readings, in that unit; 0 for full precision.
 
     Returns:
         The way to differentiate these values twice.
     """
+    if len(time) < FEWEST_SAMPLES or np.ptp(values) == 0.0 or (np.diff(time) <= 0.0).any():
+        return Parabolas()
     noise = max(resolution * NOISE_OF_RESOLUTION, 0.0)
-    estimated = estimated_noise(values) if len(time) > 2 and is_uniform(time) else 0.0
+    estimated = estimated_noise(time, values)
     step = float(np.median(np.diff(time)))
     if estimated < EXPLAINED * noise:
         estimated = 0.0
+    jitter = estimated_jitter(time, values, noise) if estimated else 0.0
     for deviation, share in ((estimated, NOISE_COUNTS), (noise, RESOLUTION_COUNTS)):
-        if deviation <= 0.0 or len(time) < FEWEST_SAMPLES or np.ptp(values) == 0.0:
+        if deviation <= 0.0:
             continue
         spline = SmoothingSpline(deviation / NOISE_OF_RESOLUTION)
         second = spline.derivatives(time, values).second
         if deviation * SECOND_DIFFERENCE / step**2 > share * _rms(second):
-            return spline
+            return _with_jitter(time, values, noise, jitter) if jitter else spline
     return Parabolas()
+
+
+def _with_jitter(time: Array, values: Array, noise: float, jitter: float) -> SmoothingSpline:
+    """The spline of a clock that jitters: what wavers where the speed is low counts as noise of the readings."""
+    order = ORDERS[0]
+    chord = np.abs((values[order:] - values[:-order]) / (time[order:] - time[:-order]))
+    slow = chord <= np.quantile(chord, SLOW)
+    still = _spread(_differences(time, values, order)[slow]) ** 2 - (jitter * float(np.mean(chord[slow]))) ** 2
+    own = max(noise, math.sqrt(max(still, 0.0)), LEAST_NOISE * jitter * float(np.median(chord)))
+    return SmoothingSpline(own / NOISE_OF_RESOLUTION, estimated_jitter(time, values, own))
 
 
 def _check_count(time: Array, least: int) -> None:

@@ -106,18 +106,18 @@ def _auto(found: AutoChoice, end: End) -> Section:
     proof, figures = found.proof, []
     figure = figure_auto(found)
     if figure is not None:
-        caption = "Estimated (grey) and measured (blue) change of what was left out; red: the tolerance."
+        caption = "Estimated (grey) and measured (blue) change by what was omitted; red: the tolerance."
         figures.append((_drawn(figure, "estimate against measurement", "auto"), caption))
     if proof is None:
         word, css = "all kept", "pass"
-        lead = "No effect may go within this tolerance."
+        lead = "No effect may be omitted within this tolerance."
     else:
         word, css = ("proven", "pass") if proof.proven else ("not proven", "fail")
         lead = (
-            f"{len(found.dropped)} of {len(found.effects)} effects go. {proof.why[0].upper()}{proof.why[1:]}; verdict "
-            f"{proof.chosen.verdict} without them, {proof.full.verdict} with them. A run takes "
+            f"{len(found.dropped)} of {len(found.effects)} effects are omitted. {proof.why[0].upper()}{proof.why[1:]}; "
+            f"verdict {proof.chosen.verdict} without them, {proof.full.verdict} with them. A run takes "
             f"{with_unit(proof.seconds_chosen, 's')} instead of {with_unit(proof.seconds_full, 's')}. Steps of "
-            f"{with_unit(proof.steps, 's')}, halved once to tell the step's own error; energy audit "
+            f"{with_unit(proof.steps, 's')}, halved once to find the step's own error; energy audit "
             f"{number(proof.audit, 2)} of the energy that passes."
         )
     told = f"Tolerance {100.0 * found.tolerance:g}\u00a0%, of the {end.name} {end.far(found.tip_tolerance)}."
@@ -171,7 +171,7 @@ def _solvers(found: SolverCosts) -> Section:
     )  # fmt: skip
     lead = (
         f"The same scene with every solver, held against the {found.reference}. Two tolerances of that reference agree "
-        f"to {number(found.settled, 2)} in every decision quantity: errors below twice that are not told."
+        f"to {number(found.settled, 2)} in every decision quantity: errors below twice that are not shown."
     )
     headings = ("solver", "step or tolerance", "largest error", "in", "time", "work", "")
     return Section("Solvers", "solvers", lead=(lead,), figures=((picture, "Work and precision."),),

@@ -1,4 +1,4 @@
-"""What a report rests on, told before any picture: task, surroundings, factors, efficiencies, doubts."""
+"""Inputs and assumptions, before any picture: task, surroundings, factors, efficiencies, warnings."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Group:
 
 
 def assumption_groups(evaluation: Evaluation) -> list[Group]:
-    """Everything the numbers rest on."""
+    """All inputs and assumptions of a report."""
     study = evaluation.study
     groups = [
         _task(study),
@@ -41,7 +41,7 @@ def assumption_groups(evaluation: Evaluation) -> list[Group]:
         _silent_sheets(study),
         _standstill(evaluation),
         _friction(study),
-        Group("Doubts raised while reading", (), _unique([*study.notes, *study.catalog.notes])),
+        Group("Warnings and notes", (), _unique([*study.notes, *study.catalog.notes])),
     ]
     return [group for group in groups if group.lines or group.notes]
 
@@ -63,7 +63,7 @@ def _task(study: Study) -> Group:
         lines.append(("gravity in the base frame", f"({gravity}) m/s²"))
     for part, share, name in zip(cycle.parts, cycle.shares, cycle.part_names, strict=True):
         length = number(float(cycle.time[part.stop - 1] - cycle.time[part.start]))
-        used = "for ever" if len(cycle.parts) == 1 else f"for {percent(share)} of the time"
+        used = "without end" if len(cycle.parts) == 1 else f"for {percent(share)} of the time"
         told = f"{length} s, {part.stop - part.start} samples, repeated {used}"
         lines.append(("cycle" if len(cycle.parts) == 1 else f"part of the mix: {name}", told))
     lines.append(("segments", ", ".join(cycle.segment_names)))
@@ -80,7 +80,7 @@ def _surroundings(study: Study) -> Group:
         ("supply", with_unit(supply.voltage, "V")),
         ("supply peak power", _limit(supply.peak_power, "W")),
         ("supply mean power", _limit(supply.mean_power, "W")),
-        ("power it takes back", _limit(supply.regenerated_power, "W")),
+        ("regenerative capacity", _limit(supply.regenerated_power, "W")),
     ]
     lines += [] if supply.capacity is None else [("capacity of the bus", with_unit(supply.capacity, "F"))]
     lines += [] if supply.max_voltage is None else [("bus voltage allowed", with_unit(supply.max_voltage, "V"))]
@@ -125,7 +125,7 @@ def _heat(evaluation: Evaluation) -> Group:
     coefficients = sorted({motor.magnet_coefficient for motor in motors})
     lines = [
         ("temperatures", "periodic steady state of the repeated cycle, resistance following the winding"),
-        ("sheets hold at", ", ".join(f"{value:g} °C" for value in references)),
+        ("data-sheet temperature", ", ".join(f"{value:g} °C" for value in references)),
         ("copper", "+0.39 %/K of resistance"),
         ("torque constant", ", ".join(f"{100 * value:+g} %/K of magnet temperature" for value in coefficients)),
     ]
@@ -159,7 +159,7 @@ def _gear_heat(study: Study, joint: JointResult) -> str:
     if not joint.drive.gear.drag_temperature_1:
         return told
     taken = float(study.drag_temperature(study.ambient))
-    return f"{told}; torque, current and power are judged with its drag at {taken:g} °C"
+    return f"{told}; torque, current and power are checked with its drag at {taken:g} °C"
 
 
 def _silent_sheets(study: Study) -> Group:
@@ -173,7 +173,7 @@ def _silent_sheets(study: Study) -> Group:
     lines += [
         (f"{kind} motors", _assumed(one)) for kind, one in sorted(study.motor_assumptions.items()) if kind in motors
     ]
-    return Group("Assumed where a sheet is silent", tuple((name, text) for name, text in lines if text))
+    return Group("Assumed where the data sheet gives no value", tuple((name, text) for name, text in lines if text))
 
 
 def _kinds_in_use(study: Study) -> tuple[set[str], set[str]]:

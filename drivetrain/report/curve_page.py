@@ -31,7 +31,7 @@ def curve_section(found: OptimumCurve) -> Section:
     many = len({tuple(piece.drives.items()) for piece in found.pieces if piece.drives}) > len(JOINT_COLOURS)
     caption = (
         f"Each colour is one set of drives{', colours come again' if many else ''}; grey lines are the breakpoints, "
-        "dotted is the study's own value. Red: no set fits. Amber dashes: the wanted reserve begins."
+        "dotted is the study's own value. Red: no set fits. Amber dashes: the required reserve begins."
     )
     tables = (_table(found), *_chances(found), _changes(found))
     word, css = ("proven", "pass") if found.proven else ("not all proven", "marginal")

@@ -43,10 +43,10 @@ def check_lines(check: Check) -> Iterator[str]:
     used = "" if check.utilisation is None else f", {percent(check.utilisation)} of the limit"
     yield f"  {check.name}: {check.verdict}{used}"
     lines = (
-        ("asked", "" if check.required is None else required_text(check, shown, unit)),
+        ("required", "" if check.required is None else required_text(check, shown, unit)),
         ("in study", in_study_amperes(check)),
         ("formula", formula),
-        ("allowed", "" if check.available is None else f"{limit} {unit}".rstrip()),
+        ("limit", "" if check.available is None else f"{limit} {unit}".rstrip()),
         ("source", check.source),
         ("instant", "" if check.time is None else f"t = {number(check.time)} s of the cycle"),
         ("remark", check.remark),

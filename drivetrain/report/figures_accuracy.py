@@ -105,7 +105,7 @@ def figure_solvers(found: SolverCosts, *, name: str = "solvers") -> Figure:
         axes[1].annotate("1 %", (1.0, 0.01), (-3, 3), xycoords=("axes fraction", "data"), textcoords="offset points",
                          fontsize=7.5, ha="right")  # fmt: skip
         axes[1].annotate(
-            "the reference tells no finer", (1.0, max(2.0 * found.settled, 1e-12)), (-3, 3), fontsize=7.5, ha="right",
+            "limit of the reference", (1.0, max(2.0 * found.settled, 1e-12)), (-3, 3), fontsize=7.5, ha="right",
             xycoords=("axes fraction", "data"), textcoords="offset points", color=MUTED,
         )  # fmt: skip
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=max(1, len(families)))

@@ -70,7 +70,7 @@ def _legend(figure: Figure, axes: Axes) -> None:
     marks = [
         axes.plot([], [], color=BLUE, label="continuous ratio")[0],
         axes.plot([], [], "D", color=INK, markersize=5, label="best for the arm")[0],
-        axes.plot([], [], color=MUTED, linestyle=(0, (2, 2)), label="by formula, its motor alone")[0],
+        axes.plot([], [], color=MUTED, linestyle=(0, (2, 2)), label="by formula, its motor only")[0],
         axes.plot([], [], "o", color=GREEN, markersize=4, label="gear of the catalogue, passes")[0],
         axes.plot([], [], "o", color=ORANGE, markersize=4, label="marginal")[0],
         axes.plot([], [], "o", color=VERMILLION, markersize=4, label="fails")[0],

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
 
 from drivetrain.report.colours import BLUE, GREEN, MUTED, ORANGE, VERMILLION
-from drivetrain.report.figures_motor import Regions, motor_regions, outlines, view
+from drivetrain.report.planes import regions, temperatures, view
 from drivetrain.report.quantities import convert, percent, printed_unit, shown_unit
 from drivetrain.report.svg import TIME_COLOURS, house_style, png_bytes
 from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.model import JointTask, Study
 from drivetrain.study.verdicts import Verdict
 
 _COLOURS = {Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "#5b6775"}
@@ -27,7 +29,7 @@ def overview_png(evaluation: Evaluation) -> bytes:
         figure = Figure(figsize=(3.5 * columns, 2.95 * rows + 0.35))
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, joint in zip(grid.flat, joints, strict=False):
-            unit = _motor_plane(axes, joint, motor_regions(joint, tasks[joint.name], evaluation.study))
+            unit = _motor_plane(axes, joint, tasks[joint.name], evaluation.study)
             axes.set_title(f"{joint.name}\n", fontsize=9)
             drive = joint.motor + (f" + {joint.gear}" if joint.gear else "")
             axes.annotate(
@@ -52,17 +54,19 @@ def overview_png(evaluation: Evaluation) -> bytes:
         return png_bytes(figure)
 
 
-def _motor_plane(axes: Axes, joint: JointResult, regions: Regions) -> str:
+def _motor_plane(axes: Axes, joint: JointResult, task: JointTask, study: Study) -> str:
     """Regions and samples of one joint; the unit of the torque axis."""
-    series = joint.series
-    right, top = view(joint, regions)
+    series, at = joint.series, temperatures(joint, study)
+    hot, cold = (regions(joint, task, study, at[name], study.supply.voltage) for name in ("hot", "cold"))
+    right, top = view(joint, hot[0])
     unit = shown_unit(top, "N m")
     axes.set_xlim(-float(convert(right, "rad/s", "rpm")), float(convert(right, "rad/s", "rpm")))
     axes.set_ylim(-float(convert(top, "N m", unit)), float(convert(top, "N m", unit)))
-    for corners, colour, opacity in outlines(regions):
-        points = list(zip(convert(corners[:, 0], "rad/s", "rpm"), convert(corners[:, 1], "N m", unit), strict=True))
-        face, dash = ("none", (0, (4, 2))) if opacity is None else ((colour, opacity), "-")
-        axes.add_patch(Polygon(points, facecolor=face, edgecolor=colour, linestyle=dash, linewidth=1.0, zorder=1.5))
+    for warm, outline, colour, opacity in zip(hot, cold, (BLUE, GREEN), (0.12, 0.24), strict=True):
+        for corners, face, dash in ((warm, (colour, opacity), "-"), (outline, "none", "--")):
+            if corners is not None:
+                points = np.stack([convert(corners[:, 0], "rad/s", "rpm"), convert(corners[:, 1], "N m", unit)], axis=1)
+                axes.add_patch(Polygon(points, facecolor=face, edgecolor=colour, linestyle=dash, linewidth=1.0))
     axes.axhline(0, color=MUTED, linewidth=0.7, zorder=2)
     axes.axvline(0, color=MUTED, linewidth=0.7, zorder=2)
     speed, torque = convert(series.motor_speed, "rad/s", "rpm"), convert(series.motor_torque, "N m", unit)

@@ -87,7 +87,7 @@ def _marks(axes: Axes, found: RatioStudy) -> None:
         ranges.append(("RMS torque within rated", [(r.low, r.high) for r in forms.rated], BLUE))
     if match is not None:
         ranges.append(("the same by α and β", [] if match.range is None else [match.range], SKY))
-    points = [("the sheet's own ratio", abs(found.drive.gear.ratio)), ("least utilisation", found.best.ratio),
+    points = [("the gear's own ratio", abs(found.drive.gear.ratio)), ("least utilisation", found.best.ratio),
               ("least RMS torque", forms.least_rms), ("least peak torque", forms.least_peak),
               ("matched inertia √(I/J)", forms.matching)]  # fmt: skip
     low, high = axes.get_xlim()
@@ -198,7 +198,7 @@ def _temperature(axes: Axes, found: RatioStudy) -> None:
     axes.set_ylabel("winding [°C]")
     if np.isnan(warm).all():
         axes.set_yticks([])
-        text = "not computed: the sheet lacks thermal data"
+        text = "not computed: no thermal data in the catalogue row"
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=MUTED)
         return
     ambient = found.study.ambient

@@ -82,7 +82,7 @@ def _table(found: FreeRatios) -> SheetTable:
             Chip(str(one.verdict), CSS[one.verdict]),
         ))  # fmt: skip
     headings = (
-        "joint", "motor", "best for the arm", "by formula, motor alone", "allowed from", "to",
+        "joint", "motor", "best for the arm", "by formula, motor only", "allowed from", "to",
         "ended above by", "gear's peak torque", "gear's mass", "checks",
     )  # fmt: skip
     return SheetTable(headings, tuple(rows), "", (2, 3, 4, 5, 7, 8))

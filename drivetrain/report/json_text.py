@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 
 
-def json_text(data: Mapping[str, Any]) -> str:
+def json_text(data: Mapping[str, Any], *, packed: bool = False) -> str:
     """Plain data as JSON text.
 
     Args:
         data: Texts, numbers, truths, None, and lists and dictionaries of them; NaN and infinity become null.
+        packed: In one line, for a script to read.
     """
+    if packed:
+        return json.dumps(plain(data), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

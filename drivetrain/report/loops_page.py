@@ -73,7 +73,7 @@ def _limited(one: JointLoops) -> str:
         text += f" (nearest to -1 at {number(design.critical_frequency / TURN)} Hz)"
     near = min(design.modulus_margin, one.light.modulus_margin)
     if one.stable and near < MODULUS_MARGIN:
-        text += f", with a modulus margin of {number(near)} alone, short of {number(MODULUS_MARGIN)}"
+        text += f", with a modulus margin of only {number(near)}, below {number(MODULUS_MARGIN)}"
     if faster is not None and faster.notch is not None:
         at, bandwidth = faster.notch.frequency / TURN, faster.speed_bandwidth / TURN
         text += f"; with a notch at {number(at)} Hz the speed loop reaches {number(bandwidth)} Hz"

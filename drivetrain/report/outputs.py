@@ -17,7 +17,7 @@ from drivetrain.whole_files import write_files
 def write_outputs(
     out_dir: str | Path, result: Evaluation | Selection, *, spread: Spread | None = None, extra: Extra | None = None
 ) -> dict[str, Path]:
-    """Write ``report.html``, ``result.json`` and ``currents.csv``, of a selection also ``fallen.csv``.
+    """Write ``report.html``, ``result.json`` and ``currents.csv``, of a selection also ``rejected.csv``.
 
     Everything is made before anything is written, and written beside its place before any old file is replaced.
 
@@ -41,10 +41,12 @@ def write_outputs(
         "currents.csv": currents_csv(evaluation),
     }
     if fallen is not None:
-        texts["fallen.csv"] = fallen_text(fallen)
+        texts["rejected.csv"] = fallen_text(fallen)
     return write_files(out_dir, texts)
 
 
-def currents_csv(evaluation: Evaluation) -> str:
-    """The current commands as CSV text."""
-    return str(current_commands(evaluation).to_csv(index=False, lineterminator="\n", float_format="%.6g"))
+def currents_csv(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> str:
+    """The current commands as CSV text; at a rate [Hz] a comment line says which, and how values are held."""
+    table = current_commands(evaluation, rate=rate, hold=hold)
+    head = "" if rate is None else f"# rate: {rate:.9g} Hz, order of hold between samples: {hold}\n"
+    return head + str(table.to_csv(index=False, lineterminator="\n", float_format="%.6g"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -9,23 +10,20 @@ import jinja2
 import pandas as pd
 from markupsafe import Markup
 
-from drivetrain.drive.amplifier import available_voltage
+from drivetrain.report.arm_charts import heat_chart, margin_chart, power_chart
 from drivetrain.report.assumptions import assumption_groups
 from drivetrain.report.best_sets import HEADINGS, set_rows
+from drivetrain.report.chart import Chart, Pictures
+from drivetrain.report.colours import INSTANTS, JOINT_COLOURS
 from drivetrain.report.fallen_columns import counted, fallen_columns
-from drivetrain.report.figures_arm import supply_power, temperatures
-from drivetrain.report.figures_gear import gear_plane
-from drivetrain.report.figures_margins import margin_bars
-from drivetrain.report.figures_motor import motor_plane
-from drivetrain.report.figures_selection import candidates
-from drivetrain.report.figures_strips import ElectricalLimits, electrical_strips, motion_strips
-from drivetrain.report.proof_section import proof_section
+from drivetrain.report.motion_data import FOLLOWS, SUPPLIES, gear_limits, motion_data
+from drivetrain.report.proof_section import proof_section, search_table
 from drivetrain.report.quantities import number, percent, with_unit
+from drivetrain.report.rejected_data import SHARES, rejected_data
 from drivetrain.report.sections import Extra, with_markup
 from drivetrain.report.spread_section import spread_frame
 from drivetrain.report.views import (
     CSS,
-    anchor,
     check_row,
     check_rows,
     fallen_counts,
@@ -46,7 +44,7 @@ from drivetrain.report.words import (
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import Study
 from drivetrain.study.verdicts import shared_place
 from drivetrain.version import __version__
 
@@ -83,8 +81,16 @@ def html_report(
     template = environment.get_template("page.html.j2")
     if selection is not None and fallen is None:
         fallen = fallen_columns(selection)
-    content = _frame(evaluation, selection) | _body(evaluation, selection, fallen) | spread_frame(spread)
-    content["extra"] = [] if extra is None else [with_markup(section) for section in extra.sections]
+    pictures = Pictures()
+    content = _frame(evaluation, selection) | _body(evaluation, selection, fallen, pictures)
+    content |= spread_frame(spread, pictures)
+    content["extra"] = [] if extra is None else [with_markup(section, pictures) for section in extra.sections]
+    data: dict[str, Any] = {"instants": INSTANTS, "motion": motion_data(evaluation)} if evaluation.joints else {}
+    if selection is not None and fallen is not None and len(fallen):
+        data["rejected"] = rejected_data(selection, fallen)
+    content["units"] = data.get("motion", {}).get("units", {})
+    content["pictures"] = pictures.end(**data)
+    content["motion_script"] = Markup((HERE / "motion.js").read_text(encoding="utf-8") if data else "")
     return template.render(content) + "\n"
 
 
@@ -103,10 +109,14 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
         "binding": overall_sentence(evaluation),
         "objective": objective_text(evaluation, selection),
         "proof": None if selection is None else with_markup(proof_section(selection)),
+        "search": None if selection is None else search_table(selection),
         "proven": "" if selection is None else selection.proof,
         "advice": () if selection is None else selection.advice,
         "notes": () if selection is None else selection.notes,
-        "cards": [joint_card(joint) for joint in evaluation.joints.values()],
+        "cards": [
+            joint_card(joint, JOINT_COLOURS[k % len(JOINT_COLOURS)])
+            for k, joint in enumerate(evaluation.joints.values())
+        ],
         "version": __version__,
         "style": Markup((HERE / "style.css").read_text(encoding="utf-8")),
         "script": Markup((HERE / "page.js").read_text(encoding="utf-8")),
@@ -133,15 +143,19 @@ def _task(study: Study) -> str:
     return f"mix of {shares}"
 
 
-def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFrame | None) -> dict[str, Any]:
+def _body(
+    evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFrame | None, pictures: Pictures
+) -> dict[str, Any]:
     """The content, section by section."""
     rows = check_rows(evaluation)
-    tasks = {task.name: task for task in evaluation.study.joints}
-    joints = [_joint(joint, tasks[name], evaluation) for name, joint in evaluation.joints.items()]
+    joints = [_joint(joint, evaluation) for joint in evaluation.joints.values()]
     if selection is not None and fallen is not None:
         joints = [one | _others(selection, fallen, name) for one, name in zip(joints, evaluation.joints, strict=True)]
     checks, counts = fallen_counts({} if fallen is None else counted(fallen), evaluation.joints)
-    reserve = evaluation.study.safety.reserve
+
+    def picture(chart: Chart | None) -> Markup:
+        return Markup("") if chart is None else pictures.add(chart)
+
     return {
         "groups": assumption_groups(evaluation),
         "rows": rows,
@@ -149,12 +163,12 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
         "unchecked": [row for row in rows if row.css == "unchecked"],
         "joints": joints,
         "shared": [check_row(shared_place(check), check) for check in evaluation.shared],
-        "margin_figure": Markup(
-            margin_bars(evaluation, reserve=reserve) if any(row.share >= 0 for row in rows) else ""
-        ),
-        "supply_figure": Markup(supply_power(evaluation)),
-        "heat_figure": Markup(temperatures(evaluation)),
-        "candidate_figure": Markup("" if selection is None else candidates(selection, fallen=fallen)),
+        "moments": _moments(evaluation),
+        "supplies": {f"{share:g}": _supply(evaluation.study, share) for share in SUPPLIES},
+        "margin_figure": picture(margin_chart(evaluation)),
+        "supply_figure": picture(power_chart(evaluation)),
+        "heat_figure": picture(heat_chart(evaluation)),
+        "rejected": _rejected_words(evaluation, fallen),
         "sets": [] if selection is None else set_rows(selection),
         "share_heading": HEADINGS[evaluation.study.objective],
         "is_selection": selection is not None,
@@ -172,27 +186,54 @@ def _body(evaluation: Evaluation, selection: Selection | None, fallen: pd.DataFr
     }
 
 
-def _joint(joint: JointResult, task: JointTask, evaluation: Evaluation) -> dict[str, Any]:
+def _moments(evaluation: Evaluation) -> dict[str, str]:
+    """First and last instant, and the one at which a limit is closest: there the page begins [s]."""
+    time = evaluation.study.cycle.time
+    judged = [check for joint in evaluation.joints.values() for check in joint.checks
+              if check.utilisation is not None and check.time is not None and check.unit != "C"]  # fmt: skip
+    worst = max(judged, key=lambda check: check.utilisation or 0.0, default=None)
+    at = time[0] if worst is None or worst.time is None else worst.time
+    return {name: f"{value:.6g}" for name, value in (("first", time[0]), ("last", time[-1]), ("worst", at))}
+
+
+def _supply(study: Study, share: float) -> str:
+    """A voltage of the switch."""
+    told = "" if share == 1.0 else f" ({percent(share)} of the study's)"
+    return f"{with_unit(share * study.supply.voltage, 'V')}{told}"
+
+
+def _rejected_words(evaluation: Evaluation, fallen: pd.DataFrame | None) -> dict[str, Any] | None:
+    """What the table of rejected candidates is headed by; None where there are none."""
+    if fallen is None or not len(fallen):
+        return None
+    joints = [name for name in evaluation.joints if (fallen["joint"] == name).any()]
+    headings = ("joint", "motor", "gear", "rejected by", "used of the limit", SHARES[evaluation.study.objective])
+    return {"joints": joints, "headings": headings}
+
+
+def _joint(joint: JointResult, evaluation: Evaluation) -> dict[str, Any]:
     """One joint's section."""
-    study, name = evaluation.study, anchor(joint.name)
-    limits = ElectricalLimits(
-        task.amplifier.peak_current, available_voltage(task.amplifier, study.supply.voltage)
-    )  # fmt: skip
-    prismatic = task.travel_per_turn is not None
-    motion = motion_strips(joint, study.cycle, prismatic=prismatic, name=f"{name}-motion")
-    electrical = electrical_strips(joint, study.cycle, limits=limits, name=f"{name}-electrical")
+    gear, study = joint.drive.gear, evaluation.study
+    ratio = abs(gear.ratio)
+    step = 1.0 if ratio >= 20.0 else 0.1
+    follows = [
+        (check.name, FOLLOWS[check.name], percent(check.utilisation)) for check in joint.checks
+        if check.name in FOLLOWS and check.utilisation is not None and math.isfinite(check.utilisation)
+    ]  # fmt: skip
+    ends = {"low": max(step, 0.4 * ratio // step * step), "high": 2.5 * ratio // step * step, "own": ratio}
     return {
         "card": joint_card(joint),
-        "motor_figure": Markup(motor_plane(joint, task, study, name=f"{name}-motor")),
-        "gear_figure": Markup(gear_plane(joint, parts=study.cycle.parts, name=f"{name}-gear")),
-        "motion_figure": Markup(motion),
-        "electrical_figure": Markup(electrical),
+        "ratio": None
+        if gear.kind == "ideal"
+        else {name: f"{value:g}" for name, value in ends.items()} | {"step": "any"},
+        "follows": follows,
+        "gear_limits": [f"{name} {with_unit(value, unit)}" for name, value, unit in gear_limits(gear)],
         "rows": [check_row(joint.name, check) for check in joint.checks],
         "assumptions": joint.drive.assumptions,
         "remarks": joint.remarks,
         "parts": used_rows(joint, study),
         "motor_name": identity(joint.drive.motor),
-        "gear_name": identity(joint.drive.gear),
+        "gear_name": identity(gear),
         "names": {},
         "alternatives": [],
         "misses": [],

@@ -11,11 +11,11 @@ from drivetrain.sizing.results import Selection
 
 UNITS = {"mass": "\u00a0kg", "energy": "\u00a0J"}
 WORK = {
-    "nodes": "parts of the set of all combinations looked at",
-    "nodes made": "parts made",
+    "nodes": "search nodes",
+    "nodes made": "search nodes made",
     "passes": "passes that rule candidates out",
     "candidates tested": "tests of a candidate against bounds",
-    "candidates judged": "candidates judged in full, by all checks",
+    "candidates judged": "candidates evaluated by all checks",
     "descents": "descents to a whole set",
     "sets that fit": "whole sets met that hold every check",
     "equal sets judged": "equals of the best set, or of the last of the best, that hold every check",
@@ -28,8 +28,7 @@ def proof_section(selection: Selection) -> Section:
     proven = selection.state is None or selection.proof.startswith("optimal")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
     facts = (*_worth(selection), *_choice(selection), *_rules(selection), *_limit(selection))
-    tables = _search(selection)
-    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), (), tables, facts=facts)
+    return Section("The optimum and its proof", "proof", word, css, _lead(selection, proven), facts=facts)
 
 
 def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
@@ -57,7 +56,7 @@ def _worth(selection: Selection) -> list[tuple[str, str]]:
     if math.isfinite(best):
         facts.append(("best set found", f"{number(best, 4)}{unit}"))
     if math.isfinite(bound):
-        facts.append(("no set can be below", f"{number(bound, 4)}{unit}"))
+        facts.append(("lower bound", f"{number(bound, 4)}{unit}"))
     if math.isfinite(best) and math.isfinite(bound) and best > 0.0:
         gap = max(best - bound, 0.0)
         share = f" ({100.0 * gap / best:.2g}\u00a0% of the best)" if gap > 1e-12 * best else ""
@@ -102,13 +101,13 @@ def _limit(selection: Selection) -> list[tuple[str, str]]:
     return [("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")]
 
 
-def _search(selection: Selection) -> tuple[SheetTable, ...]:
-    """How the search went."""
+def search_table(selection: Selection) -> SheetTable | None:
+    """How the search went; None where it had nothing to do."""
     rows = tuple(
         (WORK[name], f"{selection.counters[name]:,}".replace(",", "\u202f"))
         for name in WORK if selection.counters.get(name)
     )  # fmt: skip
-    return (SheetTable(("work", "count"), rows, "How the search went", (1,)),) if rows else ()
+    return SheetTable(("work", "count"), rows, numeric=(1,)) if rows else None
 
 
 def _raised(power: int) -> str:

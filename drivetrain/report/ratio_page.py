@@ -87,8 +87,8 @@ def ratio_sentence(found: RatioStudy) -> str:
     drive = f"{found.motor} behind {found.gear or 'an ideal gear'}"
     if not found.windows:
         return (
-            f"No ratio lets {drive} do it: the best, {number(found.best.ratio)}, "
-            f"asks {percent(found.best.utilisation)} of {found.best.binding}."
+            f"No ratio lets {drive} meet all limits: the best, {number(found.best.ratio)}, "
+            f"needs {percent(found.best.utilisation)} of the limit on {found.best.binding}."
         )
     spans = " and ".join(_span(window) for window in found.windows)
     own = abs(found.drive.gear.ratio)

@@ -7,6 +7,8 @@ from typing import Any
 
 from markupsafe import Markup
 
+from drivetrain.report.chart import Chart, Pictures
+
 
 @dataclass(frozen=True)
 class Chip:
@@ -46,7 +48,7 @@ class Section:
         title, anchor: Its heading, and its place on the page.
         word, css: A coloured word beside the heading; empty for none.
         lead: Paragraphs.
-        figures: Pictures as SVG elements, each with its caption.
+        figures: Pictures, each with its caption.
         tables: Below them.
         notes: A list at the end.
         facts: Names and values, before the pictures.
@@ -57,7 +59,7 @@ class Section:
     word: str = ""
     css: str = ""
     lead: tuple[str, ...] = ()
-    figures: tuple[tuple[str, str], ...] = ()
+    figures: tuple[tuple[Chart | str, str], ...] = ()
     tables: tuple[SheetTable, ...] = ()
     notes: tuple[str, ...] = ()
     facts: tuple[tuple[str, str], ...] = ()
@@ -76,7 +78,11 @@ class Extra:
     data: dict[str, Any] = field(default_factory=dict)
 
 
-def with_markup(section: Section) -> dict[str, object]:
-    """A section for a template, its pictures marked as safe."""
+def with_markup(section: Section, pictures: Pictures | None = None) -> dict[str, object]:
+    """A section for a template, its charts put among the pictures of the page."""
     shown = {name: getattr(section, name) for name in section.__dataclass_fields__}
-    return shown | {"figures": [(Markup(figure), caption) for figure, caption in section.figures]}
+    placed = [
+        (Markup(figure) if isinstance(figure, str) or pictures is None else pictures.add(figure), caption)
+        for figure, caption in section.figures
+    ]
+    return shown | {"figures": placed}

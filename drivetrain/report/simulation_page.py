@@ -73,7 +73,7 @@ def simulation_lines(found: SimulationFound) -> list[str]:
         for name, joint in told.joints.items():
             lines.append(
                 f"  {name}: current {with_unit(joint.peak_current, 'A')}, RMS {with_unit(joint.rms_current, 'A')}, "
-                f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats for ever"
+                f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats without end"
             )
         end = end_of(found.evaluation.study)
         lines.append(f"{end.name}: at most {end.far(told.tip_deviation)} from the command; verdict {told.verdict}")

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from markupsafe import Markup
-
-from drivetrain.report.figures_tornado import MOST_BARS, UNITS, figure_tornado
+from drivetrain.report.arm_charts import MOST_BARS, UNITS, tornado_chart
+from drivetrain.report.chart import Pictures
 from drivetrain.report.quantities import percent
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.tolerance.monte_carlo import Chance, Robustness
@@ -38,18 +37,19 @@ class ChanceRow:
     share: float
 
 
-def spread_frame(found: Spread | None) -> dict[str, Any]:
+def spread_frame(found: Spread | None, pictures: Pictures) -> dict[str, Any]:
     """What the page's template asks of the scatter.
 
     Args:
         found: Of ``spread``; None where nothing scatters.
+        pictures: Of the page.
     """
     if found is None:
         return {"spread": None}
     told = found.robustness
     figures = [
-        (tornado, Markup(figure_tornado(tornado, name=f"tornado-{i}")), max(len(tornado.bars) - MOST_BARS, 0))
-        for i, tornado in enumerate([one for one in found.tornadoes if one.bars][:MOST_FIGURES])
+        (tornado, pictures.add(tornado_chart(tornado)), max(len(tornado.bars) - MOST_BARS, 0))
+        for tornado in [one for one in found.tornadoes if one.bars][:MOST_FIGURES]
     ]
     return {
         "spread": {

@@ -69,7 +69,7 @@ def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
 
 
 def verdict_lines(result: Evaluation | Selection) -> list[Text]:
-    """What stands under the table: the verdict in words, the objective, how sure the choice is, what would mend it."""
+    """What stands under the table: the verdict in words, the objective, how sure the choice is, what would fix it."""
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
     lines = [
@@ -81,16 +81,16 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
     lines[1:1] = [Text(line, "yellow") for line in (holes[:1] if selection is not None else holes)]
     if selection is not None:
         lines += [Text(f"note: {line}", "yellow") for line in selection.notes]
-        lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates fell"))
+        lines.append(Text(f"proof: {selection.proof}; {len(selection.fallen)} candidates rejected"))
         lines += [Text(line) for line in (equals_sentence(selection),) if line]
         lines += [Text(line, "dim") for line in set_lines(selection)]
-        lines += [Text(f"mend: {line}") for line in selection.advice]
+        lines += [Text(f"fix: {line}") for line in selection.advice]
     missing = sum(
         check.verdict is Verdict.NOT_CHECKED for joint in evaluation.joints.values() for check in joint.checks
     )
     lines += [Text(line, "dim") for line in part_lines(evaluation)]
     if missing:
         lines.append(
-            Text(f"{missing} checks were not made or only told, not judged: the report says which and why", "dim")
+            Text(f"{missing} checks not evaluated, or for information only: the report says which and why", "dim")
         )
     return lines

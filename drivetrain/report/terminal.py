@@ -26,24 +26,24 @@ def console(*, errors: bool = False) -> Console:
 
 
 def fault_lines(error: DrivetrainError) -> list[Text]:
-    """Wrong input as a list: file, place, value, what is allowed, the mend."""
+    """Wrong input as a list: file, place, value, what is allowed, the fix."""
     if not isinstance(error, InputError):
         return [Text.assemble(("error ", "bold red"), str(error))]
     count = len(error.faults)
-    lines = [Text("1 thing is wrong" if count == 1 else f"{count} things are wrong", "bold red")]
+    lines = [Text("1 error" if count == 1 else f"{count} errors", "bold red")]
     for fault in error.faults:
         lines += _fault_lines(fault)
     return lines
 
 
 def _fault_lines(fault: Fault) -> list[Text]:
-    """One fault: where it stands and what is wrong, then what was found and the mend."""
+    """One fault: where it stands and what is wrong, then what was found and the fix."""
     where = " ".join(part for part in (f"{fault.file}:" if fault.file else "", fault.place) if part)
     lines = [Text.assemble("  ", (plain(where), "bold"), plain(f": {fault.problem}"))]
     if fault.value is not None:
         lines.append(Text.assemble(("      found  ", "dim"), plain(fault.shown)))
     if fault.hint:
-        lines.append(Text.assemble(("      mend   ", "dim"), plain(fault.hint)))
+        lines.append(Text.assemble(("      fix    ", "dim"), plain(fault.hint)))
     return lines
 
 

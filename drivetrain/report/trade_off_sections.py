@@ -7,7 +7,6 @@ from dataclasses import replace
 from drivetrain.report.curve_page import curve_data, curve_section, curve_sentence
 from drivetrain.report.front_page import HEADINGS, criterion_text, front_data, front_section, front_sentence
 from drivetrain.report.sections import Extra, Section
-from drivetrain.report.svg import share_glyphs
 from drivetrain.sizing.answers.trade_offs import TradeOffsFound
 from drivetrain.sizing.results import DriveSet, Selection
 from drivetrain.sizing.search.front import Front
@@ -28,7 +27,7 @@ def trade_off_extra(found: TradeOffsFound, selection: Selection) -> Extra:
     if found.curves:
         sections += [curve_section(curve) for curve in found.curves]
         data["curves"] = [curve_data(curve) for curve in found.curves]
-    return Extra(_lean(sections), data)
+    return Extra(tuple(sections), data)
 
 
 def _beaten(front: Front, chosen: DriveSet) -> tuple[str, ...]:
@@ -43,16 +42,6 @@ def _beaten(front: Front, chosen: DriveSet) -> tuple[str, ...]:
             )
             return (f"Set {index} is no worse than the chosen one in what was minimised, and has {gains}.",)
     return ()
-
-
-def _lean(sections: list[Section]) -> tuple[Section, ...]:
-    """The sections with every letter shape defined once over all their pictures."""
-    between = "\0"
-    pictures = share_glyphs(between.join(figure for one in sections for figure, _ in one.figures)).split(between)
-    rest = iter(pictures)
-    return tuple(
-        replace(one, figures=tuple((next(rest), caption) for _, caption in one.figures)) for one in sections
-    )  # fmt: skip
 
 
 def trade_off_lines(found: TradeOffsFound) -> list[str]:

@@ -32,7 +32,7 @@ from drivetrain.study.model import JointTask, Safety, Study
 from drivetrain.study.verdicts import Check, Verdict, shared_place
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
-MOST_SHOWN = 8  # candidates a list; the file fallen.csv holds them all
+MOST_SHOWN = 8  # candidates a list; the file rejected.csv holds them all
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,7 @@ class JointCard:
         lead: The same as a whole sentence.
         utilisation: Of the binding check, as text.
         share: The same as a number; 0 when nothing was checked.
+        colour: Of the joint in pictures.
     """
 
     name: str
@@ -91,6 +92,7 @@ class JointCard:
     lead: str
     utilisation: str
     share: float
+    colour: str
 
 
 @dataclass(frozen=True)
@@ -164,7 +166,7 @@ def check_rows(evaluation: Evaluation) -> list[CheckRow]:
     return rows + [check_row(shared_place(check), check) for check in evaluation.shared]
 
 
-def joint_card(joint: JointResult) -> JointCard:
+def joint_card(joint: JointResult, colour: str = "") -> JointCard:
     """A joint's verdict as texts."""
     share = 0.0 if joint.binding is None else joint.binding.utilisation or 0.0
     return JointCard(
@@ -180,6 +182,7 @@ def joint_card(joint: JointResult) -> JointCard:
         f"{nearness(joint.binding).capitalize()}: {joint_sentence(joint)}.",
         percent(None if joint.binding is None else joint.binding.utilisation),
         min(share, 1e9),
+        colour,
     )
 
 

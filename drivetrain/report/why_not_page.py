@@ -29,9 +29,9 @@ def why_not_lines(found: WhyNot, answer: PairAnswer) -> list[str]:
     lines = [_standing(found, answer)]
     lines += [f"May not be chosen: {words}." for words in answer.passed_over]
     if answer.lacking:
-        lines.append(f"Data are missing for {', '.join(answer.lacking)}; nothing is judged without.")
+        lines.append(f"Data are missing for {', '.join(answer.lacking)}; without them there is no verdict.")
     if answer.felled is not None:
-        lines.append(f"Felled by {check_sentence(answer.felled)}.")
+        lines.append(f"Rejected by {check_sentence(answer.felled)}.")
     lines += [change_sentence(change) for change in answer.changes]
     if answer.best is not None:
         lines.append(_best(found, answer, answer.best))
@@ -80,9 +80,9 @@ def _standing(found: WhyNot, answer: PairAnswer) -> str:
     some = f" (the best of {answer.partners} pairs, {answer.holding} of which hold)" if answer.partners > 1 else ""
     words = {
         Standing.CHOSEN: "is the chosen drive",
-        Standing.HOLDS: "holds every check, and was not chosen",
-        Standing.FALLS: "does not hold beside the other chosen drives",
-        Standing.NOT_JUDGED: "cannot be judged",
+        Standing.HOLDS: "meets all limits, and was not chosen",
+        Standing.FALLS: "does not meet all limits beside the other chosen drives",
+        Standing.NOT_JUDGED: "cannot be checked for lack of data",
     }
     return f"{answer.joint}: {pair}{some} {words[answer.standing]}."
 

@@ -23,12 +23,12 @@ AMPERES = {"dc": "", "rms": "rms", "peak": "amplitude"}
 DRIVE_MASS = {
     DriveMass.ADDED: "The arm's links are bare: stator, rotor and gear of every drive load every joint before it.",
     DriveMass.INCLUDED: "The arm's links already hold the drives' masses: nothing is added; rotors spin in addition.",
-    DriveMass.REPLACED: "The drives that the arm's links hold are taken out, and the judged drives put in.",
+    DriveMass.REPLACED: "The drives that the arm's links contain are taken out, and the drives of this report put in.",
 }
 
 OUTSIDE = (
     (
-        "emergency stop, a jammed output, power off: the gear's momentary peak torque is held against the cycle alone",
+        "emergency stop, a jammed output, power off: the gear's momentary peak torque is compared with the cycle only",
         "the amplifier's peak current as a torque on the gear, from the worst state of the cycle; "
         "`drivetrain simulate` with a limited amplifier and a wall",
     ),
@@ -41,7 +41,7 @@ OUTSIDE = (
         "stiffness and strength of the structure: a finite-element model, or links as beams in a scene",
     ),
     (
-        "warm-up and rare loads: temperatures are those of the cycle that repeats for ever",
+        "warm-up and rare loads: temperatures are those of the cycle repeated without end",
         "`drivetrain simulate` over the hours wanted",
     ),
     (
@@ -49,12 +49,12 @@ OUTSIDE = (
         "a measured rise at the joint: state it as `ambient` or `housing_to_ambient`",
     ),
     (
-        "iron loss beyond what the sheet's nominal current holds of it; current ripple, cogging, dead time",
+        "iron loss beyond what the data sheet's nominal current includes; current ripple, cogging, dead time",
         "loss map of the motor, or its maker; `drivetrain simulate` with `Cogging`",
     ),
     (
         "lubrication, seals, dirt, shock, mounting tolerances of gears and bearings",
-        "the maker's selection sheet with the loads of this report",
+        "the maker's selection procedure with the loads of this report",
     ),
     (
         "cables, connectors, encoders, electromagnetic compatibility, functional safety",
@@ -163,13 +163,13 @@ def heat_model(motor: Motor, mounting: float | None) -> str:
     whole, unsteady = motor.resistance_winding_ambient, network.winding_capacity is None
     end = "; its time constant is unknown: means, no peaks" if unsteady else ""
     if inner == 0.0:
-        stated = "" if mounting is None else f", the larger of the sheet's {number(whole)} and the stated mounting"
+        stated = "" if mounting is None else f", the larger of the data sheet's {number(whole)} and the stated mounting"
         return f"one node, {number(outer)} K/W from winding to ambient{stated}{end}"
-    start = f"two nodes, winding to housing {number(inner)} K/W (sheet)"
+    start = f"two nodes, winding to housing {number(inner)} K/W (data sheet)"
     if motor.resistance_winding_housing is None and whole is not None:
-        share = f"{percent(inner / whole)} of the sheet's {number(whole)} K/W from winding to ambient, assumed"
+        share = f"{percent(inner / whole)} of the data sheet's {number(whole)} K/W from winding to ambient, assumed"
         start = f"two nodes, winding to housing {number(inner)} K/W ({share})"
-    source = "the study's mounting" if mounting is not None else "sheet"
+    source = "the study's mounting" if mounting is not None else "data sheet"
     return f"{start}, housing to ambient {number(outer)} K/W ({source}){end}"
 
 
@@ -177,7 +177,7 @@ def joint_sentence(joint: JointResult) -> str:
     """What limits a joint."""
     binding = joint.binding
     if binding is None:
-        return "nothing could be checked: the sheets lack data"
+        return "nothing could be checked: the data sheets lack values"
     return check_sentence(binding)
 
 
@@ -200,7 +200,7 @@ def overall_sentence(evaluation: Evaluation) -> str:
         told = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
         return f"{told[0].upper()}{told[1:]}."
     if found is None:
-        return "Nothing could be checked: the sheets lack data."
+        return "Nothing could be checked: the data sheets lack values."
     place, check = found
     return f"{nearness(check).capitalize()}: {place}: {check_sentence(check)}."
 
@@ -209,22 +209,22 @@ def headline(evaluation: Evaluation, selection: Selection | None) -> str:
     """The verdict in plain words."""
     if selection is not None and not selection.drives:
         unknown = selection.verdict is Verdict.NOT_CHECKED
-        found = "is proven to do it: data are missing" if unknown else "does it"
+        found = "is proven to meet all limits: data are missing" if unknown else "meets all limits"
         if not evaluation.joints:
             return "No set of drives can be chosen: joints have nothing to choose from."
-        return f"No allowed set of drives {found}. Shown are the nearest candidates."
+        return f"No allowed set of drives {found}. The closest candidates are shown."
     drives = "The chosen drives" if selection is not None else "The given drives"
     words = {
-        Verdict.PASS: f"{drives} do it, with the wanted reserve everywhere.",
-        Verdict.MARGINAL: f"{drives} do it, but with less reserve than wanted.",
-        Verdict.FAIL: f"{drives} do not do it.",
-        Verdict.NOT_CHECKED: f"{drives} are not proven to do it: no check fails, but data are missing.",
+        Verdict.PASS: f"{drives} meet all limits with the required reserve.",
+        Verdict.MARGINAL: f"{drives} meet all limits, some with less reserve than required.",
+        Verdict.FAIL: f"{drives} do not meet all limits.",
+        Verdict.NOT_CHECKED: f"{drives} are not proven to meet all limits: no check fails, but data are missing.",
     }
     made = any(check.utilisation is not None for joint in evaluation.joints.values() for check in joint.checks)
     return words[evaluation.verdict] if made or evaluation.verdict is Verdict.FAIL else NOTHING
 
 
-NOTHING = "Nothing could be judged: the sheets lack data."
+NOTHING = "Nothing could be checked: the data sheets lack values."
 
 
 def gaps(evaluation: Evaluation) -> tuple[str, ...]:
@@ -273,14 +273,14 @@ def _nothing_known(evaluation: Evaluation) -> bool:
 def safety_lines(study: Study) -> list[tuple[str, str]]:
     """The factors and reserves as (name, value) pairs."""
     safety = study.safety
-    ratio = "reported, not judged" if safety.inertia_ratio is None else f"at most {number(safety.inertia_ratio)}"
-    life = "reported, not judged" if safety.life is None else f"at least {number(safety.life / 3600.0)} h"
+    ratio = "for information" if safety.inertia_ratio is None else f"at most {number(safety.inertia_ratio)}"
+    life = "for information" if safety.life is None else f"at least {number(safety.life / 3600.0)} h"
     return [
         ("peak torque and peak current", f"× {safety.peak_torque:g}"),
         ("RMS current", f"× {safety.rms:g}"),
         ("speed", f"× {safety.speed:g}"),
         ("voltage", f"× {safety.voltage:g}"),
-        ("kept below the winding's limit", f"{safety.temperature_margin:g} K"),
+        ("winding temperature margin", f"{safety.temperature_margin:g} K"),
         ("MARGINAL above", f"{100 * (1 - safety.reserve):g} % of a limit"),
         *([("holding brake torque", f"× {safety.brake:g}")] if any(task.brakes for task in study.joints) else []),
         ("load to rotor inertia", ratio),

@@ -213,9 +213,15 @@ class AdaptiveStep(Engine):
     Attributes:
         solver: Rodas5P or Rodas4, or, to compare with, another solver that runs compiled. Where one of these two has no
             absolute tolerances of its own, those of the plan's states are taken, in proportion to its relative one.
+        most_steps: After so many a run stops and says how far it has come; resumed, it may take as many again.
     """
 
     solver: Solver = field(default_factory=Rodas5P)
+    most_steps: int = 20_000_000
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.most_steps, int) or self.most_steps < 1:
+            raise InputError(Fault("AdaptiveStep.most_steps", "must be a whole number, at least 1", self.most_steps))
 
     @property
     def tolerance(self) -> float:
@@ -226,7 +232,7 @@ class AdaptiveStep(Engine):
             raise InputError(Fault("verify", "needs a solver with a tolerance", type(self.solver).__name__))
         atol = self.solver.atol
         tenth = tuple(0.1 * one for one in atol) if isinstance(atol, tuple) else atol if atol is None else 0.1 * atol
-        return AdaptiveStep(replace(self.solver, rtol=0.1 * self.solver.rtol, atol=tenth))
+        return replace(self, solver=replace(self.solver, rtol=0.1 * self.solver.rtol, atol=tenth))
 
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """Run a plan with steps that hold a tolerance.
@@ -246,7 +252,7 @@ class AdaptiveStep(Engine):
         numbers = _extended(plan, numbers, hangs)
         problem = _problem(plan, numbers, hangs)
         times, breaks = _instants(plan, wish, first), _breaks(plan, getattr(self.solver, "rtol", 0.0))
-        run = _Run(numbers, problem, _tuned(self.solver, plan), start, times, breaks)
+        run = _Run(numbers, problem, _tuned(self.solver, plan), start, times, breaks, self.most_steps)
         return run.looped(plan, wish, None if kept is None else _checkpoint(kept, plan, run))
 
 
@@ -260,14 +266,16 @@ class _Run:
     start: Array
     times: Array
     breaks: Array
+    most_steps: int
 
     def looped(self, plan: Plan, wish: Wish, resume: Checkpoint | None) -> Outcome:
         """Integrate chunk by chunk, and tell how far it has come."""
         stopped, end = None, plan.scene.duration
+        most_steps = self.most_steps + (0 if resume is None else int(resume.run["count"]["steps"][0]))
         while True:
             done = integrate_compiled(
                 self.problem, self.solver, self.start, self.times,
-                breakpoints=self.breaks.tolist(), pause_after=CHUNK, resume=resume,
+                breakpoints=self.breaks.tolist(), most_steps=most_steps, pause_after=CHUNK, resume=resume,
             )  # fmt: skip
             if not done.stopped.startswith("paused"):
                 break
@@ -354,7 +362,13 @@ def _stopped(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
             problem = "its mesh friction has no solution in this posture"
             return Event(t, "jammed", f"{plan.coordinates[-1 - solved]}: {problem}")
         return Event(t, "endless", "no set of sticking and sliding joints fits")
-    kinds = {"jumps": "jump", "again and again": "endless", "diverges": "diverged", "no number": "diverged"}
+    kinds = {
+        "steps taken": "budget",
+        "jumps": "jump",
+        "again and again": "endless",
+        "diverges": "diverged",
+        "no number": "diverged",
+    }
     return Event(t, next((name for mark, name in kinds.items() if mark in done.stopped), "stopped"), done.stopped)
 
 

@@ -134,7 +134,7 @@ def ratios_of(scene: Scene) -> tuple[float, ...]:
         if rotor is not None:
             told.add(rotor.ratio)
         if len(told) > 1:
-            faults.append(Fault(f"effects[{name!r}]", "tell different ratios", sorted(str(ratio) for ratio in told)))
+            faults.append(Fault(f"effects[{name!r}]", "state different ratios", sorted(str(ratio) for ratio in told)))
         result.append(next(iter(told)) if told else 1.0)
     if faults:
         raise InputError(faults)

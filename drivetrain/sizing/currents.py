@@ -2,57 +2,120 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import CurrentBasis, available_voltage, from_dc
+from drivetrain.drive.drive import drive_inertia, loss_speed, resting, shaft_friction
+from drivetrain.drive.friction import friction_torque
+from drivetrain.drive.gear import complete, mesh_of, mesh_slope, mesh_torque
+from drivetrain.drive.gear_loss import drag_torque
+from drivetrain.drive.motor import winding_resistance
+from drivetrain.errors import Fault, InputError
+from drivetrain.records import as_record
+from drivetrain.sizing.demand.demand import at_rest
+from drivetrain.sizing.demand.load_basis import all_numbers, load_basis
 from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.model import Study
 
-COLUMNS = (
-    "time [s]", "joint", "current [A]", "phase current RMS [A]", "phase current peak [A]", "gear torque current [A]",
-    "rotor inertia current [A]", "friction current [A]", "motor torque [N m]", "motor speed [rad/s]", "voltage [V]",
-    "saturated",
+PARTS = (
+    "inertia", "gravity", "velocity", "given torque", "joint friction", "mesh loss", "gear drag", "motor friction",
+    "rotor inertia",
 )  # fmt: skip
+"""What a current is for: the arm's accelerations, its weight, its speeds, or a table of torques, all through a lossless
+gear; then what friction and losses take, and what accelerates the rotor. Their currents add up to the whole."""
 
 
-def current_commands(evaluation: Evaluation) -> pd.DataFrame:
+def current_commands(evaluation: Evaluation, *, rate: float | None = None, hold: int = 1) -> pd.DataFrame:
     """The currents that drive the motion, one row per sample and joint.
 
     The command is the DC-equivalent current [A]; the same current stands beside it as the RMS and as the peak of a
-    sinusoidal phase, for amplifiers that are told one of these. Its three parts add up to it: what the gear passes on
-    (load and joint friction, lossless), what accelerates the rotor, and what motor friction and mesh losses take.
+    sinusoidal phase, for amplifiers that are told one of these. It is the sum of the currents of ``PARTS``; in another
+    way of what the gear passes on (load and joint friction, lossless), what accelerates the rotor, and what motor
+    friction and gear losses take (``friction``).
 
     Args:
         evaluation: Of the drives that are to be commanded.
+        rate: Of the amplifier's commands [Hz]; None: at the samples of the cycle.
+        hold: How a command between two samples is made: 1 on the straight line between both (where the cycle jumps,
+            what comes after the jump), 0 the sample before. The amplifier is taken to hold each until the next.
 
     Returns:
         Columns with their units in brackets; ``saturated`` is true where the sample asks more current, torque or
-        voltage than motor and amplifier have, safety factors left out. Rows in order of joints, then of time.
+        voltage than motor and amplifier have, safety factors left out; ``over current``, ``over torque`` and ``over
+        voltage`` tell which. ``lost acceleration`` is what the gear's output then lacks, the other joints moving as
+        they should; NaN where nobody knows the load's inertia. Rows in order of joints, then of time. ``attrs`` holds
+        ``rate`` and ``hold``.
+
+    Raises:
+        InputError: A rate that is not positive, another order of hold.
     """
-    tables = [_joint_table(evaluation, joint) for joint in evaluation.joints.values()]
-    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=list(COLUMNS))
+    faults = [] if hold in (0, 1) else [Fault("hold", "must be 0 or 1", hold)]
+    if rate is not None and not 0.0 < rate < np.inf:
+        faults.append(Fault("rate", "must be positive [Hz]", rate))
+    if faults:
+        raise InputError(faults)
+    loads = _load_parts(evaluation)
+    tables = [_joint_table(evaluation, joint, loads[name]) for name, joint in evaluation.joints.items()]
+    if rate is not None:
+        tables = [_resampled(table, rate, hold) for table in tables]
+    nothing = pd.DataFrame(columns=["time [s]", "joint", "current [A]"])
+    found = pd.concat(tables, ignore_index=True) if tables else nothing
+    found.attrs = {"rate": rate, "hold": hold}
+    return found
 
 
-def _joint_table(evaluation: Evaluation, joint: JointResult) -> pd.DataFrame:
-    series = joint.series
-    constant = _constant(series.motor_torque, series.current, joint.drive.motor.torque_constant)
-    load = series.gear_torque / joint.drive.gear.ratio
-    values: tuple[object, ...] = (
-        series.time,
-        joint.name,
-        series.current,
-        from_dc(series.current, CurrentBasis.RMS),
-        from_dc(series.current, CurrentBasis.PEAK),
-        load / constant,
-        series.rotor_torque / constant,
-        series.friction_torque / constant,
-        series.motor_torque,
-        series.motor_speed,
-        series.voltage,
-        _saturated(evaluation, joint),
-    )
-    return pd.DataFrame(dict(zip(COLUMNS, values, strict=True)))
+def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
+    """Of each joint, what asks its gear's output for torque, joint friction left out [N m], (N,) each."""
+    study, nothing = evaluation.study, np.zeros(len(evaluation.study.cycle.time))
+    named = [(i, task) for i, task in enumerate(study.joints) if task.name in evaluation.joints]
+    drives = {i: evaluation.joints[task.name].drive for i, task in named}
+    still = at_rest(study)
+    steady = replace(still, cycle=replace(still.cycle, velocity=study.cycle.velocity))
+    bases = [load_basis(one, forces_only=True) for one in (still, steady)] if study.arm is not None else []
+    found = {}
+    for i, task in named:
+        joint = evaluation.joints[task.name]
+        whole = joint.series.gear_torque - friction_torque(joint.drive.joint_friction, joint.series.speed)
+        if not bases:
+            found[task.name] = dict(zip(PARTS, (nothing, nothing, nothing, whole), strict=False))
+            continue
+        held, moving = (
+            (task.travel_per_turn or 1.0)
+            * (basis[i].bare.force + all_numbers(study, basis[i], drives) @ basis[i].force)
+            for basis in bases
+        )
+        found[task.name] = dict(zip(PARTS, (whole - moving, held, moving - held, nothing), strict=False))
+    return found
+
+
+def _joint_table(evaluation: Evaluation, joint: JointResult, loads: dict[str, Array]) -> pd.DataFrame:
+    series, motor = joint.series, joint.drive.motor
+    constant = _constant(series.motor_torque, series.current, motor.torque_constant)
+    over, torque = _possible(evaluation.study, joint, constant)
+    columns: dict[str, Any] = {
+        "time [s]": series.time,
+        "joint": joint.name,
+        "current [A]": series.current,
+        "phase current RMS [A]": from_dc(series.current, CurrentBasis.RMS),
+        "phase current peak [A]": from_dc(series.current, CurrentBasis.PEAK),
+        "gear torque current [A]": series.gear_torque / joint.drive.gear.ratio / constant,
+        "rotor inertia current [A]": series.rotor_torque / constant,
+        "friction current [A]": series.friction_torque / constant,
+        "motor torque [N m]": series.motor_torque,
+        "motor speed [rad/s]": series.motor_speed,
+        "voltage [V]": series.voltage,
+        "saturated": np.any([*over.values()], axis=0),
+    }
+    for name, values in _motor_parts(evaluation.study, joint, loads).items():
+        columns[f"{name} current [A]"] = values / constant
+    columns |= over
+    columns["lost acceleration [rad/s^2]"] = _lost_acceleration(joint, series.motor_torque - torque)
+    return pd.DataFrame(columns)
 
 
 def _constant(torque: Array, current: Array, cold: float) -> float:
@@ -61,16 +124,72 @@ def _constant(torque: Array, current: Array, cold: float) -> float:
     return float(torque[at] / current[at]) if current[at] != 0.0 else cold
 
 
-def _saturated(evaluation: Evaluation, joint: JointResult) -> Array:
-    """Where the command asks more than there is."""
+def _motor_parts(study: Study, joint: JointResult, loads: dict[str, Array]) -> dict[str, Array]:
+    """The parts of the motor's torque [N m], (N,) each."""
+    drive, series = joint.drive, joint.series
+    mesh = mesh_of(as_record(complete(drive.gear)))
+    speed = loss_speed(series.speed, series.acceleration, resting(series.speed), parts=study.cycle.parts)
+    friction = friction_torque(drive.joint_friction, speed)
+    load = np.sum([*loads.values()], axis=0) + friction
+    temperature = float(study.drag_temperature(study.ambient))
+    through = {name: values / mesh.ratio for name, values in loads.items()}
+    return through | {
+        "joint friction": friction / mesh.ratio,
+        "mesh loss": np.asarray(mesh_torque(mesh, load, speed)) - load / mesh.ratio,
+        "gear drag": np.asarray(drag_torque(mesh, mesh.ratio * speed, temperature)),
+        "motor friction": friction_torque(shaft_friction(drive), mesh.ratio * speed),
+        "rotor inertia": series.rotor_torque,
+    }
+
+
+def _possible(study: Study, joint: JointResult, constant: float) -> tuple[dict[str, Any], Array]:
+    """Where the command asks more than there is, by what; and the torque that there is instead [N m], (N,)."""
     series, motor = joint.series, joint.drive.motor
-    amplifier = next(task.amplifier for task in evaluation.study.joints if task.name == joint.name)
-    over = np.abs(series.voltage) > available_voltage(amplifier, evaluation.study.supply.voltage)
-    for limit, values in (
-        (amplifier.peak_current, series.current),
-        (motor.peak_current, series.current),
-        (motor.peak_torque, series.motor_torque),
-    ):
-        if limit is not None:
-            over = over | (np.abs(values) > limit)
-    return np.asarray(over)
+    amplifier = next(task.amplifier for task in study.joints if task.name == joint.name)
+    volts = available_voltage(amplifier, study.supply.voltage)
+    current = min(limit if limit is not None else np.inf for limit in (amplifier.peak_current, motor.peak_current))
+    torque = motor.peak_torque if motor.peak_torque is not None else np.inf
+    over = {
+        "over current": np.abs(series.current) > current,
+        "over torque": np.abs(series.motor_torque) > torque,
+        "over voltage": np.abs(series.voltage) > volts,
+    }
+    hot: Array | float | None = series.winding_temperature
+    if hot is None:  # as the voltage was computed
+        hot = study.ambient if motor.max_winding_temperature is None else motor.max_winding_temperature
+    resistance = winding_resistance(motor, np.asarray(hot))
+    back = series.voltage - resistance * series.current  # of speed and inductance, as the command asks them
+    low, high = (constant * (way * volts - back) / resistance for way in (-1.0, 1.0))
+    limit = min(torque, abs(constant) * current)
+    return over, np.clip(np.clip(series.motor_torque, np.minimum(low, high), np.maximum(low, high)), -limit, limit)
+
+
+def _lost_acceleration(joint: JointResult, lacking: Array) -> Array:
+    """What the gear's output lacks of its acceleration where the motor lacks some torque [rad/s^2], (N,)."""
+    series, drive = joint.series, joint.drive
+    load = np.full(len(lacking), np.nan) if series.load_inertia is None else series.load_inertia
+    slope = mesh_slope(mesh_of(as_record(complete(drive.gear))), series.gear_torque * series.speed)
+    seen = drive_inertia(drive) * drive.gear.ratio + load * slope
+    return np.where(lacking == 0.0, 0.0, lacking / np.where(seen == 0.0, np.nan, seen))
+
+
+def _resampled(table: pd.DataFrame, rate: float, hold: int) -> pd.DataFrame:
+    """A joint's table at the ticks of a clock that starts with the cycle."""
+    time = table["time [s]"].to_numpy()
+    ticks = time[0] + np.arange(int(np.floor((time[-1] - time[0]) * rate * (1.0 + 1e-12))) + 1) / rate
+    # Of two samples at one instant the later counts; rounding of the clock must not fall before it.
+    before = np.clip(np.searchsorted(time, ticks + 1e-9 / rate, side="right") - 1, 0, len(time) - 1)
+    after = np.minimum(before + 1, len(time) - 1)
+    step = time[after] - time[before]
+    share = np.clip((ticks - time[before]) / np.where(step > 0.0, step, 1.0), 0.0, 1.0) * (hold == 1)
+    found: dict[Any, Any] = {}
+    for name, column in table.items():
+        values = column.to_numpy()
+        if name == "joint":
+            found[name] = values[before]
+        elif values.dtype == bool:
+            found[name] = values[before] | (values[after] & (share > 0.0))
+        else:
+            found[name] = np.where(share > 0.0, (1.0 - share) * values[before] + share * values[after], values[before])
+    found["time [s]"] = ticks
+    return pd.DataFrame(found)

@@ -188,8 +188,8 @@ def _drives(evaluation: Evaluation) -> dict[str, Drive]:
 def _arm(evaluation: Evaluation) -> Arm:
     arm = evaluation.study.arm
     if arm is None:
-        hint = "a load table tells torque and speed, not where a tip is"
-        raise InputError(Fault("arm", "is needed to tell how its tip deflects", hint=hint))
+        hint = "a load table gives torque and speed, not where a tip is"
+        raise InputError(Fault("arm", "is needed to compute how its tip deflects", hint=hint))
     return arm
 
 

@@ -17,7 +17,7 @@ from drivetrain.solvers.compiled_function import ask, ask_here, ask_rates, load
 from drivetrain.solvers.events import end_at_event, first_event, handle, jump_fires, pass_events, repeats
 from drivetrain.solvers.linear import fill_jacobian
 from drivetrain.solvers.records import DONE, JUMP, NO_NUMBER, PAUSED, RUNS_AWAY, TOO_MANY
-from drivetrain.solvers.step import choose, first_step, largest_error, propose, refuse, take_step, within
+from drivetrain.solvers.step import choose, first_step, growing, largest_error, propose, refuse, take_step, within
 
 _SLACK = 1e-12
 _GAUSS = 0.5 / math.sqrt(3.0)
@@ -70,6 +70,8 @@ def advance(
                 if not fill_jacobian(run, states, asked, answer, jacobian, starts, columns, row_starts, row_indices, h):
                     clock.jump_at = clock.time
                     return JUMP
+            if method.gamma > 0.0:
+                h = min(h, growing(jacobian))
             take_step(method, run, states, asked, answer, jacobian, factors, pivots, h)
             error = largest_error(run, states)
             if method.adaptive and error > 1.0:

@@ -136,6 +136,18 @@ def choose(adaptive: int, run: Any, end: float) -> float:
 
 
 @law
+def growing(jacobian: Array) -> float:
+    """The longest step that sees a state grow by itself [s].
+
+    An L-stable method damps what is stiff, also what truly runs away: its error says nothing then.
+    """
+    fastest = 0.0
+    for i in range(jacobian.shape[1]):
+        fastest = max(fastest, jacobian[i, i])
+    return 1.0 / fastest if fastest > 0.0 else np.inf
+
+
+@law
 def propose(order: float, run: Any, h: float, error: float) -> None:
     """The step proposed after one that was kept, with its error in units of what is allowed."""
     clock, power, small = run.clock, 1.0 / order, max(error, 1e-10)

@@ -111,7 +111,7 @@ def _roll_and_pitch(rotation: Array) -> tuple[tuple[float, float], tuple[float, 
     """Sines and cosines."""
     cosine = math.hypot(rotation[0, 0], rotation[1, 0])
     if cosine < UPRIGHT:
-        problem = "cannot be told at a pitch of 90 degrees"
+        problem = "are not unique at a pitch of 90 degrees"
         raise InputError(Fault("roll and yaw", problem, None, "take RotationVector() for coordinates"))
     roll = math.atan2(rotation[2, 1], rotation[2, 2])
     return (math.sin(roll), math.cos(roll)), (-float(rotation[2, 0]), cosine)

@@ -142,7 +142,7 @@ def _kept(
             aside.append(f"{len(kept) - len(held)} by '{name}: {limits_in_words(wanted, units.get(name, ''))}'")
         kept = held
     counted = f"{part}: {len(kept)} of {len(rows)} considered"
-    return kept, counted + (f"; put aside {', '.join(aside)}" if aside else "")
+    return kept, counted + (f"; filtered out {', '.join(aside)}" if aside else "")
 
 
 def keeps(name: str, wanted: object, key: str, row: Motor | Gear) -> bool:

@@ -1,6 +1,6 @@
 """What a study states and can hardly mean: millimetres given as metres, grams as kilograms, degrees as radians.
 
-Each is a note that begins with "doubt:", never a fault. The bounds lie well beyond what is built, so that nothing
+Each is a note that begins with "warning:", never a fault. The bounds lie well beyond what is built, so that nothing
 plausible is doubted.
 """
 
@@ -74,7 +74,7 @@ def dh_doubts(rows: Sequence[tuple[int, DHRow]], file: Path) -> list[str]:
             if abs(value) > most:
                 problem = f"{value:.4g} m is more than {most:.3g} m"
                 fault = Fault(f"column {name}", problem, hint=_millimetres(value), file=f"{file}:{number}")
-                found.append(f"doubt: {fault}")
+                found.append(f"warning: {fault}")
     return found
 
 
@@ -145,7 +145,7 @@ def _doubt_payload(payload: Payload, arm: Arm, ledger: Ledger) -> None:
 def _doubt_motion(motion: Motion, form: MotionForm, arm: Arm, ledger: Ledger) -> None:
     """Waypoints, then speeds; a file's columns have been doubted as they were read."""
     place: Place = ("motions", motion.name)
-    if any(note.startswith("doubt: column") for note in motion.notes) or _doubt_waypoints(form, arm, place, ledger):
+    if any(note.startswith("warning: column") for note in motion.notes) or _doubt_waypoints(form, arm, place, ledger):
         return
     for i, name in enumerate(arm.joint_names):
         fastest = float(np.abs(motion.velocity[:, i]).max())
@@ -160,9 +160,10 @@ def _doubt_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
     units = form.unit or ("",)
     for row, values in enumerate(form.waypoints or []):
         for i, value in enumerate(values):
-            text = value if isinstance(value, str) else f"{value} {units[i % len(units)]}"
             turns = bool(arm.screws[i, :3].any())
-            at = quantity(text, "rad" if turns else "m", "")
+            unit = "rad" if turns else "m"
+            text = value if isinstance(value, str) else f"{value} {units[i % len(units)] or unit}"
+            at = quantity(text, unit, "")
             limit = arm.upper[i] if at > 0.0 else -arm.lower[i]
             most = TURNS_BELIEVED if turns else TRAVELLED
             allowed = limit < (DEGREES[0] if turns else math.inf)  # else the range is unknown, or doubted itself

@@ -163,7 +163,7 @@ class Ledger:
 
     def doubt(self, place: Place, problem: str, hint: str = "") -> None:
         """Notes down what is hard to believe of an entry, and what was probably meant."""
-        self.note([f"doubt: {self.document.fault(place, problem, hint=hint)}"])
+        self.note([f"warning: {self.document.fault(place, problem, hint=hint)}"])
 
     def spoiled(self, place: Place) -> bool:
         """Whether an entry has a fault already, so that what depends on it need not be looked at."""

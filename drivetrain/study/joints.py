@@ -217,7 +217,7 @@ def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[
         elif not chosen and lacks:
             ledger.fault(place, f"this brake's row lacks {', '.join(lacks)}", key, "give it a row under `brakes`")
         elif not chosen:
-            ledger.fault(place, "acts at the output: only brakes at the motor's shaft are judged", key)
+            ledger.fault(place, "acts at the output: only brakes at the motor's shaft are checked", key)
     if chosen and not found and not ledger.spoiled(("catalogs",)):
         ledger.fault(place, f"no brake of the catalogue acts at the motor and has {', '.join(_BRAKE_NEEDS)}")
     told = (
@@ -301,7 +301,7 @@ def _contained(around: Surroundings, index: int, form: JointForm, place: Place) 
 def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float | None:
     """What a joint without an arm turns; an arm knows it better."""
     if form.load_inertia is not None and around.arm is not None:
-        around.ledger.fault((*place, "load_inertia"), "goes with studies without an arm: the arm tells what it moves")
+        around.ledger.fault((*place, "load_inertia"), "goes with studies without an arm: the arm says what it moves")
     return form.load_inertia
 
 

@@ -57,9 +57,9 @@ if TYPE_CHECKING:
     MotorFilter: TypeAlias = Form
     GearFilter: TypeAlias = Form
 else:
-    MotorRow = _form("MotorRow", "A motor's sheet, with its source.", _row(MOTOR_COLUMNS))
-    GearRow = _form("GearRow", "A gear's sheet, with its source.", _row(GEAR_COLUMNS))
-    BrakeRow = _form("BrakeRow", "A holding brake's sheet, with its source.", _row(BRAKE_COLUMNS))
+    MotorRow = _form("MotorRow", "A motor's data sheet, with its source.", _row(MOTOR_COLUMNS))
+    GearRow = _form("GearRow", "A gear's data sheet, with its source.", _row(GEAR_COLUMNS))
+    BrakeRow = _form("BrakeRow", "A holding brake's data sheet, with its source.", _row(BRAKE_COLUMNS))
     MotorFilter = _form(
         "MotorFilter", "Which motors may be considered; every line must hold.",
         _filter(MOTOR_COLUMNS, "maker", "series", "kind", "frameless", "nominal_voltage", "nominal_torque", "mass",

@@ -27,7 +27,7 @@ class _Probability(Quantity):
     def read(self, value: Any) -> float:
         found = super().read(value)
         if found >= 1.0:
-            hint = "such as 0.99 or 99 %; leave it out to judge the nominal values alone"
+            hint = "such as 0.99 or 99 %; leave it out to check nominal values only"
             raise refused("must be a probability below 1", hint)
         return found
 

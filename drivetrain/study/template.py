@@ -17,7 +17,7 @@ _TEMPLATE = """\
 # A study for drivetrain. It works as it stands:
 #   drivetrain check THIS_FILE     are all values understood?
 #   drivetrain select THIS_FILE    which motors and gears drive this arm?
-#   drivetrain size THIS_FILE      do the drives written under `joints` do it?
+#   drivetrain size THIS_FILE      do the drives written under `joints` fit?
 # Three edits make it your own: the arm (1), what it carries (2), how it moves (3). Every value carries its unit.
 schema_version: 1
 name: My arm
@@ -86,20 +86,20 @@ stop: # of all joints at once, from any state of the cycle; without a ramp the m
 objective: mass # or price, energy, or a mix by the kg, the unit of price, the J a cycle: {{mass: 1, energy: 0.001}}
 # selection: # what the chosen set must respect, and how far the search goes
 #   sets: 5 # how many of the best sets are wanted
-#   time_limit: 30 s # then the best found is told with the gap that is left
+#   time_limit: 30 s # then the best found is reported with the gap that is left
 #   most_motor_types: 3 # fewer spare parts: different motors over all joints, at most; most_gear_types likewise
 #   same_family: [[{pair}]] # groups of joints whose motors, and whose gears, are of one maker's series
 #   front: [mass, energy] # also in the report: the sets that no other beats in both
 #   curves: [payload, 'cycle_time: 3 s..8 s'] # and the best drives over a payload, a pace, voltage or ambient
 
-# By how much what is built may differ: plus and minus, or a standard deviation. The report then tells with what
+# By how much what is built may differ: plus and minus, or a standard deviation. The report then says with what
 # probability each check holds; `selection: {{holds: 99 %}}` chooses a set that holds so often.
 # tolerances: {{torque_constant: 5 %, friction: 30 %, payload: {{normal: 0.1 kg}}, ambient: 5 K}}
 
-# How it is run (drivetrain simulate, drivetrain accuracy). What no sheet holds is stated here, for all joints by
+# How it is run (drivetrain simulate, drivetrain accuracy). What no data sheet gives is stated here, for all joints by
 # `default`, or by joint:
 # simulation:
-#   effects: auto # or all, or a list; auto leaves out what the tolerance does not feel, and proves it
+#   effects: auto # or all, or a list; auto omits what changes less than the tolerance, and proves it
 #   tolerance: 1 %
 #   control: # a digital controller: loops closed at samples, on an encoder's counts
 #     default: {{rate: 1 kHz, amplifier_rate: 10 kHz, delay: 1, encoder_bits: 17}}

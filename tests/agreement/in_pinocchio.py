@@ -21,13 +21,14 @@ class InPinocchio:
             self.ids.append(self._joint(i - 1, _kind(screw), arm.joint_points[i], f"joint {i}"))
             self._body(self.ids[-1], arm.joint_points[i], arm.masses[i], arm.home[i], arm.inertias[i])
         self.rotor_ids: dict[int, int] = {}
-        for i, rotor in enumerate(arm.rotors if rotors else ()):
-            if rotor is not None:
-                point = np.cross(rotor.screw[:3], rotor.screw[3:])
-                kind = pin.JointModelRevoluteUnaligned(rotor.screw[:3])
-                joint = self._joint(rotor.carrier, kind, point, f"rotor {i}")
-                self._body(joint, point, rotor.mass, rotor.home, rotor.inertia)
-                self.rotor_ids[i] = joint
+        mounted = [(i, rotor) for i, rotor in enumerate(arm.rotors if rotors else ()) if rotor is not None]
+        # Outermost carriers first: pinocchio's derivatives want what hangs on a joint to stand together after it.
+        for i, rotor in sorted(mounted, key=lambda pair: -pair[1].carrier):
+            point = np.cross(rotor.screw[:3], rotor.screw[3:])
+            kind = pin.JointModelRevoluteUnaligned(rotor.screw[:3])
+            joint = self._joint(rotor.carrier, kind, point, f"rotor {i}")
+            self._body(joint, point, rotor.mass, rotor.home, rotor.inertia)
+            self.rotor_ids[i] = joint
         self.data = self.model.createData()
 
     def _joint(self, carrier: int, kind: object, point: np.ndarray, name: str) -> int:

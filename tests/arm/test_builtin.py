@@ -40,7 +40,7 @@ def test_doubtful_inertias_are_in_the_notes(name: str) -> None:
 
 def test_gravity_can_be_chosen_and_defaults_down() -> None:
     for name in builtin_names():
-        down = [0, -9.81, 0] if name == "planar-2r" else [0, 0, -9.81]
+        down = [0, -9.81, 0] if name.startswith("planar-2r") else [0, 0, -9.81]
         assert builtin_arm(name).gravity.tolist() == down
         assert builtin_arm(name, gravity=[1, 2, 3]).gravity.tolist() == [1, 2, 3]
 

@@ -63,8 +63,8 @@ def test_deviation_is_that_of_the_errors(bits: int) -> None:
     inner = slice(200, 1800)
     actual = rms((found.torque - inverse_dynamics(ARM, q, qd, qdd))[inner])
     told = rms(found.deviation[inner])
-    # A residual that is the encoder's to the last bit, a spline that is not: within a factor of two.
-    assert ((actual / told > 0.5) & (actual / told < 2.0)).all()
+    # A wave is smoother than the random third differences that the spline expects: told up to three times too large.
+    assert ((actual / told > 0.3) & (actual / told < 1.2)).all()
     again = torque_from_positions(ARM, TIME, read, resolution=step(bits))
     np.testing.assert_array_equal(found.deviation, again.deviation)
 
@@ -98,6 +98,36 @@ def test_a_joint_at_rest_and_one_resolution_each() -> None:
     assert found.qdd[1:-1, 5] == pytest.approx(qdd[1:-1, 5], abs=0.05)
     others = [0, 1, 2, 4]
     assert (rms((found.qdd - qdd)[:, others]) < 0.3 * rms(qdd[:, others])).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("kind", ["clock", "clock and counts", "gaps and noise", "gaps", "noise"])
+def test_the_truth_is_inside_the_stated_band(kind: str, seed: int) -> None:
+    """Intervals of 0.7 to 8.8 ms, because the clock jitters or because the samples come so; 95 % within 1.96."""
+    rng = np.random.default_rng([seed, 5])
+    true = 0.004 * np.arange(2000)
+    if kind.startswith("gaps"):
+        true = np.cumsum(rng.uniform(0.0007, 0.0088, 2000))
+    motion = moving(true, rng)
+    stamps = true + rng.uniform(-0.0016, 0.0024, len(true)) if kind.startswith("clock") else true
+    read = motion[0] + 1e-4 * rng.normal(size=motion[0].shape) * ("noise" in kind)
+    found = torque_from_positions(ARM, stamps, readings(read, 14) if "counts" in kind else read)
+    wanted = inverse_dynamics(ARM, *motion)
+    off = np.abs(found.torque - wanted)
+    inside = off <= 1.96 * found.deviation
+    assert inside.mean() > 0.95
+    assert rms(off).max() < 0.25 * rms(wanted).max()
+    assert np.abs(found.deviation).max() < np.abs(wanted).max()
+
+
+def moving(time: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Four sines a joint, up to 1.2 Hz."""
+    rate, phase = rng.uniform(0.5, 7.5, (4, 6)), rng.uniform(0.0, 6.3, (4, 6))
+    size, angle = rng.uniform(0.2, 1.0, (4, 6)) / rate, rate * time[:, None, None] + phase
+    return tuple(
+        part.sum(axis=1)
+        for part in (size * np.sin(angle), size * rate * np.cos(angle), -size * rate**2 * np.sin(angle))
+    )
 
 
 def test_tip_wrench_and_gravity_are_counted() -> None:

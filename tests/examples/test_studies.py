@@ -28,7 +28,7 @@ def test_an_example_loads(name: str) -> None:
     study = load_study(shipped("examples") / name / "study.yaml")
     assert study.description
     assert all(task.drive is not None or task.pairs for task in study.joints)
-    assert not [note for note in study.notes if note.startswith("doubt:")]
+    assert not [note for note in study.notes if note.startswith("warning:")]
     assert (shipped("examples") / name / "README.md").is_file()
 
 

@@ -1,19 +1,21 @@
-"""What the README names exists: functions, test files, pages, commands."""
+"""What the README and the pages in ``docs/`` name exists: functions, test files, pages, commands."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
+import pytest
+
 import drivetrain as dt
 
 ROOT = Path(__file__).resolve().parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SOURCE = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "drivetrain").rglob("*.py"))
 
 
 def chapter_rows() -> list[list[str]]:
-    section = README.split("## The chapter, section by section")[1].split("\n## ")[0]
+    section = (ROOT / "docs" / "chapter.md").read_text(encoding="utf-8")
     rows = [line.strip("|").split("|") for line in section.splitlines() if line.startswith("|")]
     return [row for row in rows[2:] if len(row) == 3]
 
@@ -35,12 +37,19 @@ def test_chapter_table_names_functions_and_tests_that_exist() -> None:
             assert (ROOT / "tests" / name).exists(), f"{topic}: tests/{name}"
 
 
-def test_no_place_is_left_open() -> None:
-    assert "<!--" not in README
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_files_that_are_named_exist(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert "<!--" not in text, "no place is left open"
+    for name in re.findall(r"`((?:catalogs|examples|reports|benchmarks|drivetrain)/[\w./-]+)`", text):
+        assert (ROOT / name).exists(), name
+    for name in re.findall(r"\]\(((?!http)[^)#]+)\)", text):
+        assert (page.parent / name).exists(), name
 
 
-def test_files_that_are_named_exist() -> None:
-    for name in re.findall(r"`((?:catalogs|examples|reports|benchmarks|drivetrain)/[\w./-]+)`", README):
-        assert (ROOT / name).exists(), name
-    for name in re.findall(r"\]\(((?!http)[^)#]+)\)", README):
-        assert (ROOT / name).exists(), name
+def test_every_page_is_in_the_site_and_in_the_readme() -> None:
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"^\w+$", "\n".join(re.findall(r"```{toctree}(.*?)```", index, re.S)), re.M))
+    assert named == {page.stem for page in PAGES[1:]} - {"index"}
+    linked = set(re.findall(r"docs/(\w+\.md)", PAGES[0].read_text(encoding="utf-8")))
+    assert {page.name for page in PAGES[1:]} - {"index.md", "reference.md"} <= linked

@@ -66,7 +66,7 @@ def test_gaps_and_an_open_end_are_all_told():
     with pytest.raises(InputError, match="does not close"):
         build_cycle([Step(GO)])
     cycle = build_cycle([Step(GO)], may_stay_open=True)
-    assert any(note.startswith("doubt: end (go) to start (go)") for note in cycle.notes)
+    assert any(note.startswith("warning: end (go) to start (go)") for note in cycle.notes)
 
 
 def test_a_gap_of_rounding_is_noted_and_a_larger_one_is_not_allowed():
@@ -74,7 +74,7 @@ def test_a_gap_of_rounding_is_noted_and_a_larger_one_is_not_allowed():
         return Motion("near", ("a",), BACK.time, BACK.position + by, BACK.velocity, BACK.acceleration)
 
     cycle = build_cycle([Step(GO), Step(shifted(2e-4))])
-    assert sum(note.startswith("doubt") for note in cycle.notes) == 2
+    assert sum(note.startswith("warning") for note in cycle.notes) == 2
     assert build_cycle([Step(GO), Step(shifted(1e-9))]).notes == (*GO.notes,)
     with pytest.raises(InputError, match="gap"):
         build_cycle([Step(GO), Step(shifted(2e-3))])
@@ -83,7 +83,7 @@ def test_a_gap_of_rounding_is_noted_and_a_larger_one_is_not_allowed():
 def test_steps_of_speed_between_motions_are_doubted():
     running = Motion("run", ("a",), GO.time, GO.position, GO.velocity + 0.3, GO.acceleration)
     notes = build_cycle([Step(running), Step(BACK)]).notes
-    doubts = [note for note in notes if note.startswith("doubt")]
+    doubts = [note for note in notes if note.startswith("warning")]
     assert len(doubts) == 2
     assert "go" not in doubts[0]
     assert "steps by -0.3" in doubts[0]

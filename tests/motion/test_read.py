@@ -51,7 +51,7 @@ def faults_of(path, joints=JOINTS, **options):
 
 
 def doubts(motion):
-    return [note for note in motion.notes if note.startswith("doubt: ")]
+    return [note for note in motion.notes if note.startswith("warning: ")]
 
 
 HEADER = ["time [s]", "q_shoulder [rad]", "q_elbow [rad]"]

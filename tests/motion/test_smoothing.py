@@ -87,11 +87,11 @@ def test_a_clean_ramp_is_not_taken_for_counts():
 def test_noise_is_estimated_and_a_coarse_wave_is_not_taken_for_noise():
     noise = np.random.default_rng(1).normal(scale=1e-4, size=len(TIME))
     # On purpose some ten per cent too large: a residual below the noise is followed by the spline.
-    assert 1e-4 < estimated_noise(WAVE + noise) < 1.25e-4
-    assert estimated_noise(WAVE) < 1e-9
+    assert 1e-4 < estimated_noise(TIME, WAVE + noise) < 1.25e-4
+    assert estimated_noise(TIME, WAVE) < 1e-9
     coarse = np.sin(0.9 * np.arange(40.0))
-    assert estimated_noise(coarse) == 0.0
-    assert estimated_noise(np.zeros(5)) == 0.0
+    assert estimated_noise(np.arange(40.0), coarse) == 0.0
+    assert estimated_noise(TIME[:5], np.zeros(5)) == 0.0
 
 
 def test_the_choice():

@@ -115,7 +115,9 @@ def made_up_checks(used: float) -> tuple[Check, ...]:
         judged("winding temperature", 155.0, "C", used, 3.1),
         judged("gear average torque", 60.0, "N m", 0.4 * used, None),
         judged("gear repeated peak torque", 100.0, "N m", 0.55 * used, 0.71),
-        Check("gear life L10", 2.0e4, None, "h", None, Verdict.NOT_CHECKED, None, "", "the sheet gives no rated life"),
+        Check(
+            "gear life L10", 2.0e4, None, "h", None, Verdict.NOT_CHECKED, None, "", "no rated life in the catalogue row"
+        ),
         Check("inertia ratio", 1.8, None, "", None, Verdict.NOT_CHECKED, 0.2, "", "reported, the study sets no limit"),
     )
 
@@ -241,7 +243,7 @@ def without_data() -> Evaluation:
                 c.unit,
                 None,
                 Verdict.NOT_CHECKED,
-                remark="not on the sheet",
+                remark="not in the catalogue row",
                 essential=c.name in ("motor peak torque", "motor RMS current"),
             )
             for c in joint.checks

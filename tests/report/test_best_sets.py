@@ -83,7 +83,7 @@ def test_a_selection_in_which_no_joint_has_a_drive_still_has_a_page(selection: S
     cells = [list(column.cells) for column in verdict_table(nothing).columns]
     assert cells[0] == ["catalogue"] and cells[-1] == ["candidates of elbow"]
     assert "\u221e" not in page + "".join(str(cell) for column in cells for cell in column)
-    assert "All joints together" not in page and "sheets hold at" not in page
+    assert "All joints together" not in page and "data-sheet temperature" not in page
     header, *rows = currents_csv(nothing).splitlines()
     assert header.startswith("time [s],joint,current [A]") and rows == []
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import pytest
 
 from drivetrain.motion.mix import build_mix
-from drivetrain.report.figures_arm import supply_power
-from drivetrain.report.figures_strips import motion_strips
+from drivetrain.report.arm_charts import power_chart
+from drivetrain.report.motion_data import kept_samples, motion_data
 from drivetrain.report.page import html_report
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
@@ -27,11 +26,6 @@ def pair():
     return evaluate(study, drives), evaluate(replace(study, cycle=cycle), drives)
 
 
-def lines(svg: str) -> int:
-    """Curves: paths of many points without an area."""
-    return sum(len(path) > 200 for path in re.findall(r'<path d="([^"]+)"', svg))
-
-
 def test_the_page_names_parts_and_shares(pair):
     page = html_report(pair[1]).replace("\u00a0", " ")
     assert "mix of 30 % rush hour, 70 % night" in page
@@ -39,12 +33,15 @@ def test_the_page_names_parts_and_shares(pair):
     assert "in rush hour" in page
 
 
-def test_every_curve_is_drawn_part_by_part(pair):
-    plain, mixed = (motion_strips(next(iter(one.joints.values())), one.study.cycle) for one in pair)
-    assert lines(mixed) == 2 * lines(plain)
-    assert "rush hour, 30\u00a0% of the time" in mixed and "one period of each part" in mixed
+def test_no_line_joins_two_parts(pair):
+    plain, mixed = (motion_data(one) for one in pair)
+    assert plain["breaks"] == [] and plain["clock"] == "time in the cycle [s]"
+    second = pair[1].study.cycle.parts[1].start
+    assert kept_samples(pair[1])[mixed["breaks"]].tolist() == [second] and "one period of each part" in mixed["clock"]
+    assert [name for _, name in mixed["segments"]][1] == "night, 70\u00a0% of the time"
 
 
 def test_the_supply_too(pair):
-    plain, mixed = (supply_power(one).count('stroke-width="11"') for one in pair)
-    assert plain == 1 and mixed == 2
+    for one, parts in zip(pair, (1, 2), strict=True):
+        chart = power_chart(one)
+        assert sum(mark.kind == "line" for mark in chart.marks) == parts

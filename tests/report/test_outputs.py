@@ -23,7 +23,7 @@ def test_files_of_an_evaluation_and_of_a_selection(
     assert all(path.stat().st_size > 1000 for path in files.values())
     write_outputs(tmp_path / "new" / "folder", selection)
     found = sorted(path.name for path in (tmp_path / "new" / "folder").iterdir())
-    assert found == ["currents.csv", "fallen.csv", "report.html", "result.json"]  # and nothing left beside them
+    assert found == ["currents.csv", "rejected.csv", "report.html", "result.json"]  # and nothing left beside them
 
 
 def test_currents_have_one_row_per_sample_and_joint(evaluation: Evaluation) -> None:

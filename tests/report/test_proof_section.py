@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,7 +38,7 @@ def test_an_optimum_is_told_with_bound_and_gap(found: Selection) -> None:
     section = proof_section(found)
     facts = facts_of(found)
     assert section.word == "proven" and "No other allowed set" in section.lead[0]
-    assert facts["best set found"] == facts["no set can be below"] and facts["gap"].startswith("0")
+    assert facts["best set found"] == facts["lower bound"] and facts["gap"].startswith("0")
     assert f"{len(found.study.joints[0].pairs)} pairs" in facts["to choose from"]
     assert facts["rules beside the checks"] == "none" and "not needed" in facts["time limit of the search"]
 
@@ -80,8 +79,6 @@ def test_front_and_curve_are_parts_of_the_report(found: Selection) -> None:
     page = html_report(selection, extra=extra)
     for text in ("The star is the chosen set", 'href="#front"', 'id="curve-cycle-time"', 'id="curve-voltage"'):
         assert text in page
-    glyphs = re.findall(r'id="(DejaVu[^"]*)"', page)
-    assert len(glyphs) == len(set(glyphs)) > 10
     data = json.loads(result_json(selection, extra=extra))
     plain = json.loads(result_json(selection))
     assert set(data) - set(plain) == {"front", "curves"} and data["schema_version"] == plain["schema_version"]

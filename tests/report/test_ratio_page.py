@@ -106,7 +106,7 @@ def test_sentence_and_rows(found) -> None:
 
 def test_no_ratio_fits() -> None:
     weak = ratio_study(one_axis(replace(MOTOR, nominal_current=0.3)), "hinge")
-    assert ratio_sentence(weak).startswith("No ratio lets acme <&> 1 behind wheel do it: the best, ")
+    assert ratio_sentence(weak).startswith("No ratio lets acme <&> 1 behind wheel meet all limits: the best, ")
     (row,) = ratio_rows(weak)
     assert (row.low, row.css) == ("no ratio", "fail")
     assert "no ratio fits" in ratio_report([weak])
@@ -117,10 +117,10 @@ def test_missing_data_can_be_drawn() -> None:
     blind = replace(MOTOR, resistance_winding_housing=None, nominal_current=None, max_winding_temperature=None)
     found = ratio_study(one_axis(blind), "hinge")
     texts = [text.get_text() for axes in figure_ratio(found).axes for text in axes.texts]
-    assert "not computed: the sheet lacks thermal data" in texts
+    assert "not computed: no thermal data in the catalogue row" in texts
     assert "RMS torque within" not in ratio_report([found])
     unknown = ratio_study(one_axis(replace(MOTOR, rotor_inertia=None)), "hinge")
-    assert "not judged at any ratio: motor RMS current" in ratio_report([unknown])
+    assert "not checked at any ratio: motor RMS current" in ratio_report([unknown])
 
 
 def test_picture_shades_the_window(found) -> None:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from drivetrain.report.figures_tornado import figure_tornado
+from drivetrain.report.arm_charts import tornado_chart
 from drivetrain.report.outputs import write_outputs
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
@@ -68,19 +67,17 @@ def test_the_file_has_the_numbers(told, tmp_path):
 def test_the_picture_has_every_bar_at_its_place(told):
     _, found = told
     tornado = found.tornadoes[0]
-    svg = figure_tornado(tornado)
-    for bar in tornado.bars:
-        assert str(bar.source) in svg
-    # Blocks grow from the nominal line: with the numbers mirrored, the two colours change sides and nothing else.
-    swapped = tuple(replace(bar, at_low=bar.at_high, at_high=bar.at_low) for bar in tornado.bars)
-    mirrored = replace(tornado, bars=swapped)
-    numbers = [re.findall(r"-?\d+\.?\d*", text) for text in (svg, figure_tornado(mirrored))]
-    assert svg != figure_tornado(mirrored) and len(numbers[0]) == len(numbers[1])
+    chart = tornado_chart(tornado)
+    low, high = (mark for mark in chart.marks if mark.kind == "bars")
+    for row, bar in enumerate(tornado.bars[: len(chart.rows)]):
+        assert str(bar.source) in chart.rows[row]
+        assert low.to[row] == pytest.approx(100.0 * bar.at_low) and high.to[row] == pytest.approx(100.0 * bar.at_high)
+        assert low.x[row] == high.x[row] == pytest.approx(100.0 * tornado.nominal)
 
 
 def test_a_tornado_without_bars_is_still_a_picture(told):
     _, found = told
-    assert figure_tornado(replace(found.tornadoes[0], bars=())).startswith("<svg")
+    assert tornado_chart(replace(found.tornadoes[0], bars=())).rows == []
 
 
 def test_the_terminal_tells_the_weakest(told):

@@ -30,13 +30,13 @@ def test_one_line_a_joint_with_verdict_and_limit(evaluation: Evaluation) -> None
     assert "86 %" in elbow and "103 %" in elbow and "100 °C" in elbow and "76 %" in elbow
 
 
-def test_footer_says_objective_proof_and_mend(
+def test_footer_says_objective_proof_and_fix(
     evaluation: Evaluation, selection: Selection, nothing_fits: Selection
 ) -> None:
     assert "12.3 kg of motors and gears" in printed(*verdict_lines(evaluation))
-    assert "proof: optimal; 1200 candidates fell" in printed(*verdict_lines(selection))
+    assert "proof: optimal; 1200 candidates rejected" in printed(*verdict_lines(selection))
     text = printed(*verdict_lines(nothing_fits))
-    assert text.startswith("FAIL") and "mend: a 10 % lower speed would do" in text
+    assert text.startswith("FAIL") and "fix: a 10 % lower speed would do" in text
 
 
 def test_missing_essentials_are_told(without_data: Evaluation) -> None:
@@ -44,17 +44,17 @@ def test_missing_essentials_are_told(without_data: Evaluation) -> None:
     assert "NOT CHECKED" in text and "Data are missing to check motor peak torque" in text
 
 
-def test_faults_are_a_list_with_place_value_and_mend() -> None:
+def test_faults_are_a_list_with_place_value_and_fix() -> None:
     faults = [
         Fault("joints.elbow.gear", "is not in the catalogue", "hd_17", "did you mean 'hd_CSG-17'?", "study.yaml:12"),
         Fault("supply.voltage", "must have a unit", 48),
     ]
     text = printed(*fault_lines(InputError(faults)))
     assert text.splitlines() == [
-        "2 things are wrong",
+        "2 errors",
         "  study.yaml:12: joints.elbow.gear: is not in the catalogue",
         "      found  'hd_17'",
-        "      mend   did you mean 'hd_CSG-17'?",
+        "      fix    did you mean 'hd_CSG-17'?",
         "  supply.voltage: must have a unit",
         "      found  48",
     ]

@@ -26,7 +26,7 @@ def found():
 def test_words_name_the_check_and_every_kind_of_change(found):
     lines = why_not_lines(found, found.answers[0])
     text = "\n".join(lines)
-    assert "does not hold" in lines[0] and "Felled by gear momentary peaks" in text
+    assert "does not meet all limits" in lines[0] and "Rejected by gear momentary peaks" in text
     for what in ("Gear ratio:", "Payload:", "Cycle time:", "Supply voltage:"):
         assert what in text
 

@@ -72,6 +72,39 @@ def test_hold_drifts_by_nothing_at_all(share: float) -> None:
     assert run["joint.joint_friction"][-1] == pytest.approx(25.0 * share, rel=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(24))
+def test_stick_slip_with_any_stribeck_speed(seed: int) -> None:
+    # Friction that falls within 1e-9 to 1e-5 rad/s lets the joint run away in no time; an L-stable method whose step is
+    # longer than that holds it there, or throws it to 1e13 rad.
+    rng = np.random.default_rng(seed)
+    inertia, stiffness, speed, fall = 10.0 ** rng.uniform([-3, 0, -3, -9], [1, 4, 0, -5])
+    coulomb = 10.0 ** rng.uniform(-2, 1)
+    static = coulomb * rng.uniform(1.02, 2.5)
+    period = 2.0 * math.pi * math.sqrt(inertia / stiffness) + 2.0 * (static - coulomb) / stiffness / speed
+    duration = min(3.0 * period + static / stiffness / speed, 20.0)
+    law = Friction(coulomb=coulomb, static=static, stribeck_speed=fall)
+    scene = joint_scene(inertia, [DryFriction(law), WallSpring(stiffness, speed=speed)], duration)
+    run = simulate(scene, solver=AdaptiveStep(most_steps=50_000), interval=duration / 100.0)
+    assert run.stopped_by is None
+    assert not [event for event in run.events if event.name == "energy"]
+    # The wall pulls with no more than what holds, and the joint overshoots by no more than the spring then gives.
+    stretch = run["joint.position"] - speed * run.time
+    most = (2.0 * static - coulomb) / stiffness + speed * math.sqrt(inertia / stiffness)
+    assert np.abs(stretch).max() < 1.01 * most
+
+
+def test_a_step_budget_stops_a_run_that_can_go_on() -> None:
+    scene = joint_scene(1.0, [WallSpring(100.0)], 10.0, position=0.1)
+    whole = simulate(scene, solver=AdaptiveStep())
+    first = simulate(scene, solver=AdaptiveStep(most_steps=100))
+    assert first.stopped_by is not None and first.stopped_by.name == "budget"
+    assert first.counters["steps"] == 100
+    rest = simulate(scene, solver=AdaptiveStep(), resume=first)
+    assert rest["joint.position"][-1] == whole["joint.position"][-1]
+    with pytest.raises(InputError, match="most_steps"):
+        AdaptiveStep(most_steps=0)
+
+
 def test_ramp_breaks_loose_when_it_must() -> None:
     effects = [DryFriction(STICKY), GivenTorque([0.0, 4.0], [0.0, 4.0])]
     run = simulate(joint_scene(1.0, effects, 2.0), solver=Rodas4())

@@ -71,7 +71,7 @@ def test_the_bearing_of_an_overhung_arm(overhung, factor):
     hours = 1e6 / (60.0 * rpm) * (5290.0 / (factor * mean)) ** (10 / 3)
     told = found["output bearing life L10"]
     assert told.available == pytest.approx(hours, rel=1e-9)
-    assert told.verdict is Verdict.NOT_CHECKED and "asks no life" in told.remark
+    assert told.verdict is Verdict.NOT_CHECKED and "requires no life" in told.remark
 
 
 def test_static_load_and_life_of_the_bearing_decide_a_choice(overhung, make):

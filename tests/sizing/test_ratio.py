@@ -240,7 +240,7 @@ def test_an_ideal_gear_and_missing_data_are_told(make) -> None:
     assert not any(name.startswith("gear") for name in ideal.points[0].utilisations)
     blind = Catalog({"m1": replace(make.motor, rotor_inertia=None)}, {"g1": make.gear})
     unknown = ratio_study(replace(study, catalog=blind), "j1")
-    assert "not judged at any ratio: motor RMS current" in unknown.notes
+    assert "not checked at any ratio: motor RMS current" in unknown.notes
     assert unknown.closed_forms.matching is None
 
 

@@ -19,7 +19,7 @@ INERTIA = {"xx": "5e-3 kg m^2", "yy": "5e-3 kg m^2", "zz": "5e-3 kg m^2"}
 
 
 def doubts(study: Study) -> list[str]:
-    return [note for note in study.notes if note.startswith("doubt:")]
+    return [note for note in study.notes if note.startswith("warning:")]
 
 
 def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str, Any]:
@@ -62,11 +62,11 @@ def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str
         ),
         (
             {"joints.default": {"candidates": {"motors": {"mass": ["5 kg", None]}}}},
-            ["joints.default.candidates", "no pair", "joint_1", "put aside 2 by 'mass: 5 to open kg'"],
+            ["joints.default.candidates", "no pair", "joint_1", "filtered out 2 by 'mass: 5 to open kg'"],
         ),
         (
             {"joints.default": {"candidates": {"gears": {"ratio": [-160, -30]}}}},
-            ["joints.default.candidates", "joint_1", "put aside 2 by 'ratio: -160 to -30'"],
+            ["joints.default.candidates", "joint_1", "filtered out 2 by 'ratio: -160 to -30'"],
         ),
     ],
 )

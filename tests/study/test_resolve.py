@@ -191,4 +191,4 @@ def test_the_template_loads_for_every_built_in_arm(arm: str, tmp_path: Path) -> 
     assert len(study.joints) == study.arm.n
     assert all(task.pairs for task in study.joints)
     assert [body.mass for body in study.payloads] == [3.0]
-    assert not [note for note in study.notes if note.startswith("doubt:")]
+    assert not [note for note in study.notes if note.startswith("warning:")]

@@ -131,8 +131,8 @@ def symbolic_dynamics(arm: Arm, *, simplify: bool = True, most_joints: int = 6) 
     Raises:
         InputError: More joints than allowed, or sympy is not installed.
 
-    Reference: Modern Robotics, equations 8.13 to 8.16: ``tau_i = sum_j M_ij qdd_j + sum_jk (dM_ij/dq_k -
-        dM_jk/dq_i / 2) qd_j qd_k + dV/dq_i``, as the Euler-Lagrange equations give it.
+    Reference: Modern Robotics, equations 8.13 to 8.16, as the Euler-Lagrange equations give them:
+        ``tau_i = sum_j M_ij qdd_j + sum_jk (dM_ij/dq_k - dM_jk/dq_i / 2) qd_j qd_k + dV/dq_i``.
     """
     if arm.n > most_joints:
         hint = "raise most_joints and be patient"

@@ -39,9 +39,9 @@ def sincos(joint: Any, factor: float, offset: float, far: bool) -> None:
     """
     q, c, s = joint.q, joint.cos, joint.sin
     if far:
-        co, so = math.cos(offset), math.sin(offset)
+        co, so = np.cos(offset), np.sin(offset)
         for k in range(BLOCK):
-            cx, sx = math.cos(factor * q[k]), math.sin(factor * q[k])
+            cx, sx = np.cos(factor * q[k]), np.sin(factor * q[k])
             c[k] = cx * co - sx * so
             s[k] = sx * co + cx * so
         return

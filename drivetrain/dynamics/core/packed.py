@@ -60,8 +60,8 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     """
     frames = link_frames(arm)
     ratios = [1.0 if rotor is None else rotor.ratio for rotor in arm.rotors]
-    inverse = _inverse(frames)
-    bodies = _carry(inverse[1:] @ arm.home, arm.masses, arm.inertias)
+    inverse = inverse_poses(frames)
+    bodies = carried_moments(inverse[1:] @ arm.home, arm.masses, arm.inertias)
     apart = sorted({*followers(arm), *free})
     links = np.zeros(arm.n + len(apart), LINK)
     for name in ("cos_own", "rxx", "ryy", "rzz"):  # stand-ins: no turn, no shift
@@ -141,7 +141,7 @@ def _turning(arm: Arm) -> np.ndarray:
     return np.asarray(arm.screws[:, :3].any(axis=1))
 
 
-def _inverse(poses: Array) -> Array:
+def inverse_poses(poses: Array) -> Array:
     result = np.zeros_like(poses)
     turned = np.swapaxes(poses[..., :3, :3], -1, -2)
     result[..., :3, :3] = turned
@@ -150,7 +150,7 @@ def _inverse(poses: Array) -> Array:
     return result
 
 
-def _carry(poses: Array, masses: Array, inertias: Array) -> Array:
+def carried_moments(poses: Array, masses: Array, inertias: Array) -> Array:
     """Second moments, first moments and mass, as [[S, h], [h, m]], of bodies whose centre frames have these poses."""
     traces = np.trace(inertias, axis1=-2, axis2=-1)[..., None, None]
     central = np.zeros((*np.shape(masses), 4, 4))
@@ -227,14 +227,14 @@ def _own_pass(
     The rotor follows a joint, so many times as far.
     """
     joint, ratio = follows
-    spin = _spin_frame(rotor)
-    whole = _carry(_inverse(spin) @ rotor.home, np.asarray(rotor.mass), rotor.inertia)
+    spin = spin_frame(rotor)
+    whole = carried_moments(inverse_poses(spin) @ rotor.home, np.asarray(rotor.mass), rotor.inertia)
     balanced = _is_balanced(whole, float(np.abs(spin[:3, 3]).max()))
     if level is RotorLevel.FULL and not balanced:
         return _spinning_body(inverse[rotor.carrier + 1] @ spin, whole, ratio), 0
     if rotor.carrier >= 0:
         in_carrier = inverse[rotor.carrier + 1] @ rotor.home
-        bodies[rotor.carrier] += _carry(in_carrier, np.asarray(rotor.mass), rotor.inertia)
+        bodies[rotor.carrier] += carried_moments(in_carrier, np.asarray(rotor.mass), rotor.inertia)
     if level is RotorLevel.NONE:
         return None
     axial = float(whole[0, 0] + whole[1, 1])
@@ -262,7 +262,7 @@ def _coupled(links: np.ndarray, joint: int, carrier: int, spin: Array) -> tuple[
     return own, 1
 
 
-def _spin_frame(rotor: MountedRotor) -> Array:
+def spin_frame(rotor: MountedRotor) -> Array:
     """Frame on the spin axis, z along it, abreast of the centre of mass; base frame, all joints zero, (4, 4)."""
     direction = rotor.screw[:3]
     (x, y, z), (u, v, w) = direction, rotor.screw[3:]

@@ -52,21 +52,7 @@ def recursion(
         count = min(BLOCK, len(q) - first)
         size = read(joints, q, qd, qdd, first, count)
         bad += 0.0 * size
-        for i in range(n):
-            link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
-            sincos(joint, link.turn, link.offset, size > FAR * FAR)
-            if link.slide != 0.0 or link.turn != 1.0:
-                screw(link, joint, before, body)
-            elif i == 0:
-                first_revolute(link, joint, before, body)
-            else:
-                revolute(link, joint, before, body)
-        for r in range(len(rotors)):
-            link, joint, carrier = links[n + r], joints[rotors[r].joint], bodies[rotors[r].carrier + 1]
-            if rotors[r].balanced:
-                couple(link, joint, carrier)
-            else:
-                spin(link, joint, joints[n], carrier, bodies[n + 1], size)
+        outwards(links, rotors, joints, bodies, n, size)
         if len(tip):
             last: Any = bodies[n]
             add_column(last.nx, tip, np.int64(0), first, count)
@@ -75,14 +61,7 @@ def recursion(
             add_column(last.fx, tip, np.int64(3), first, count)
             add_column(last.fy, tip, np.int64(4), first, count)
             add_column(last.fz, tip, np.int64(5), first, count)
-        for i in range(n - 1, -1, -1):
-            link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
-            if link.slide != 0.0 or link.turn != 1.0:
-                screw_back(link, joint, before, body)
-            elif i == 0:
-                first_revolute_back(joint, body)
-            else:
-                revolute_back(link, joint, before, body)
+        back(links, joints, bodies, n)
         write(joints, first, count, torque)
         if len(gear):
             for i in range(n):
@@ -96,6 +75,39 @@ def recursion(
             for i in range(n):
                 take_wrench(links[i], joints[i], bodies[i + 1], wrench[first : first + count, i])
     return bad
+
+
+@exact
+def outwards(links: Any, rotors: Any, joints: Any, bodies: Any, n: int, size: float) -> None:
+    """Motion of all links and rotors, and the wrenches that move them so; ``size``: of ``read``."""
+    for i in range(n):
+        link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
+        sincos(joint, link.turn, link.offset, size > FAR * FAR)
+        if link.slide != 0.0 or link.turn != 1.0:
+            screw(link, joint, before, body)
+        elif i == 0:
+            first_revolute(link, joint, before, body)
+        else:
+            revolute(link, joint, before, body)
+    for r in range(len(rotors)):
+        link, joint, carrier = links[n + r], joints[rotors[r].joint], bodies[rotors[r].carrier + 1]
+        if rotors[r].balanced:
+            couple(link, joint, carrier)
+        else:
+            spin(link, joint, joints[n], carrier, bodies[n + 1], size)
+
+
+@exact
+def back(links: Any, joints: Any, bodies: Any, n: int) -> None:
+    """Torques of all joints; ``joint.rotor`` is the part of them that rotors need."""
+    for i in range(n - 1, -1, -1):
+        link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
+        if link.slide != 0.0 or link.turn != 1.0:
+            screw_back(link, joint, before, body)
+        elif i == 0:
+            first_revolute_back(joint, body)
+        else:
+            revolute_back(link, joint, before, body)
 
 
 @exact

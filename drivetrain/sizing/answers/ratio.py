@@ -399,9 +399,9 @@ def _reaction(number: Number, joint: int, windows: tuple[RatioWindow, ...]) -> d
 
 def _notes(setup: Setup, joint: int) -> tuple[str, ...]:
     result = setup.joint(joint)
-    notes = [f"not judged at any ratio: {check.name}" for check in result.lacking]
+    notes = [f"not checked at any ratio: {check.name}" for check in result.lacking]
     if not result.gear:
         notes.append("an ideal gear: no limits, no loss, no inertia of its own")
     if joint > 0 and setup.study.arm is not None:
-        notes.append("the joints before feel this joint's rotor; they are not judged here")
+        notes.append("the joints before feel this joint's rotor; they are not checked here")
     return (*notes, *result.drive.assumptions)

@@ -58,8 +58,8 @@ class Standing(StrEnum):
 
     CHOSEN = "chosen"
     HOLDS = "holds, not chosen"
-    FALLS = "falls"
-    NOT_JUDGED = "cannot be judged"
+    FALLS = "rejected"
+    NOT_JUDGED = "cannot be checked"
     NO_PARTNER = "has no partner"
 
 
@@ -335,9 +335,9 @@ def _smallest(number: Number, joint: int, steps: Array, furthest: str, held: str
     if found is not None:
         return _proven(number, joint, found)
     left, now = _worst(number, joint, float(values[-1])), _worst(number, joint, number.now)
-    words = f"even {furthest}, {left.check} asks {_percent(left)} of what there is"
+    words = f"even {furthest}, {left.check} needs {_percent(left)} of the limit"
     if left.check == now.check and math.isclose(left.utilisation, now.utilisation, rel_tol=1e-9):
-        words = f"{left.check} does not depend on it: {_percent(left)} of what there is"
+        words = f"{left.check} does not depend on it: needs {_percent(left)} of the limit"
     return SmallestChange(number.name, number.unit, number.now, check=left.check, utilisation=left.utilisation,
                           reason=words + held)  # fmt: skip
 
@@ -358,10 +358,10 @@ def _ratio(setup: Setup, joint: int) -> SmallestChange:
     stays = tried[there]
     reason = (
         f"no ratio from a tenth to ten times as large lets it pass: at the best, {there:.4g}, "
-        f"{stays.check} asks {_percent(stays)} of what there is"
+        f"{stays.check} needs {_percent(stays)} of the limit"
     )
     if stays.check in AT_THE_OUTPUT:
-        reason = f"{stays.check} is asked of the gear's output, whatever the ratio: {_percent(stays)} of what there is"
+        reason = f"{stays.check} acts at the gear's output, whatever the ratio: {_percent(stays)} of the limit"
     return SmallestChange("gear ratio", "", number.now, check=stays.check, utilisation=stays.utilisation,
                           reason=reason, gear=gear)  # fmt: skip
 

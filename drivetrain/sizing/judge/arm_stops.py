@@ -50,9 +50,9 @@ class Braking:
     ramp: Array
 
     @property
-    def ends(self) -> Array:
+    def ends(self) -> Any:
         """Which joints come to rest, (n,)."""
-        return np.asarray((self.torque > 0.0) | np.isfinite(self.ramp))
+        return (self.torque > 0.0) | np.isfinite(self.ramp)
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +193,7 @@ def _march(driven: _Driven, study: Study, braking: Braking, found: Stops, rows: 
         own = np.diagonal(first, axis1=1, axis2=2)
         swings = driven.swings(own) if swings is None else swings
         swung = np.abs(torque + swings * (torque - before))
-        locks: Any = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0  # as ``braked`` has it
+        locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0  # as ``braked`` has it
         most = driven.most(own, speed, torque - own * acceleration, before)
         swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, most))
         found.torque[rows] = np.maximum(found.torque[rows], np.where(ramped, np.abs(torque), swung))

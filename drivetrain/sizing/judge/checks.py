@@ -151,7 +151,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "gear stiffness", "N m/rad", "figures.wanted_stiffness", "limits.stiffness", GEAR, "stiffness", essential=True,
         asked="setting.resonance", wish=True, instant="load_inertia", words=words.stiffness,
-        formula="(2 pi f)^2 x load inertia, at its largest; what is enough for the joint alone need not be for the arm",
+        formula="(2 pi f)^2 x load inertia, at its largest; enough for the joint by itself may not be for the arm",
     ),
     Requirement(
         "motor speed", "rad/s", "figures.input_speed", "motor.max_speed", SPEED, "maximum speed", "safety.speed",
@@ -219,7 +219,7 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "winding temperature", "C", "figures.winding_temperature", "limits.winding_temperature", HEAT, "",
         origin="setting.ambient", instant="winding", words=words.winding,
-        formula="hottest winding of the cycle that repeats for ever; utilisation of the rise over ambient",
+        formula="hottest winding of the cycle repeated without end; utilisation of the rise over ambient",
     ),
     Requirement(
         "amplifier continuous current", "A", "figures.rms_current", "amplifier.continuous_current", HEAT,

@@ -207,7 +207,7 @@ def _remarks(op: Operation) -> list[str]:
         others = ", ".join(op.task.coupled)
         remarks.append(f"drives {others} together with others: torque, speed and position are its shaft's")
     if op.missing:
-        remarks.append(f"{op.missing} unknown: motor torque, current and power are shown without and are not judged")
+        remarks.append(f"{op.missing} unknown: motor torque, current and power are shown without it, for information")
     holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
     if holds and demand.moves:
         remarks.append(
@@ -240,7 +240,7 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
         found += tuple(placed(study.cycle, check) for check in stop_checks(study, drives))
     unknown = massless(study, results)
     if unknown:
-        remark = f"unknown at {', '.join(unknown)}: the joints before are judged too lightly"
+        remark = f"unknown at {', '.join(unknown)}: the joints before are checked with too little load"
         found += (Check(UNWEIGHED, None, None, "kg", None, Verdict.NOT_CHECKED, remark=remark, essential=True),)
     return found
 

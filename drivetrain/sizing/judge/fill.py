@@ -38,7 +38,7 @@ class Shelf:
         words = [*motor_words, *gear_words]
         if task.motor_friction is None and no_load_friction(row) is None:
             reason = "a frameless motor has no bearings; " if row.frameless else ""
-            words.append(f"motor {motor}: {reason}no-load friction is not on the sheet and not counted")
+            words.append(f"motor {motor}: {reason}no-load friction is not in the catalogue row and not counted")
         if row.brake.key:
             words.append(_with_brake(row.brake))
         if task.housing_to_ambient is not None and _lumped(row):
@@ -78,7 +78,7 @@ def _lumped(motor: Motor) -> bool:
 def _mounted(motor: Motor, mounting: float, study: Study) -> str:
     """What is taken for the way of the heat where a study states the mounting and a sheet only the whole."""
     whole, assumption = motor.resistance_winding_ambient, _assumption(motor, study)
-    told = f"motor {motor.key}: the sheet prints {whole:g} K/W from winding to ambient alone"
+    told = f"motor {motor.key}: one thermal resistance in the catalogue row, {whole:g} K/W from winding to ambient"
     if assumption is None or assumption.winding_share is None:
         return f"{told}; the larger of that and the stated {mounting:g} K/W is taken for all of it"
     return f"{told}; {100 * assumption.winding_share:g} % of it assumed between winding and housing"

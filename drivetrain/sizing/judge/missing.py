@@ -52,7 +52,7 @@ class Gap:
     checks: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"{self.place} has no {' or '.join(self.columns)}, so {' and '.join(self.checks)} cannot be judged"
+        return f"{self.place} has no {' or '.join(self.columns)}, so {' and '.join(self.checks)} cannot be checked"
 
     @property
     def place(self) -> str:
@@ -67,7 +67,7 @@ def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
         alike.setdefault((gap.columns, gap.checks), []).append(gap)
     return tuple(
         f"{each[0]}." if len(each) == 1
-        else f"To judge {' and '.join(checks)} fill {' or '.join(columns)} of {'; '.join(gap.place for gap in each)}."
+        else f"To check {' and '.join(checks)} fill {' or '.join(columns)} of {'; '.join(gap.place for gap in each)}."
         for (columns, checks), each in alike.items()
     )  # fmt: skip
 
@@ -128,7 +128,7 @@ def _loss_columns(gear: Gear) -> tuple[str, ...]:
 def missing_words(evaluation: Evaluation) -> tuple[str, ...]:
     """What is missing to prove that a set fits."""
     found = gap_lines(gaps(evaluation))
-    hint = "No change of the task mends missing data: complete the catalogue rows, or state assumptions."
+    hint = "No change of the task makes up for missing data: complete the catalogue rows, or state assumptions."
     return (*found, hint) if found else ()
 
 

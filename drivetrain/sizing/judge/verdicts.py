@@ -35,7 +35,7 @@ def told(op: Operation, row: Requirement) -> Check:
     """One row of the table, held against what a drive does."""
     factor, basis = op.number(row.factor), op.task.amplifier.current_basis
     if row.stage >= TORQUE and op.missing:
-        lack = f"cannot be computed: {op.missing} not on the sheet and not assumed"
+        lack = f"cannot be computed: {op.missing} not in the catalogue row and not assumed"
         return Check(
             row.name, None, None, row.unit, None, Verdict.NOT_CHECKED, remark=lack, essential=row.essential,
             factor=factor, current_basis=basis,
@@ -47,7 +47,7 @@ def told(op: Operation, row: Requirement) -> Check:
     used = op.utilisation(row) if required is not None and (endless or limit is not None) else None
     instant = None if required is None or endless else op.instant(row.instant)
     if used is None:
-        remark = words.remark or "the sheet gives no limit"
+        remark = words.remark or "no limit in the catalogue row"
         required = None if words.silent else required
         return Check(
             row.name, required, limit, row.unit, None, Verdict.NOT_CHECKED, None if words.silent else instant,
@@ -156,7 +156,7 @@ def supply_checks(study: Study, power: Array, *, unknown: str = "") -> tuple[Che
 def _supply_words(supply: Supply, row: Requirement, bus: BusPeak) -> str:
     """What a reader should know of one check of the supply."""
     if row.limit == "braking_power" and getattr(supply, row.limit) is None:
-        whole = "the voltage of the bus tells whether its capacity and the resistor are enough"
+        whole = "the voltage of the bus decides whether its capacity and the resistor are enough"
         return whole if supply.max_voltage is not None else "the study states no threshold and resistance"
     if row.required == "bus_voltage" and supply.capacity is None:
         return "the study states no capacity of the bus"

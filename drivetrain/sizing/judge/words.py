@@ -83,10 +83,10 @@ def momentary(op: Any, row: Any) -> Words:
     said, case = printed(op, row), op.judgement.case
     lack, jam_torque = f"; {said.remark}" if said.remark else "", case.figures.jam_torque
     if known(jam_torque) and case.setting.jam == 0.0:
-        lack = f"; held fast at top speed it would bear {jam_torque:.4g} N m (stop: {{jam: true}} judges that){lack}"
+        lack = f"; held fast at top speed it would bear {jam_torque:.4g} N m (stop: {{jam: true}} checks that){lack}"
     if not known(case.figures.stop_torque):
         return said._replace(remark=_no_stop(op) + lack)
-    cycle = f"the cycle alone asks {case.figures.load_torque:.4g} N m"
+    cycle = f"the cycle by itself needs {case.figures.load_torque:.4g} N m"
     if case.setting.moves == 0.0:
         return said._replace(remark=f"the joint never moves: there is nothing to stop; {cycle}{lack}")
     if case.setting.ramped != 0.0:
@@ -107,8 +107,8 @@ def _no_stop(op: Any) -> str:
     if task.stop.ramp is None and not known(op.number("setting.stop_current")):
         return "no stop is known: state stop: {ramp: 0.3 s}, stop: {current: ...} or the amplifier's peak_current"
     if op.demand.load_inertia is None:
-        return "what a stop asks is not known: the joint's load_inertia is not stated"
-    return f"what a stop asks is not known without {op.missing or 'a motion'}"
+        return "what a stop needs is not known: the joint's load_inertia is not stated"
+    return f"what a stop needs is not known without {op.missing or 'a motion'}"
 
 
 def _hard_stop(op: Any) -> str:
@@ -188,9 +188,9 @@ def peaks(op: Any, row: Any) -> Words:
     """How often such stops may come."""
     task, permitted = op.task, op.number(row.limit)
     if permitted == math.inf:
-        return Words("", "a stop asks no more than the repeated peak torque, so it is no momentary peak")
+        return Words("", "a stop needs no more than the repeated peak torque, so it is no momentary peak")
     if not known(permitted):
-        return Words("", "how many momentary peaks this kind of gear permits is not known, or not what a stop asks")
+        return Words("", "how many momentary peaks this kind of gear permits is not known, or not what a stop needs")
     travel = math.degrees(op.number("figures.stop_travel"))
     source = "10^4 waves of the flexspline, Harmonic Drive catalogue SHG, p. 30"
     return Words(source, f"{task.stop.stops_per_day:g} stops a day, each over at most {travel:.3g} deg of travel")
@@ -209,7 +209,7 @@ def jam(op: Any, row: Any) -> Words:
 
 def stop_current(op: Any, row: Any) -> Words:
     """On a ramp what the stop asks, else what holds the load."""
-    asked = "what the ramp asks" if op.number("setting.ramped") != 0.0 else "what holds the load"
+    asked = "what the ramp needs" if op.number("setting.ramped") != 0.0 else "what holds the load"
     if not known(op.number(row.limit)):
         asked = "neither stop: {current: ...} nor an amplifier peak_current is stated"
     elif not known(op.number(row.required)):
@@ -235,7 +235,7 @@ def gear_life(op: Any, row: Any) -> Words:
     """Only told when the study wants none."""
     if not known(op.number(row.limit)):
         return Words("", "rated life, torque and speed are not in the catalogue row together")
-    remark = "told, not judged: the study asks no life" if op.safety.life is None else ""
+    remark = "for information: the study requires no life" if op.safety.life is None else ""
     return Words(f"rated life of {sheet_name(op.drive.gear)}", remark)
 
 
@@ -275,7 +275,7 @@ def bearing_life(op: Any, row: Any) -> Words:
     if lack:
         return Words("", lack)
     rating = f"dynamic rating {gear.bearing_dynamic_rating:g} N of {sheet_name(gear)}"
-    remark = "told, not judged: the study asks no life" if op.safety.life is None else ""
+    remark = "for information: the study requires no life" if op.safety.life is None else ""
     return Words(f"{rating}, load factor {op.safety.bearing_load_factor:g}", remark)
 
 
@@ -326,14 +326,14 @@ def inertia_ratio(op: Any, row: Any) -> Words:
     """The span over the motion; judged only where the study sets a limit."""
     inertia = op.demand.load_inertia
     if inertia is None:
-        return Words("", "neither an arm nor the joint's load_inertia tells it", silent=True)
+        return Words("", "neither an arm nor the joint's load_inertia is given", silent=True)
     if op.drive.motor.rotor_inertia is None:
         return Words("", "rotor inertia is not in the catalogue row", silent=True)
     largest = op.number(row.required)
     least = largest * float(inertia.min()) / float(np.abs(inertia).max())
     span = f"{least:.3g} to {largest:.3g} over the motion"
     return (
-        Words("", f"{span}; told, not judged") if op.safety.inertia_ratio is None else Words("the study's limit", span)
+        Words("", f"{span}; for information") if op.safety.inertia_ratio is None else Words("the study's limit", span)
     )
 
 
@@ -346,7 +346,7 @@ def short_time(op: Any, row: Any) -> Words:
         return Words(f"torque constant x peak current of {sheet_name(motor)}")
     if not known(op.number(row.limit)):
         return Words("", f"{NO_SHORT_TIME} and no nominal voltage")
-    remark = f"{NO_SHORT_TIME}: the stall torque at nominal voltage holds, heat and voltage are judged apart"
+    remark = f"{NO_SHORT_TIME}: the stall torque at nominal voltage holds, heat and voltage are checked apart"
     return Words(f"stall torque of {sheet_name(motor)}", remark)
 
 
@@ -372,7 +372,7 @@ def cold_current(op: Any, row: Any) -> Words:
 def _cold(op: Any) -> str:
     """What is cold; a gear without a law says so."""
     gear, cold = op.drive.gear, op.study.cold_start
-    lawless = "" if gear.drag_temperature_1 or op.direct else "; the gear's sheet tells no drag over temperature"
+    lawless = "" if gear.drag_temperature_1 or op.direct else "; no drag over temperature in the gear's catalogue row"
     return f"gear and motor at {cold:g} °C{lawless}"
 
 
@@ -391,7 +391,7 @@ def rms_current(op: Any, row: Any) -> Words:
     if limit.value is None:
         return Words(limit.source, limit.source)
     if op.network is None:
-        return Words(limit.source, "no thermal data in the catalogue row to tell whether the RMS rule holds")
+        return Words(limit.source, "no thermal data in the catalogue row to say whether the RMS rule holds")
     if not op.demand.moves:
         return Words(limit.source, STANDS)
     cycle = op.demand.cycle

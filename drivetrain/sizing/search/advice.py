@@ -42,7 +42,7 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     if not found:
         found = [
             f"With these drives neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more "
-            f"supply voltage (up to {MOST:g} times) alone mends it."
+            f"supply voltage (up to {MOST:g} times) by itself fixes it."
         ]
     slower = "" if tried[0] else _others(near, family, Vary.CYCLE_TIME, np.geomspace(1.0, MOST, PARTS + 1))
     lighter = (
@@ -55,10 +55,10 @@ def _place(near: Nearest) -> str:
     if near.joint == SUPPLY:
         soft = ", or are not as stiff as wished" if near.study.stiffness.asked else ""
         hard = ", or load their gears too much as all stop at once" if asks_stops(near.study) else ""
-        return f"Every joint has a drive that holds; together they ask too much of the supply{soft}{hard}."
+        return f"Every joint has a drive that meets its limits; together they need too much of the supply{soft}{hard}."
     name = near.study.joints[near.joint].name
     motor, gear = near.keys[name]
-    return f"No candidate at {name} holds; the nearest is {motor} with {gear or 'no gear'}."
+    return f"No candidate at {name} meets all limits; the closest is {motor} with {gear or 'no gear'}."
 
 
 def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
@@ -93,7 +93,7 @@ def _slower(near: Nearest, family: WorkFamily) -> str:
         return ""
     kept = "" if near.study.arm is not None else ", at the table's torques"
     return (
-        f"With these drives a slower motion mends it: a cycle of {length * found:.4g} s instead of {length:.4g} s, "
+        f"With these drives a slower motion is enough: a cycle of {length * found:.4g} s instead of {length:.4g} s, "
         f"{100.0 * (found - 1.0):.3g} % longer{kept}."
     )
 
@@ -104,7 +104,7 @@ def _lighter(near: Nearest, family: WorkFamily) -> str:
     found = _least(near, family, Vary.PAYLOAD, np.linspace(1.0, 0.0, STEPS))
     if found is None:
         return ""
-    return f"With these drives less payload mends it: {_masses(near, found)}."
+    return f"With these drives less payload is enough: {_masses(near, found)}."
 
 
 def _carries(near: Nearest) -> bool:
@@ -121,7 +121,7 @@ def _higher(near: Nearest, family: WorkFamily) -> str:
     found, volts = _least(near, family, Vary.VOLTAGE, np.geomspace(1.0, MOST, STEPS)), near.study.supply.voltage
     if found is None:
         return ""
-    return f"With these drives more supply voltage mends it: {volts * found:.4g} V instead of {volts:g} V."
+    return f"With these drives more supply voltage is enough: {volts * found:.4g} V instead of {volts:g} V."
 
 
 def _least(near: Nearest, family: WorkFamily, vary: Vary, steps: Array) -> float | None:
@@ -152,12 +152,12 @@ def _others(near: Nearest, family: WorkFamily, vary: Vary, factors: Array) -> st
     length, factor, before = near.study.cycle.duration, factors[works], factors[fails]
     if not drives:
         even = f"even with a cycle {factor:g} times as long" if paced else "even without any payload"
-        return f"None of the other candidates does it either, {even}: all were searched." if settled else ""
+        return f"None of the other candidates meets all limits either, {even}: all were searched." if settled else ""
     what = f"a cycle of {length * factor:.4g} s instead of {length:.4g} s" if paced else _masses(near, factor)
     least = f"{length * before:.4g} s" if paced else f"{100.0 * before:.3g} % of the payload"
     limit = "" if fails == 0 or not settled else f"; with {least} none do"
     named = ", ".join(f"{name} {' with '.join(key for key in pair if key)}" for name, pair in drives.items())
-    return f"Other candidates do it with {what}{limit}: {named}."
+    return f"Other candidates meet all limits with {what}{limit}: {named}."
 
 
 def _searched(

@@ -196,9 +196,9 @@ def _told_of_scatter(search: FrontTree, chances: Sequence[Chance]) -> tuple[str,
             f"is counted over {arms} arms (`selection: holds` asks for a front of sets that hold often enough)",
         )
     counters = search.often.counters
-    near = counters["sets too near to tell"]
+    near = counters["sets too near to decide"]
     told = f"every set holds with at least {100.0 * search.often.wanted:g} % ({100.0 * CONFIDENCE:g} % confidence)"
-    left = f"; {near} sets left out lie too near to it to tell" if near else ""
+    left = f"; {near} sets left out are too near to decide" if near else ""
     return (f"{told}; of {counters['sets drawn']} sets arms were drawn{left}",)
 
 

@@ -125,7 +125,7 @@ class RobustSelection:
             end = "and there are no others" if self.exhausted else "the search went no further"
             return f"none of {len(self.trials)} sets is known to hold with {asked} ({confidence}){shared}, {end}"
         words = f"holds with at least {asked}; {len(before) - near} better sets do not{shared} ({confidence})"
-        words = f"{words}; of {near} better sets it could not be told" if near else words
+        words = f"{words}; {near} better sets are too near to decide" if near else words
         if self.bound < self.chosen.drives.objective * (1.0 - EQUAL):
             words = f"{words}; the search was stopped: sets from an objective of {self.bound:.4g} on are left"
         return words
@@ -211,7 +211,7 @@ class OftenEnough:
     def __call__(self, pairs: tuple[int, ...]) -> bool:
         """Whether a set is feasible often enough, with nominal numbers as with those that scatter."""
         if any(self.fails(joint, np.array([pair]), pairs)[0] for joint, pair in enumerate(pairs)):
-            self.counters["sets with a drive that falls too often"] += 1
+            self.counters["sets with a drive that fails too often"] += 1
             return False
         if self.over:
             return False
@@ -225,7 +225,7 @@ class OftenEnough:
         if trial.joint:
             joint = [task.name for task in self.base.study.joints].index(trial.joint)
             self.failing.setdefault((joint, self.problem.loads_of(joint, pairs)), set()).add(pairs[joint])
-        self.counters["sets too near to tell"] += trial.decision is Decision.OPEN
+        self.counters["sets too near to decide"] += trial.decision is Decision.OPEN
         return trial.decision is Decision.HOLDS
 
     def fails(self, joint: int, pairs: Indices, lead: Sequence[int]) -> Mask:

@@ -65,7 +65,7 @@ def select(
 
     Returns:
         The drives, their evaluation, the next best sets, the bound below which no set can be, every candidate that
-        fell beside the drives; when nothing fits the nearest set and what would mend it. Sets whose objectives are
+        fell beside the drives; when nothing fits the nearest set and what would fix it. Sets whose objectives are
         equal to 1e-9 come in the order of their energy a cycle, those of equal energy in that of their largest
         utilisation; the proof is one of this order, and up to 1000 equals of the best set are counted. Nothing else
         orders them: neither how often a search was stopped, nor the machine.
@@ -146,8 +146,8 @@ def _answer(tree: Tree, sets: list[_Set], tell: Tell) -> Selection:
 
 
 def _nothing_fits(tree: Tree, tell: Tell, advise: bool) -> Selection:
-    """The answer when no set was found: the nearest one, and what would mend it."""
-    tell(1, 1, "what would mend it")
+    """The answer when no set was found: the nearest one, and what would fix it."""
+    tell(1, 1, "what would fix it")
     study, lacking = tree.problem.candidates.study, nothing_to_choose(tree.problem)
     reasons = why_nothing(tree.problem)
     near = nearest_set(tree.problem)
@@ -157,7 +157,7 @@ def _nothing_fits(tree: Tree, tell: Tell, advise: bool) -> Selection:
         proof = "no set fits: " + "; ".join(reason for reason, _ in reasons)
     elif not tree.finished:
         proof = f"not proven: the search stopped after {tree.counters['nodes']} nodes without a set that fits"
-    advice = tuple(f"{reason} ({mend})." if mend else f"{reason}." for reason, mend in reasons)
+    advice = tuple(f"{reason} ({fix})." if fix else f"{reason}." for reason, fix in reasons)
     return Selection(
         study, {}, evaluation, math.nan, proof, Rejected(tree.problem, near.pairs), {},
         advice or _impossible(tree.problem) or (advice_on(evaluation, near) if advise else ()), dict(tree.counters), (),

@@ -1,0 +1,14 @@
+"""How the pages in this folder become a site: ``make docs``."""
+
+from __future__ import annotations
+
+project = "drivetrain"
+html_title = "drivetrain"
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax", "sphinx.ext.viewcode"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build"]
+html_theme = "furo"
+autodoc_member_order = "groupwise"
+autodoc_typehints = "description"
+napoleon_use_ivar = True  # a dataclass lists its fields once

@@ -1,0 +1,128 @@
+"""A ``Commander`` in C99: its laws run once on symbols, and the operations that they leave are printed.
+
+The arm's and the drives' numbers are worked into the code, so it is for one arm, one set of drives, one payload.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from drivetrain.control.commander import FAR, TURNS_AT, UNMIXED_AT, Commander
+from drivetrain.control.laws import TARGETS, Arm, command
+from drivetrain.control.symbols import Tape, c_lines, c_number
+from drivetrain.version import __version__
+from drivetrain.whole_files import write_files
+
+STATES = ("current", "overload", "winding_temperature", "housing_temperature")
+
+
+def write_c(commander: Commander, path: str | Path, *, name: str = "commander") -> dict[str, Path]:
+    """Write a commander as C99 that needs no library but libm: the same laws, the same numbers to rounding.
+
+    Args:
+        commander: With the payload that it carries, its rate and its bandwidth; its temperatures are the ones to start
+            from.
+        path: Of the source, ending in .c; the header is written beside it.
+        name: With which the names in C begin.
+
+    Returns:
+        Where each file is, by its name.
+
+    Raises:
+        InputError: A file cannot be written.
+    """
+    source = Path(path).with_suffix(".c")
+    header, code = c_texts(commander, name=name, header=source.with_suffix(".h").name)
+    return write_files(source.parent, {source.with_suffix(".h").name: header, source.name: code})
+
+
+def c_texts(commander: Commander, *, name: str = "commander", header: str = "commander.h") -> tuple[str, str]:
+    """Header and source.
+
+    Args:
+        commander: See ``write_c``.
+        name: With which the names in C begin.
+        header: Name of the header's file.
+    """
+    tape, n = Tape(), len(commander.joints)
+    results = _traced(tape, commander)
+    finals = [row[i] for row in results.values() for i in range(n)]
+    study = commander.study
+    head = [
+        f"Currents of {study.name}, by drivetrain {__version__}; study SHA-256 {study.digest or 'none'}",
+        f"call {name}_step at {commander.rate:.9g} Hz; payload: {commander.payload or 'none'}",
+        "q, qd, qdd: wanted [rad or m, and per s, s^2]; measured_q, measured_qd: as the encoders tell",
+        "current: DC-equivalent amperes; 0 is returned, or 1 where an input is not finite: nothing has changed then",
+        f"joints: {', '.join(commander.joints)}",
+    ]
+    size, state = f"{name.upper()}_JOINTS", f"{name}_state"
+    step = (
+        f"int {name}_step({state} *s, const double q[{size}], const double qd[{size}], const double qdd[{size}],\n"
+        f"    const double measured_q[{size}], const double measured_qd[{size}], double current[{size}])"
+    )
+    guard = re.sub(r"\W", "_", header).upper()
+    comment = [f"/* {line.replace('*/', '* /')} */" for line in head]
+    fields = [f"    double {field}[{size}];" for field in STATES]
+    top = [
+        *comment, f"#ifndef {guard}", f"#define {guard}", f"#define {size} {n}", "typedef struct {", *fields,
+        f"}} {state};", f"void {name}_start({state} *s);", f"{step};", "#endif",
+    ]  # fmt: skip
+    heat = commander._axes["heat"]
+    start = {"winding_temperature": heat["winding_temperature"], "housing_temperature": heat["housing_temperature"]}
+    begun = [
+        f"    s->{field}[{i}] = {c_number(float(start[field][i]) if field in start else 0.0)};"
+        for field in STATES for i in range(n)
+    ]  # fmt: skip
+    rows = [("q", "qd", "qdd", "measured_q", "measured_qd")[k] for k in range(len(TARGETS))]
+    squares = " + ".join(f"{row}[i] * {row}[i]" for row in rows)
+    ends = [
+        f"    s->{field}[{i}] = {c_number(results[field][i])};" for field in STATES for i in range(n)
+    ]  # fmt: skip
+    code = [
+        comment[0], f'#include "{header}"', "#include <math.h>", "",
+        f"void {name}_start({state} *s)", "{", *begun, "}", "", step, "{",
+        "    double size = 0.0;", "    int i;", f"    for (i = 0; i < {size}; i++)", f"        size += {squares};",
+        f"    if (!(size < {FAR * FAR!r}))", "        return 1;", "    {",
+        *(f"    {line}" for line in c_lines(tape, finals)), *ends, "    }",
+        f"    for (i = 0; i < {size}; i++)", "        current[i] = s->current[i];", "    return 0;", "}",
+    ]  # fmt: skip
+    return "\n".join(top) + "\n", "\n".join(code) + "\n"
+
+
+def _traced(tape: Tape, commander: Commander) -> dict[str, list[Any]]:
+    """What one tick leaves of the states, from symbols for states and targets."""
+    links, rotors, joints, bodies, spread = (_plain(one) for one in commander._memory[1:6])
+    turns, unmixed = (commander._memory[at].tolist() for at in (TURNS_AT, UNMIXED_AT))
+    axes = _plain(commander._axes)
+    targets = [
+        [tape.input(f"{row}[{i}]") for i in range(len(axes))] for row in ("q", "qd", "qdd", "measured_q", "measured_qd")
+    ]
+    for i, axis in enumerate(axes):
+        axis.current, axis.overload = tape.input(f"s->current[{i}]"), tape.input(f"s->overload[{i}]")
+        axis.heat.winding_temperature = tape.input(f"s->winding_temperature[{i}]")
+        axis.heat.housing_temperature = tape.input(f"s->housing_temperature[{i}]")
+    command(Arm(links, rotors, joints, bodies, spread, turns, unmixed), axes, targets, np.inf)
+    return {
+        "current": [axis.current for axis in axes],
+        "overload": [axis.overload for axis in axes],
+        "winding_temperature": [axis.heat.winding_temperature for axis in axes],
+        "housing_temperature": [axis.heat.housing_temperature for axis in axes],
+    }
+
+
+def _plain(values: Any) -> Any:
+    """Records and arrays as objects and lists of plain numbers, which may be replaced by symbols."""
+    if values.dtype.names is None:
+        return values.tolist()
+    if values.shape:
+        return [_plain(one) for one in values]
+    found = SimpleNamespace()
+    for name in values.dtype.names:
+        inner = values[name]
+        setattr(found, name, _plain(inner) if isinstance(inner, np.ndarray | np.void) else inner.item())
+    return found

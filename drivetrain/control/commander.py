@@ -1,0 +1,246 @@
+"""``Commander``: called once in every tick of a controller, it tells the currents to command."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from typing import Any
+
+import numpy as np
+from numba import carray, types
+
+from drivetrain.arm.coupling import shaft_torques
+from drivetrain.arrays import Array, checked_number
+from drivetrain.control.laws import TARGETS, Arm, Axis, command
+from drivetrain.drive.amplifier import available_voltage, judges_overload
+from drivetrain.drive.drive import shaft_friction
+from drivetrain.drive.gear import complete
+from drivetrain.drive.overload import overload_room
+from drivetrain.drive.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.dynamics.core.blocks import JOINT
+from drivetrain.dynamics.core.packed import Packed, packed
+from drivetrain.dynamics.core.records import LINK, ROTOR
+from drivetrain.dynamics.core.recursion import LINKS
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.jit import callback
+from drivetrain.records import as_records, record_type
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.study.model import JointTask, Study
+from drivetrain.study.mounting import loaded_arm
+
+FADE = 10.0  # K below the winding's limit over which the current fades: what sensors and models are off by
+SLOW = 0.01  # of a joint's largest speed in the cycle: friction fades below
+AXIS = record_type(Axis)
+FAR = 1e150  # what can still be squared and summed
+SIZES, LINKS_AT, ROTORS_AT, JOINTS_AT, BODIES_AT, SPREAD_AT, TURNS_AT, UNMIXED_AT, AXES_AT, TARGETS_AT = range(10)
+
+
+def _tick(run: Any) -> None:
+    """One tick, on memory of which the addresses are told."""
+    sizes = carray(run[SIZES], 5, np.int64)
+    n, wide = sizes[0], sizes[1]
+    targets = carray(run[TARGETS_AT], (len(TARGETS), n), np.float64)
+    size, whole = 0.0, 0.0
+    for i in range(n):
+        size += targets[0, i] * targets[0, i]
+        for k in range(len(TARGETS)):
+            whole += targets[k, i] * targets[k, i]
+    sizes[4] = 0 if whole < FAR * FAR else 1
+    if sizes[4] != 0:
+        return
+    bodies = carray(run[BODIES_AT], wide + 2, LINKS)
+    arm = Arm(
+        carray(run[LINKS_AT], sizes[2], LINK), carray(run[ROTORS_AT], sizes[3], ROTOR),
+        carray(run[JOINTS_AT], wide + 1, JOINT), bodies, carray(run[SPREAD_AT], (wide, n), np.float64),
+        carray(run[TURNS_AT], (n, n), np.float64), carray(run[UNMIXED_AT], (n, n), np.float64),
+    )  # fmt: skip
+    command(arm, carray(run[AXES_AT], n, AXIS), targets, size)
+
+
+class Commander:
+    """The currents of all joints, tick by tick: ``commander(q, qd, qdd)``.
+
+    Feed-forward of the arm with its drives and payload, frictions and losses by direction of motion; limits by voltage
+    (inductance counted), peak current and torque, the amplifier's I2t, and a running winding temperature, which lets
+    the current fade over the last 10 K below its limit. Friction follows the wanted speed and fades below one hundredth
+    of the fastest one of the cycle, so noise about rest does not make it jump from one direction to the other. Where
+    more is wanted than there is, ``wanted`` keeps what was.
+
+    Args:
+        study_or_evaluation: A study whose joints have drives, or the evaluation of a set of them.
+        rate: Of the calls [Hz].
+        bandwidth: Of the loop on the errors that feedback shows, critically damped: ``bandwidth^2 (q - measured) +
+            2 bandwidth (qd - measured)`` joins the acceleration [rad/s].
+        payload: That the tip carries, by its name in the study; None: nothing.
+
+    Raises:
+        InputError: A study without an arm, a joint without a drive, or one of which torque or heat lack data; an
+            unknown payload; a rate or bandwidth that is not positive.
+    """
+
+    def __init__(
+        self,
+        study_or_evaluation: Study | Evaluation,
+        *,
+        rate: float = 1000.0,
+        bandwidth: float = 40.0,
+        payload: str | None = None,
+    ) -> None:
+        if not isinstance(study_or_evaluation, Study | Evaluation):
+            problem = "must be a study, or an evaluation"
+            raise InputError(Fault("Commander", problem, type(study_or_evaluation).__name__))
+        study = study_or_evaluation if isinstance(study_or_evaluation, Study) else study_or_evaluation.study
+        if study.arm is None:
+            raise InputError(Fault("arm", "is needed: of a load table only its own cycle can be commanded"))
+        step = 1.0 / checked_number(rate, "rate", "Hz", above=0.0)
+        checked_number(bandwidth, "bandwidth", "rad/s", above=0.0)
+        given = study_or_evaluation if isinstance(study_or_evaluation, Evaluation) else evaluate(study)
+        faults = [
+            Fault(f"joints.{name}", "lacks what its torque rests on", f"{joint.motor} + {joint.gear}")
+            for name, joint in given.joints.items()
+            if not joint.torque_known
+        ]
+        if faults:
+            raise InputError(faults)
+        self.joints: tuple[str, ...] = tuple(given.joints)
+        """Names, in the order of all arrays."""
+        self.rate: float = float(rate)
+        """Of the calls [Hz]."""
+        self.study = given.study
+        self._drives = {name: joint.drive for name, joint in given.joints.items()}
+        described = [
+            _axis(given.study, task, given.joints[task.name], step, float(bandwidth)) for task in given.study.joints
+        ]
+        self._axes = as_records(described)
+        self._current: Array = self._axes["current"]
+        self._targets = np.zeros((len(TARGETS), len(self.joints)))
+        self._function = callback(types.void(types.CPointer(types.voidptr)), _tick).ctypes
+        self.carry(payload)
+
+    def carry(self, payload: str | None) -> None:
+        """From the next tick on the tip carries a payload.
+
+        Args:
+            payload: Its name in the study; None: nothing.
+
+        Raises:
+            InputError: An unknown name.
+        """
+        names = [one.name for one in self.study.payloads]
+        if payload is not None and payload not in names:
+            raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
+        arm = loaded_arm(self.study, self._drives, -1 if payload is None else names.index(payload))
+        self.payload: str | None = payload
+        self._memory = memory(packed(arm), self._axes, self._targets)
+        if arm.coupling is not None:
+            self._memory[TURNS_AT][:] = arm.coupling
+            self._memory[UNMIXED_AT][:] = shaft_torques(arm, np.eye(arm.n)).T
+        self._addresses = np.array([one.ctypes.data for one in self._memory], dtype=np.intp)
+        self._where = ctypes.cast(self._addresses.ctypes.data, self._function.argtypes[0])
+
+    def __call__(self, q: Any, qd: Any, qdd: Any, measured_q: Any = None, measured_qd: Any = None) -> Array:
+        """The currents of one tick; the state of heat and overload goes on by one.
+
+        Args:
+            q, qd, qdd: Wanted positions, speeds, accelerations [rad or m, and per s, s^2], (n,).
+            measured_q, measured_qd: What the encoders tell [rad or m, and per s], (n,); None: as wanted.
+
+        Returns:
+            DC-equivalent current [A], (n,); the same array every time, overwritten by the next call.
+
+        Raises:
+            InputError: Other shapes, or numbers that are not finite: nothing has gone on then.
+        """
+        targets = self._targets
+        try:
+            targets[0], targets[1], targets[2] = q, qd, qdd
+            targets[3] = q if measured_q is None else measured_q
+            targets[4] = qd if measured_qd is None else measured_qd
+        except (TypeError, ValueError):
+            raise self._wrong(q, qd, qdd, measured_q, measured_qd) from None
+        self._function(self._where)
+        if self._memory[SIZES][4]:
+            raise self._wrong(q, qd, qdd, measured_q, measured_qd)
+        return self._current
+
+    @property
+    def wanted(self) -> Array:
+        """Currents of the last tick without the limits [A], (n,)."""
+        return np.asarray(self._axes["wanted"]).copy()
+
+    @property
+    def winding_temperature(self) -> Array:
+        """As the ticks so far made it [C], (n,); ambient where the sheet says too little."""
+        return np.asarray(self._axes["heat"]["winding_temperature"]).copy()
+
+    @property
+    def overload(self) -> Array:
+        """Share of the amplifiers' I2t that is used up [-], (n,); 0 where it is not told."""
+        room = [overload_room(one["amplifier"]) if one["overloads"] else math.inf for one in self._axes]
+        return np.asarray(self._axes["overload"] / np.array(room))
+
+    def reset(self, *, winding: Any = None, housing: Any = None) -> None:
+        """Start anew: no overload, no current.
+
+        Args:
+            winding, housing: Temperatures [C], one or (n,); None: ambient.
+
+        Raises:
+            InputError: Numbers that are not finite.
+        """
+        for name, value in (("winding", winding), ("housing", housing)):
+            start = np.broadcast_to(self.study.ambient if value is None else value, len(self.joints))
+            for one in start:
+                checked_number(float(one), name, "C")
+            self._axes["heat"][f"{name}_temperature"] = start
+        for name in ("current", "wanted", "overload"):
+            self._axes[name] = 0.0
+
+    def _wrong(self, *given: Any) -> InputError:
+        """What is wrong with the arguments of a tick."""
+        n, faults = len(self.joints), []
+        for name, value in zip(("q", "qd", "qdd", "measured_q", "measured_qd"), given, strict=True):
+            try:
+                row = np.zeros(n) if value is None else np.asarray(value, dtype=np.float64)
+            except (TypeError, ValueError):
+                faults.append(Fault(name, f"must be {n} numbers", type(value).__name__))
+                continue
+            if row.shape != (n,):
+                faults.append(Fault(name, f"must have shape ({n},)", f"shape {row.shape}"))
+            elif not np.abs(row).max() < FAR:
+                faults.append(Fault(name, "must be finite, and not too large to be squared", row.tolist()))
+        return InputError(faults or [Fault("q", "is too large to calculate with")])
+
+
+def memory(model: Packed, axes: Any, targets: Array) -> list[Any]:
+    """What a tick works on, in the order of its addresses; the motors not coupled."""
+    n, wide = len(axes), len(model.links) - len(model.rotors)
+    joints, bodies = np.zeros(wide + 1, JOINT), np.zeros(wide + 2, LINKS)
+    for name, weight in zip(("ax", "ay", "az"), model.gravity, strict=True):
+        bodies[name][0] = -weight
+    spread = np.eye(n) if model.spread is None else np.ascontiguousarray(model.spread)
+    sizes = np.array([n, wide, len(model.links), len(model.rotors), 0], dtype=np.int64)
+    return [sizes, model.links, model.rotors, joints, bodies, spread, np.eye(n), np.eye(n), axes, targets]
+
+
+def _axis(study: Study, task: JointTask, joint: JointResult, step: float, bandwidth: float) -> Axis:
+    """One joint's drive, cold."""
+    drive, amplifier, motor = joint.drive, joint.amplifier, joint.drive.motor
+    volts = available_voltage(amplifier, study.supply.voltage)
+    peaks = [one for one in (amplifier.peak_current, motor.peak_current) if one is not None]
+    network = thermal_network(motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
+    heats = network is not None and network.winding_capacity is not None and motor.max_winding_temperature is not None
+    # Where nobody knows how it warms, it stays as warm as the air.
+    nodes = network if heats and network is not None else ThermalNetwork(1.0, 1.0, 1.0, 1.0, study.ambient)
+    heat = WindingHeat(nodes, gear_heat=task.gear_heat).own(None)  # type: ignore[arg-type]
+    heat.winding_temperature = heat.housing_temperature = study.ambient
+    fastest = float(np.abs(joint.series.speed).max())
+    return Axis(
+        motor, complete(drive.gear), amplifier, drive.joint_friction, shaft_friction(drive), heat,
+        travel=task.travel_per_turn or 1.0, gear_temperature=float(study.drag_temperature(study.ambient)), volts=volts,
+        most=min(peaks, default=2.0 * volts / motor.resistance), heats=float(heats),
+        overloads=float(judges_overload(amplifier)), fade=FADE, slow=SLOW * (fastest or 1.0), bandwidth=bandwidth,
+        step=step,
+    )  # fmt: skip

@@ -1,0 +1,112 @@
+"""How torques change with the motion, and accelerations with state and torque: exact derivatives, rotors included."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.dynamics.core.derivatives import differentiate
+from drivetrain.dynamics.core.packed import Packed, packed
+from drivetrain.dynamics.forward import forward_dynamics
+from drivetrain.dynamics.samples import NO_TIP, samples, spoiled, tip_samples
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueDerivatives:
+    """Derivatives of the joint torques; one sample has no leading axis. Row: the torque; column: by which coordinate.
+
+    Attributes:
+        q: By positions [N m/rad; N/m, N m/m, N/rad where joints are prismatic], (N, n, n).
+        qd: By speeds [N m s/rad, ...], (N, n, n); twice the Coriolis matrix.
+        qdd: By accelerations [kg m^2; kg m and kg where joints are prismatic], (N, n, n): the mass matrix.
+    """
+
+    q: Array
+    qd: Array
+    qdd: Array
+
+
+@dataclass(frozen=True, eq=False)
+class AccelerationDerivatives:
+    """Derivatives of the joint accelerations; one sample has no leading axis. Row: the acceleration.
+
+    Attributes:
+        q: By positions [1/s^2; 1/(m s^2), m/s^2 where joints are prismatic], (N, n, n).
+        qd: By speeds [1/s, ...], (N, n, n).
+        tau: By torques [1/(kg m^2), ...], (N, n, n): the inverse of the mass matrix.
+    """
+
+    q: Array
+    qd: Array
+    tau: Array
+
+
+def inverse_dynamics_derivatives(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = None) -> TorqueDerivatives:
+    """The derivatives of ``inverse_dynamics``, rotors included.
+
+    Args:
+        arm: With rotors or without.
+        q, qd, qdd: Positions, speeds and accelerations [rad or m, and per s, s^2], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame and carried along with it,
+            (moment [N m], force [N]), (6,) or (N, 6). None: nothing.
+
+    Returns:
+        The derivatives by q, qd and qdd [N m or N, per unit], (n, n) or (N, n, n) each.
+
+    Raises:
+        InputError: Wrong shapes, or a NaN or infinity.
+
+    Reference: S. Singh, R. Russell, P. Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics using Spatial
+        Vector Algebra, IEEE Robotics and Automation Letters 7 (2022) 1776-1783, table I; rotors as told in
+        ``core/derivatives.py``.
+    """
+    model = packed(arm)
+    motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
+    found = derivatives(model, motion, tip=tip_samples(model, tip_wrench, len(motion[0])))
+    return found if np.ndim(q) == 2 else TorqueDerivatives(found.q[0], found.qd[0], found.qdd[0])
+
+
+def forward_dynamics_derivatives(
+    arm: Arm, q: Any, qd: Any, tau: Any, *, tip_wrench: Any = None
+) -> AccelerationDerivatives:
+    """The derivatives of ``forward_dynamics``, rotors included.
+
+    Args:
+        arm: With rotors or without.
+        q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
+        tau: Generalised torques, ``ratio_i`` times the torque of motor i [N m; N at a prismatic joint], (n,) or (N, n).
+        tip_wrench: What the end effector applies to the environment, in the tip frame and carried along with it,
+            (moment [N m], force [N]), (6,) or (N, 6). None: nothing.
+
+    Returns:
+        The derivatives by q, qd and tau [rad/s^2 or m/s^2, per unit], (n, n) or (N, n, n) each.
+
+    Raises:
+        InputError: Wrong shapes, a NaN or infinity, or a mass matrix that is singular: a joint that moves no inertia.
+
+    Reference: J. Carpentier, N. Mansard, Analytical Derivatives of Rigid Body Dynamics Algorithms, Robotics: Science
+        and Systems (2018), section V: ``d qdd = -M^-1 d tau`` at the accelerations that tau gives.
+    """
+    qdd = forward_dynamics(arm, q, qd, tau, tip_wrench=tip_wrench)
+    torques = inverse_dynamics_derivatives(arm, q, qd, qdd, tip_wrench=tip_wrench)
+    inverse = np.asarray(np.linalg.inv(torques.qdd), np.float64)
+    return AccelerationDerivatives(-inverse @ torques.q, -inverse @ torques.qd, inverse)
+
+
+def derivatives(
+    model: Packed, motion: list[Array], *, gravity: Array | None = None, tip: Array = NO_TIP
+) -> TorqueDerivatives:
+    """The derivatives for samples whose shapes have been checked, (N, n, n) each; arguments as of ``samples.run``."""
+    wide = motion if model.spread is None else [x @ model.spread.T for x in motion]
+    count, n = wide[0].shape
+    result = [np.empty((count, n, n)) for _ in range(3)]
+    weight = model.gravity if gravity is None else gravity
+    if differentiate(model.links, model.rotors, weight, *wide, tip, *result) != 0.0:
+        raise spoiled(motion)
+    if model.spread is not None:
+        result = [model.spread.T @ matrix @ model.spread for matrix in result]
+    return TorqueDerivatives(*result)

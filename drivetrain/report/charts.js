@@ -1,0 +1,182 @@
+// Draws the charts of a page by BokehJS (BSD-3-Clause), which the page carries. Each is drawn as it comes near the
+// window, the rest when there is nothing else to do. Nothing is loaded from elsewhere.
+"use strict";
+const page = (function () {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const ranges = {};
+  const drawings = []; // {element, draw, done}
+
+  const colour = (name) =>
+    ["ink", "muted", "faint"].includes(name)
+      ? getComputedStyle(document.documentElement).getPropertyValue(name === "faint" ? "--line" : "--" + name).trim()
+      : name;
+  const numbers = (values) => Float64Array.from(values || [], (v) => (v === null ? NaN : v));
+
+  async function library() {
+    const packed = Uint8Array.from(atob(document.getElementById("library").textContent), (c) => c.charCodeAt(0));
+    const flow = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const script = document.createElement("script");
+    script.textContent = await new Response(flow).text();
+    document.head.append(script);
+    Bokeh.set_log_level("warn");
+  }
+
+  // An empty figure in the look of the page.
+  function frame(spec) {
+    const range = (ends) => (ends ? new Bokeh.Range1d({ start: ends[0], end: ends[1] }) : new Bokeh.DataRange1d());
+    const rows = spec.rows && spec.rows.length;
+    const figure = Bokeh.Plotting.figure({
+      height: spec.height || 320, sizing_mode: "stretch_width", title: spec.title || null,
+      tools: "pan,wheel_zoom,box_zoom,reset,save", toolbar_location: "above", active_drag: null,
+      x_axis_type: spec.log_x ? "log" : "linear", y_axis_type: spec.log_y ? "log" : "linear",
+      x_range: range(spec.x_range), y_range: range(rows ? [rows - 0.5, -0.5] : spec.y_range), match_aspect: !!spec.equal,
+      background_fill_color: null, border_fill_color: null, outline_line_color: colour("faint"),
+    });
+    if (spec.joined) join(figure.x_range, (ranges[spec.joined] ||= []));
+    figure.toolbar.autohide = true;
+    figure.toolbar.logo = null;
+    if (figure.title) Object.assign(figure.title, { text_color: colour("ink"), text_font_size: "12px" });
+    for (const [axis, label] of [[figure.below[0], spec.x], [figure.left[0], spec.y]])
+      axis.setv({
+        axis_label: label || "", axis_label_text_color: colour("ink"), axis_label_text_font_style: "normal",
+        axis_label_text_font_size: "12px", major_label_text_color: colour("ink"), axis_line_color: colour("muted"),
+        major_tick_line_color: colour("muted"), minor_tick_line_color: null,
+      });
+    for (const grid of figure.center) grid.grid_line_color = colour("faint");
+    if (rows) {
+      const ticker = new Bokeh.FixedTicker({ ticks: spec.rows.map((_, i) => i) });
+      figure.left[0].ticker = ticker;
+      figure.center.find((grid) => grid.dimension === 1).ticker = ticker;
+      figure.left[0].major_label_overrides = new Map(spec.rows.map((name, i) => [i, name]));
+    }
+    return figure;
+  }
+
+  // Axes that show the same stretch: each picture is a document of its own, so the ranges tell each other.
+  function join(own, others) {
+    for (const end of ["start", "end"])
+      own.properties[end].change.connect(() => {
+        for (const other of others) if (other[end] !== own[end]) other[end] = own[end];
+      });
+    others.push(own);
+  }
+
+  function mark(figure, one, legend) {
+    const ink = colour(one.colour || "#0072B2"), alpha = one.alpha === undefined ? 1 : one.alpha;
+    const dash = one.dash ? [5, 3] : [], size = one.size === undefined ? 1.5 : one.size;
+    const x = numbers(one.x), y = numbers(one.y), to = numbers(one.to), label = one.label || "";
+    const line = { line_color: ink, line_width: size, line_dash: dash, line_alpha: alpha };
+    let drawn = null;
+    if (one.kind === "line" || one.kind === "step") {
+      const source = new Bokeh.ColumnDataSource({ data: { x, y } });
+      drawn = one.kind === "line"
+        ? figure.line({ field: "x" }, { field: "y" }, { source, ...line })
+        : figure.step({ field: "x" }, { field: "y" }, { source, mode: "after", ...line });
+    } else if (one.kind === "points") {
+      const tips = one.tips || [], source = new Bokeh.ColumnDataSource({
+        data: { x, y, tip: Array.from(x, (_, i) => tips[i] || ""), c: Array.from(x, (_, i) => colour((one.colours || [])[i] || one.colour || "#0072B2")) } });
+      drawn = figure.scatter({ field: "x" }, { field: "y" }, {
+        source, size, marker: one.marker || "circle", fill_color: { field: "c" }, fill_alpha: alpha, line_color: { field: "c" }, line_alpha: one.alpha === 0 ? 1 : 0.4 * alpha });
+      if (tips.length) figure.add_tools(new Bokeh.HoverTool({ renderers: [drawn], tooltips: "<div style='white-space:pre-line;max-width:30em'>@tip</div>" }));
+    } else if (one.kind === "area") {
+      const source = new Bokeh.ColumnDataSource({ data: { x, y } });
+      drawn = figure.patch({ field: "x" }, { field: "y" }, { source, fill_color: ink, fill_alpha: alpha, line_color: ink, line_width: 1 });
+    } else if (one.kind === "bars") {
+      const source = new Bokeh.ColumnDataSource({ data: { x, y, to } });
+      drawn = figure.hbar({ field: "y" }, size, { field: "to" }, { field: "x" }, { source, fill_color: ink, fill_alpha: alpha, line_color: null });
+    } else if (one.kind === "span") {
+      const ends = x.length ? { left: x[0], right: to[0] } : { bottom: y[0], top: to[0] };
+      figure.add_layout(new Bokeh.BoxAnnotation({ ...ends, fill_color: ink, fill_alpha: alpha, line_color: null, level: "underlay" }));
+    } else if (one.kind === "rule") {
+      figure.add_layout(new Bokeh.Span({ dimension: x.length ? "height" : "width", location: x.length ? x[0] : y[0], ...line }));
+      if (label) figure.add_layout(new Bokeh.Label({
+        x: x.length ? x[0] : 4, y: x.length ? 4 : y[0], [x.length ? "y_units" : "x_units"]: "screen", x_offset: x.length ? 3 : 0, y_offset: 2,
+        text: label, text_font_size: "11px", text_color: ink }));
+    } else if (one.kind === "text") {
+      figure.add_layout(new Bokeh.Label({ x: x[0], y: y[0], x_offset: 6, y_offset: 4, text: label, text_font_size: "11px", text_color: ink }));
+    }
+    if (drawn && label) legend.push([label, one.kind === "area" || one.kind === "bars" ? "box" : one.kind === "points" ? "dot" : dash.length ? "dashed" : "line", ink, Math.max(alpha, 0.35), drawn]);
+  }
+
+  // The legend beside the picture, so that it takes no room in it; a click hides what it names.
+  function legendOf(entries) {
+    const list = document.createElement("p");
+    list.className = "legend";
+    for (const [label, kind, ink, alpha, drawn] of entries) {
+      const one = document.createElement("button");
+      one.type = "button";
+      one.setAttribute("aria-pressed", "true");
+      one.innerHTML = `<i class="${kind}" style="--c:${ink};--a:${alpha}"></i>`;
+      one.append(label);
+      one.addEventListener("click", () => {
+        drawn.visible = !drawn.visible;
+        one.setAttribute("aria-pressed", String(drawn.visible));
+      });
+      list.append(one);
+    }
+    return list;
+  }
+
+  async function show(figure, element, entries) {
+    element.replaceChildren();
+    if (entries && entries.length > 1) element.append(legendOf(entries));
+    const place = document.createElement("div");
+    element.append(place);
+    const view = await Bokeh.Plotting.show(figure, place);
+    element.view = view;
+    return view;
+  }
+
+  function chart(spec, element) {
+    const figure = frame(spec), legend = [];
+    for (const one of spec.marks) mark(figure, one, legend);
+    return show(figure, element, legend);
+  }
+
+  // A drawing waits until it comes near the window, or until everything before it is done.
+  function later(element, draw) {
+    drawings.push({ element, draw, done: false });
+  }
+  async function run(one) {
+    if (one.done) return;
+    one.done = true;
+    await one.draw(one.element);
+  }
+  async function all() {
+    const watcher = new IntersectionObserver((seen) => {
+      for (const entry of seen) if (entry.isIntersecting) run(drawings.find((one) => one.element === entry.target));
+    }, { rootMargin: "200px" });
+    for (const one of drawings) watcher.observe(one.element);
+    for (const one of drawings) {
+      await new Promise((next) => setTimeout(next, 0));
+      await run(one);
+    }
+    document.documentElement.dataset.drawn = "all";
+  }
+
+  // Paper: pictures of the canvases, as wide as the column.
+  addEventListener("beforeprint", () => {
+    for (const { element } of drawings) {
+      if (!element.view) continue;
+      const still = document.createElement("canvas"), canvas = element.view.export("png", true).canvas;
+      still.className = "still";
+      still.width = canvas.width;
+      still.height = canvas.height;
+      still.getContext("2d").drawImage(canvas, 0, 0);
+      element.append(still);
+    }
+  });
+  addEventListener("afterprint", () => document.querySelectorAll("canvas.still").forEach((one) => one.remove()));
+  dark.addEventListener("change", () => {
+    for (const one of drawings) one.done = false;
+    for (const name of Object.keys(ranges)) delete ranges[name];
+    all();
+  });
+
+  for (const element of document.querySelectorAll("[data-chart]"))
+    later(element, () => chart(data.charts[Number(element.dataset.chart)], element));
+  const ready = library();
+  addEventListener("DOMContentLoaded", () => ready.then(all));
+  return { data, ready, colour, numbers, frame, mark, show, later, ranges };
+})();

@@ -1,0 +1,260 @@
+"""The commander: the currents of the sizing, quiet at rest, inside every limit, and the same in C."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import tracemalloc
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.arm.coupling import belts_over, placed, with_coupling
+from drivetrain.catalog.read import Catalog
+from drivetrain.control.c_code import write_c
+from drivetrain.control.commander import SLOW, Commander
+from drivetrain.control.symbols import Tape
+from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.overload import peak_duration
+from drivetrain.errors import InputError
+from drivetrain.shipped import shipped
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.study.read import load_study
+
+ROUGH = Friction(coulomb=0.4, coulomb_negative=0.5, viscous=0.3, static=0.7, stribeck_speed=0.2)
+WIDE = Amplifier(peak_current=200.0, continuous_current=100.0)
+
+
+def lossy(make, *, amplifier: Amplifier = WIDE, coupled: bool = False, **changes):
+    """Friction at joint and motor, a gear with loss and drag, a payload; a belt over the second joint where coupled."""
+    names = ("j1", "j2", "j3")
+    arm = make.planar_arm([0.3, 0.3, 0.2], [1.5, 1.0, 0.5])
+    group = ("j2", "j3") if coupled else ()
+    tasks = tuple(
+        make.task(name, friction=ROUGH, motor_friction=Friction(0.01, viscous=1e-5), amplifier=amplifier,
+                  coupled=group if name in group else ())
+        for name in names
+    )  # fmt: skip
+    arm = with_coupling(arm, placed(belts_over([1.0]), (1, 2), 3)) if coupled else arm
+    gear = replace(make.gear, no_load_torque=0.02, ratio=-50.0)
+    cycle = make.sines(3)
+    cycle = replace(cycle, payload=np.where(cycle.time < 1.0, -1, 0), payload_names=("part",))
+    catalog = Catalog({"m1": make.motor}, {"g1": gear})
+    return make.study(cycle, arm=arm, joints=tasks, catalog=catalog, payloads=(make.payload(1.0),), **changes)
+
+
+def ur5():
+    """The example with one of each joint's candidates."""
+    study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
+    wide = tuple(replace(task, amplifier=replace(task.amplifier, peak_current=200.0)) for task in study.joints)
+    study = replace(study, joints=wide, supply=Supply(400.0))
+    return evaluate(study, {task.name: task.pairs[len(task.pairs) // 2] for task in study.joints})
+
+
+@pytest.mark.parametrize("which", ["lossy", "coupled", "ur5"])
+def test_the_torques_are_those_of_the_evaluation(make, which: str) -> None:
+    """Every sample at which no friction fades: the judge's kernel goes its own way through the same motion."""
+    found = ur5() if which == "ur5" else evaluate(lossy(make, coupled=which == "coupled", supply=Supply(400.0)))
+    commander, cycle, compared = Commander(found), found.study.cycle, 0
+    names = (None, *(one.name for one in found.study.payloads))
+    for k in range(0, len(cycle.time), 3):
+        if names[cycle.payload[k] + 1] != commander.payload:
+            commander.carry(names[cycle.payload[k] + 1])
+        commander.reset()
+        commander(cycle.position[k], cycle.velocity[k], cycle.acceleration[k])
+        for i, joint in enumerate(found.joints.values()):
+            if abs(joint.series.speed[k]) > SLOW * np.abs(joint.series.speed).max():
+                motor = joint.drive.motor
+                cold = motor.torque_constant * (1.0 + motor.magnet_coefficient * (
+                    found.study.ambient - motor.reference_temperature))  # fmt: skip
+                torque = joint.series.motor_torque
+                assert cold * commander.wanted[i] == pytest.approx(torque[k], abs=1e-9 * np.abs(torque).max())
+                compared += 1
+    assert compared > 80
+
+
+def test_noise_at_rest_does_not_chatter(make) -> None:
+    """A tenth of the fading speed as noise moves the current by less than a tenth of what a change of direction does;
+    at rest it is that of a lossless mesh, and it is continuous through zero."""
+    found = evaluate(lossy(make, supply=Supply(400.0)))
+    commander, nothing, q = Commander(found), np.zeros(3), np.array([0.3, 0.2, -0.4])
+    slow = SLOW * np.array([np.abs(joint.series.speed).max() for joint in found.joints.values()])
+    rest = commander(q, nothing, nothing).copy()
+    ways = [commander(q, way * slow, nothing).copy() for way in (1.0, -1.0)]
+    jump = np.abs(ways[0] - ways[1])
+    assert (jump > 0.1).all()
+    rng = np.random.default_rng(1)
+    noisy = np.array([commander(q, 0.1 * slow * rng.uniform(-1, 1, 3), nothing).copy() for _ in range(300)])
+    assert (np.ptp(noisy, axis=0) <= 0.11 * jump).all()
+    steps = np.array([commander(q, x * slow, nothing).copy() for x in np.linspace(-1.5, 1.5, 3001)])
+    assert (np.abs(np.diff(steps, axis=0)) < 2e-3 * jump).all()
+    lossless = np.array([(a + b) / 2 for a, b in zip(*ways, strict=True)])
+    np.testing.assert_allclose(rest, lossless, atol=0.1)
+
+
+def test_no_more_voltage_than_there_is(make) -> None:
+    """What the winding then asks, inductance counted, never exceeds the supply; where it is short it is just met."""
+    found = evaluate(lossy(make, supply=Supply(7.0)))
+    commander, cycle, motor = Commander(found, rate=1000.0), found.study.cycle, make.motor
+    volts, before, short = 0.95 * 7.0, np.zeros(3), 0
+    cold = motor.torque_constant * (1.0 + motor.magnet_coefficient * (25.0 - motor.reference_temperature))
+    for k in range(len(cycle.time)):
+        commander.reset()
+        commander._axes["current"] = before
+        current = commander(cycle.position[k], cycle.velocity[k], cycle.acceleration[k]).copy()
+        resistance = motor.resistance
+        asked = cold * -50.0 * cycle.velocity[k] + resistance * current + motor.inductance * (current - before) * 1e3
+        assert (np.abs(asked) <= volts * (1.0 + 1e-9)).all()
+        cut = np.abs(current - commander.wanted) > 1e-9
+        np.testing.assert_allclose(np.abs(asked[cut]), volts, rtol=1e-9)
+        short += int(cut.sum())
+        before = current
+    assert short > 20
+
+
+def test_overload_folds_back_when_amplifiers_do(make) -> None:
+    """From cold the peak current lasts as long as the sheet's law says, then the continuous one is left, without
+    jumping back."""
+    amplifier = Amplifier(peak_current=3.0, continuous_current=1.5, peak_time=2.0)
+    study = lossy(make, amplifier=amplifier)
+    for limits in (amplifier, replace(amplifier, peak_time=None, thermal_time_constant=3.5)):
+        tasks = tuple(replace(task, amplifier=limits) for task in study.joints)
+        commander = Commander(evaluate(replace(study, joints=tasks)), rate=100.0)
+        nothing, hard = np.zeros(3), np.array([100.0, 0.0, 0.0])
+        course = np.array([abs(commander(nothing, nothing, hard)[0]) for _ in range(600)])
+        lasts = np.flatnonzero(course < 2.999)[0] / 100.0
+        assert lasts == pytest.approx(peak_duration(limits, 3.0), abs=0.011)  # a tick
+        np.testing.assert_allclose(course[int(lasts * 100) + 2 :], 1.5, rtol=1e-9)
+        assert commander.overload[0] == pytest.approx(1.0)
+
+
+def test_a_winding_that_grows_hot_gets_less(make) -> None:
+    """Against both nodes integrated by small steps of their own; the limit of 125 C is never passed."""
+    commander = Commander(evaluate(lossy(make)), rate=20.0)
+    motor, nothing, hard = make.motor, np.zeros(3), np.array([60.0, 0.0, 0.0])
+    winding = housing = 25.0
+    inner, outer = motor.resistance_winding_housing, motor.resistance_housing_ambient
+    cw, ch = motor.winding_time_constant / inner, motor.housing_time_constant / outer
+    copper = 0.0039 / (1.0 + 0.0039 * (motor.reference_temperature - 25.0))
+    hottest = 0.0
+    for _ in range(20 * 120):
+        amperes = float(commander(nothing, nothing, hard)[0])
+        resistance = motor.resistance * (1.0 + copper * (winding - motor.reference_temperature))
+        for _ in range(20):
+            flow = (winding - housing) / inner
+            winding += (resistance * amperes**2 - flow) / cw / 400.0
+            housing += (flow - (housing - 25.0) / outer) / ch / 400.0
+        hottest = max(hottest, float(commander.winding_temperature[0]))
+        assert commander.winding_temperature[0] == pytest.approx(winding, abs=0.3)
+    assert 115.0 < hottest <= 125.0
+    assert abs(amperes) < 0.6 * abs(commander.wanted[0])
+
+
+def test_feedback_pulls(make) -> None:
+    """An error asks for the acceleration bandwidth^2 e + 2 bandwidth e', no more and no less."""
+    found = evaluate(lossy(make, supply=Supply(4000.0)))
+    commander = Commander(found, bandwidth=25.0)
+    q, qd, nothing = np.array([0.3, 0.2, -0.4]), np.array([1.0, -1.0, 0.5]), np.zeros(3)
+    off, rate = np.array([0.01, -0.02, 0.0]), np.array([0.1, 0.0, -0.05])
+    commander(q, qd, nothing, q - off, qd - rate)
+    wanted = commander.wanted
+    commander.reset()
+    commander(q, qd, 25.0**2 * off + 2.0 * 25.0 * rate)
+    np.testing.assert_allclose(wanted, commander.wanted, rtol=1e-12)
+
+
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1", "-shared", "-fPIC"]
+
+
+@pytest.mark.parametrize("which", ["lossy", "coupled", "ur5"])
+def test_the_c_code_is_the_same(make, tmp_path: Path, which: str) -> None:
+    """Random ticks in turn, states going on, into every limit; to 1e-12 of the largest current."""
+    tight = Amplifier(peak_current=9.0, continuous_current=3.0, peak_time=0.5)
+    study = lossy(make, amplifier=tight, coupled=which == "coupled", supply=Supply(20.0))
+    commander = Commander(ur5() if which == "ur5" else evaluate(study), rate=50.0)
+    if which != "coupled":
+        commander.carry(commander.study.payloads[0].name)
+    commander.reset(winding=80.0, housing=60.0)
+    files = write_c(commander, tmp_path / "arm.c", name="arm")
+    assert set(files) == {"arm.c", "arm.h"}
+    cc = shutil.which("cc") or shutil.which("gcc")
+    assert cc, "a C compiler is needed"
+    subprocess.run([cc, *STRICT, "-o", tmp_path / "arm.so", tmp_path / "arm.c", "-lm"], check=True)
+    there, n = ctypes.CDLL(str(tmp_path / "arm.so")), len(commander.joints)
+    state, current = np.zeros((4, n)), np.zeros(n)
+
+    def at(array):
+        return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+    there.arm_start(at(state))
+    rng, worst, limited, largest = np.random.default_rng(7), 0.0, 0, 0.0
+    for k in range(2000):
+        targets = rng.uniform(-1.0, 1.0, (5, n)) * np.array([[3.0], [3.0], [10.0], [3.0], [3.0]])
+        targets[1] *= rng.choice([1.0, 0.003, 0.0])  # also where friction fades, and at rest
+        targets[3:] = targets[3:] if k % 4 == 0 else targets[:2]
+        ours = commander(*targets)
+        assert there.arm_step(at(state), *(at(row) for row in targets), at(current)) == 0
+        worst, largest = max(worst, np.abs(ours - current).max()), max(largest, np.abs(current).max())
+        limited += int((np.abs(commander.wanted - ours) > 1e-6).sum())
+    assert limited > 100 and worst <= 1e-12 * largest
+    np.testing.assert_allclose(state[2], commander.winding_temperature, rtol=1e-12)
+    before = state.copy()
+    targets[2, 0] = np.nan
+    assert there.arm_step(at(state), *(at(row) for row in targets), at(current)) == 1
+    np.testing.assert_array_equal(state, before)
+
+
+def test_nothing_piles_up(make) -> None:
+    commander, row = Commander(evaluate(lossy(make))), np.zeros(3)
+    commander(row, row, row)
+    tracemalloc.start()
+    before = tracemalloc.get_traced_memory()[0]
+    for _ in range(2000):
+        commander(row, row, row)
+    assert tracemalloc.get_traced_memory()[0] - before < 2000  # bytes; one forgotten float a tick were 48 000
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ([0, 0], [0, 0, 0], [0, 0, 0]),
+        ([0, 0, np.nan], [0, 0, 0], [0, 0, 0]),
+        ([0, 0, 0], [0, 0, np.inf], [0, 0, 0]),
+        ([0, 0, 0], [0, 0, 1e200], [0, 0, 0]),
+        ("abc", [0, 0, 0], [0, 0, 0]),
+    ],
+)
+def test_ticks_that_are_none(make, wrong) -> None:
+    commander = Commander(evaluate(lossy(make)))
+    before = commander([0.1, 0, 0], [0, 0, 0], [0, 0, 0]).copy()
+    with pytest.raises(InputError, match="q"):
+        commander(*wrong)
+    np.testing.assert_array_equal(commander._axes["current"], before)
+
+
+def test_commanders_that_are_none(make) -> None:
+    found = evaluate(lossy(make))
+    time = np.linspace(0.0, 1.0, 11)
+    for wrong, told in (
+        (lambda: Commander(make.study(make.table_cycle(time, time, time, time))), "arm"),
+        (lambda: Commander(found, rate=0.0), "rate"),
+        (lambda: Commander(found, bandwidth=-1.0), "bandwidth"),
+        (lambda: Commander(found, payload="prat"), "part"),
+        (lambda: Commander("ur5"), "study"),
+        (lambda: Commander(replace(lossy(make), joints=(make.task(drive=None), *lossy(make).joints[1:]))), "no drive"),
+    ):
+        with pytest.raises(InputError, match=told):
+            wrong()
+
+
+def test_symbols_refuse_to_be_branched_on() -> None:
+    tape = Tape()
+    x = tape.input("x")
+    assert (x + 0.0) is x and x * 0.0 == 0.0 and (x * 2.0) is (x * 2.0)
+    with pytest.raises(TypeError, match="branches"):
+        max(x, 1.0)

@@ -1,0 +1,184 @@
+"""Current files, read back by readers written here: every joint's currents come back within one count."""
+
+from __future__ import annotations
+
+import csv
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from drivetrain.drive.amplifier import Amplifier
+from drivetrain.errors import InputError
+from drivetrain.export.current_scales import current_scales
+from drivetrain.export.currents import write_currents
+from drivetrain.shipped import shipped
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.study.read import load_study
+
+
+@pytest.fixture(scope="module")
+def ur5():
+    """The example's arm with one set of drives that its catalogue holds."""
+    study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
+    drives = {task.name: task.pairs[len(task.pairs) // 2] for task in study.joints}
+    return evaluate(study, drives)
+
+
+def amperes_of(unit: str) -> float:
+    """DC-equivalent amperes of one ampere of a phase, from equal copper loss of two and three windings."""
+    return {"dc": 1.0, "rms": np.sqrt(3.0 / 2.0), "peak": np.sqrt(3.0) / 2.0}[unit]
+
+
+def decoded(text: str, numbers: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Currents [A dc] from what the head says in words alone: objects, full scales and conventions."""
+    found = {}
+    for name, values in numbers.items():
+        line = next(line for line in text.splitlines() if re.search(rf"(^|[#*] ){re.escape(name)}: ", line))
+        if "0x6075" in line:
+            milliamperes, unit = re.search(r"0x6075 = (\S+) mA (\w+)", line).groups()
+            found[name] = values / 1000.0 * float(milliamperes) * 1e-3 * amperes_of(unit)
+        elif "0x6076" in line:
+            millinewtonmetres, constant = re.search(r"0x6076 = (\S+) mN m.* constant (\S+) N m/A", line).groups()
+            found[name] = values / 1000.0 * float(millinewtonmetres) * 1e-3 / float(constant)
+        elif " are " in line:
+            most, full, unit = re.search(r": (\S+) (?:V|counts) are (\S+) A (\w+)", line).groups()
+            found[name] = values / float(most) * float(full) * amperes_of(unit)
+        else:
+            found[name] = values * amperes_of(re.search(r"amperes, (\w+)", line).group(1))
+    return found
+
+
+def read_csv(path: Path) -> dict[str, np.ndarray]:
+    rows = [row for row in csv.reader(line for line in path.read_text().splitlines() if line[0] != "#")]
+    columns = np.array(rows[1:], dtype=float).T
+    return {re.sub(r" \[.*", "", name): column for name, column in zip(rows[0], columns, strict=True)}
+
+
+def read_yaml(path: Path) -> dict[str, np.ndarray]:
+    message = yaml.safe_load(path.read_text())
+    assert set(message) == {"joint_names", "points"}
+    points = message["points"]
+    assert all(set(p) == {"time_from_start", "positions", "velocities", "effort"} for p in points)
+    assert all(0 <= p["time_from_start"]["nanosec"] < 10**9 for p in points)
+    times = np.array([p["time_from_start"]["sec"] + 1e-9 * p["time_from_start"]["nanosec"] for p in points])
+    effort = np.array([p["effort"] for p in points]).T
+    return {"time": times} | dict(zip(message["joint_names"], effort, strict=True))
+
+
+def read_header(path: Path, folder: Path) -> dict[str, np.ndarray]:
+    """By a C program that is compiled with the header and prints what stands in it."""
+    cc = shutil.which("cc") or shutil.which("gcc")
+    assert cc, "a C compiler is needed"
+    program = folder / "print.c"
+    program.write_text(
+        f'#include <stdio.h>\n#include "{path.name}"\n'
+        'int main(void) { int i, k; for (i = 0; i < CURRENTS_JOINTS; i++) { printf("%s", currents_joint[i]);'
+        ' for (k = 0; k < CURRENTS_SAMPLES; k++) printf(" %.17g", (double)currents_command[k][i]); puts(""); }'
+        ' printf("time"); for (k = 0; k < CURRENTS_SAMPLES; k++) printf(" %.17g", currents_time[k]);'
+        ' printf("\\nunit"); for (i = 0; i < CURRENTS_JOINTS; i++) printf(" %.17g", currents_amperes_per_unit[i]);'
+        " return 0; }\n"
+    )
+    strict = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror"]
+    subprocess.run([cc, *strict, "-o", folder / "print", program], check=True)
+    printed = subprocess.run([folder / "print"], check=True, capture_output=True, text=True).stdout
+    return {line.split()[0]: np.array(line.split()[1:], dtype=float) for line in printed.splitlines()}
+
+
+CASES = [
+    ("amperes", "dc", None), ("amperes", "rms", None), ("amperes", None, None), ("cia402", "rms", None),
+    ("cia402", "peak", 12.0), ("cia402", "torque", 0.9), ("analogue", "peak", 80.0), ("counts", "rms", 60.0),
+    ("counts", None, None),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("scale", "basis", "full"), CASES)
+def test_currents_come_back(ur5, tmp_path: Path, scale: str, basis: str | None, full: float | None) -> None:
+    joints = tuple(replace(task, amplifier=replace(task.amplifier, peak_current=100.0)) for task in ur5.study.joints)
+    wide = evaluate(replace(ur5.study, joints=joints), {n: (j.motor, j.gear) for n, j in ur5.joints.items()})
+    scales = current_scales(wide, scale, basis=basis, full_scale=full)
+    for suffix in (".csv", ".h", ".yaml"):
+        path = write_currents(wide, tmp_path / f"currents{suffix}", scales)
+        read = read_header(path, tmp_path) if suffix == ".h" else {".csv": read_csv, ".yaml": read_yaml}[suffix](path)
+        numbers = {name: read[name] for name in wide.joints}
+        for name, current in decoded(path.read_text(), numbers).items():
+            # Half a count of rounding; the head tells nine digits of the base.
+            count = scales[name].amperes if scales[name].whole else 0.0
+            assert np.abs(current - wide.joints[name].series.current).max() <= 0.501 * count + 1e-7
+            if scales[name].whole:
+                np.testing.assert_array_equal(numbers[name], np.rint(numbers[name]))
+
+
+def test_the_head_names_study_hold_and_rate(ur5, tmp_path: Path) -> None:
+    scales = current_scales(ur5, "amperes")
+    for suffix in (".csv", ".h", ".yaml"):
+        text = write_currents(ur5, tmp_path / f"c{suffix}", scales, rate=1000.0, hold=0).read_text()
+        assert ur5.study.digest in text and "1000 Hz" in text and "the sample before" in text
+    rows = read_csv(tmp_path / "c.csv")
+    np.testing.assert_allclose(np.diff(rows["time"]), 1e-3, atol=1e-9)
+    np.testing.assert_allclose(read_yaml(tmp_path / "c.yaml")["time"], rows["time"], atol=1e-9)
+
+
+def test_what_does_not_fit_sixteen_bits_is_told(ur5, tmp_path: Path) -> None:
+    """All joints at once, nothing written: 32.8 times the rated current, 0.02 A, is 0.6 A."""
+    path = tmp_path / "c.csv"
+    with pytest.raises(InputError, match="beyond the \\+-32767") as caught:
+        write_currents(ur5, path, current_scales(ur5, "cia402", basis="rms", full_scale=0.001))
+    assert len(caught.value.faults) == 6 and not path.exists()
+    with pytest.raises(InputError, match="10 V"):
+        write_currents(ur5, path, current_scales(ur5, "analogue", full_scale=0.01))
+
+
+def test_just_what_fits_is_written(make_one, tmp_path: Path) -> None:
+    """The peak of a joint as its full scale is the largest number of 16 bits, and no more is a message."""
+    peak = float(np.abs(make_one.joints["j1"].series.current).max())
+    path = write_currents(make_one, tmp_path / "c.csv", current_scales(make_one, "counts", basis="dc", full_scale=peak))
+    assert np.abs(read_csv(path)["j1"]).max() == 32767
+    with pytest.raises(InputError, match="beyond"):
+        scales = current_scales(make_one, "counts", basis="dc", full_scale=peak * 0.9999)
+        write_currents(make_one, path, scales)
+
+
+@pytest.fixture
+def make_one(make):
+    time = np.linspace(0.0, 1.0, 51)
+    cycle = make.table_cycle(time, 3.0 * np.cos(6.0 * time), np.sin(6.0 * time), 6.0 * np.cos(6.0 * time))
+    return evaluate(make.study(cycle))
+
+
+@pytest.mark.parametrize(
+    ("scale", "options", "told"),
+    [
+        ("cia401", {}, "cia402"),
+        ("cia402", {}, "must be chosen"),
+        ("cia402", {"basis": "dc"}, "rms, peak, torque"),
+        ("counts", {"basis": "rsm"}, "rms"),
+        ("counts", {"full_scale": {"j9": 3.0}}, "j9"),
+        ("counts", {"full_scale": -3.0}, "positive"),
+    ],
+)
+def test_scales_that_are_none(make_one, scale, options, told) -> None:
+    with pytest.raises(InputError, match=told):
+        current_scales(make_one, scale, **options)
+
+
+def test_full_scales_that_nobody_states(make) -> None:
+    time = np.linspace(0.0, 1.0, 11)
+    cycle = make.table_cycle(time, time, time, time)
+    found = evaluate(make.study(cycle, joints=(make.task(amplifier=Amplifier()),)))
+    with pytest.raises(InputError, match="peak_current"):
+        current_scales(found, "counts")
+    motor = replace(found.joints["j1"].drive.motor, nominal_current=None)
+    joint = replace(found.joints["j1"], drive=replace(found.joints["j1"].drive, motor=motor))
+    with pytest.raises(InputError, match="nominal current"):
+        current_scales(replace(found, joints={"j1": joint}), "cia402", basis="rms")
+
+
+def test_endings_that_no_writer_has(make_one, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"\.csv, \.h, \.yaml"):
+        write_currents(make_one, tmp_path / "c.txt", current_scales(make_one, "amperes"))

@@ -1,0 +1,106 @@
+"""What a user reads says it in the field's words: messages, help, pages, README and docs."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from drivetrain.report.page import html_report
+from drivetrain.report.table import verdict_lines
+from drivetrain.sizing.results import Selection
+
+ROOT = Path(__file__).resolve().parents[2]
+AVOIDED = {  # what is avoided: what an engineer writes
+    r"fell(s|ed)?\b|fallen\b|why .* falls?\b": "rejected",
+    r"mend(s|ed|ing)?\b": "fix",
+    r"doubt(s|ed|ful)?\b": "warning",
+    r"(numbers|torque|report) rests? on\b": "inputs and assumptions",
+    r"told, (and )?not judged|only told|reported, not judged": "for information",
+    r"(cannot be|not|nothing is|nothing could be) judged\b": "not checked",
+    r"of what there is\b": "of the limit",
+    r"no set can be below\b": "lower bound",
+    r"parted by\b|(is|are) parted\b": "separated by, split",
+    r"put aside\b": "filtered out",
+    r"next best that|why the others\b": "runners-up, rejected candidates",
+    r"all combinations looked at\b": "search nodes",
+    r"(for|short time and) for ever\b|repeat(s|ed) for ever, ": "continuous",
+    r"(it )?takes back\b": "regenerative capacity",
+    r"sheets? (is|are|was|were) silent|silent sheet": "where the data sheet gives no value",
+    r"(on|of) (its|the) sheet\b|the sheet (prints|tells|gives|has|lacks)\b": "data sheet",
+    r"(?<!data )sheets (hold|lack)\b": "data sheets",
+    r"things? (is|are) wrong\b": "errors",
+    r"(drives|them|it|set|none|drives are) (do|does|to do) it\b": "meets all limits",
+    r"effects (may )?go\b": "are omitted",
+    r"wanted reserve\b": "required reserve",
+}
+NOT_SHOWN = re.compile(r"<details><summary>\d+ cases.*?</details>|\{[{%].*?[%}]\}", re.S)  # a table of the tests, code
+
+
+def found(text: str) -> list[str]:
+    """Every avoided phrase of a text, with what to write instead."""
+    return [
+        f"{hit.group(0)!r}: write {better!r}"
+        for avoided, better in AVOIDED.items()
+        for hit in re.finditer(rf"\b(?:{avoided})", text, re.I)
+    ]
+
+
+def is_command(node: ast.AST) -> bool:
+    """Whether the docstring of a function is its help on the command line."""
+    return isinstance(node, ast.FunctionDef) and any("command" in ast.dump(one) for one in node.decorator_list)
+
+
+def shown_strings(path: Path) -> Iterator[tuple[int, str]]:
+    """Strings of more than a word that the code may show: no docstrings but those of commands."""
+    tree, docs = ast.parse(path.read_text(encoding="utf-8")), set()
+    for node in ast.walk(tree):
+        for one in getattr(node, "body", ()) if not isinstance(node, ast.Lambda | ast.IfExp) else ():
+            if isinstance(one, ast.Expr) and isinstance(one.value, ast.Constant) and not is_command(node):
+                docs.add(id(one.value))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value.strip():
+            if id(node) not in docs:
+                yield node.lineno, node.value
+
+
+def test_the_list_finds_what_it_should() -> None:
+    for text in (
+        "699 candidates fell",
+        "mend: write 5 V",
+        "3 things are wrong",
+        "told, not judged",
+        "parted by commas",
+    ):
+        assert found(text), text
+    for text in ("the torque falls with speed", "it takes 5 s", "separated by commas", "the data sheets lack values"):
+        assert not found(text), text
+
+
+@pytest.mark.parametrize("folder", sorted(p.name for p in (ROOT / "drivetrain").iterdir() if p.is_dir()))
+def test_messages_and_help(folder: str) -> None:
+    hits = [
+        f"{path.relative_to(ROOT)}:{line}: {hit}"
+        for path in sorted((ROOT / "drivetrain" / folder).rglob("*.py"))
+        for line, text in shown_strings(path)
+        for hit in found(text)
+    ]
+    assert not hits, "\n".join(hits)
+
+
+def test_readme_docs_and_templates() -> None:
+    files = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "drivetrain").rglob("*.j2")]
+    files += [path for path in (ROOT / "examples").rglob("*.yaml")]
+    hits = [
+        f"{path.name}: {hit}" for path in files for hit in found(NOT_SHOWN.sub("", path.read_text(encoding="utf-8")))
+    ]
+    assert not hits, "\n".join(hits)
+
+
+def test_a_report_and_the_terminal(selection: Selection) -> None:
+    page = re.sub(r"<(style|script)\b[^>]*>.*?</\1>", "", html_report(selection), flags=re.S)
+    assert not found(re.sub(r"<[^>]+>", " ", page))
+    assert not found("\n".join(line.plain for line in verdict_lines(selection)))
