@@ -13,8 +13,17 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import braked
+from drivetrain.drive.stops import braked as stopped
+from drivetrain.drive.stops import overshoot
 from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.effects.flexible_joint import FlexibleJoint
+from drivetrain.effects.holding_brake import HoldingBrake
+from drivetrain.effects.mesh_loss import MeshLoss
+from drivetrain.effects.rotor import FullRotor
+from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.run import simulate
+from drivetrain.simulation.scene import Scene, joint_scene
 from drivetrain.sizing.judge.arm_stops import Braking, march
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.fill import Shelf
@@ -95,6 +104,36 @@ def test_the_march_is_that_of_small_steps_with_every_direction_tried(two_links, 
     np.testing.assert_allclose(found.torque[0], torque, rtol=1e-3)
     np.testing.assert_allclose(found.travel[0], ways, rtol=1e-2, atol=1e-4)
     assert found.duration[0] == pytest.approx(time, rel=1e-2)
+
+
+@pytest.mark.parametrize("sample", [5, 17])
+def test_the_march_is_that_of_the_simulation(two_links, sample):
+    """Brakes as bounds of friction at the rotors, by steps of 0.1 ms: ways and time to a percent."""
+    limit = 5.0 * 0.05
+    braking = Braking(np.full(2, limit), np.zeros(2), np.full(2, np.nan))
+    found, _ = march(two_links, drives_of(two_links), braking, np.array([sample]))
+    gear = two_links.catalog.gears["g1"]
+    parts = (FullRotor(ROTOR, RATIO), MeshLoss(gear), HoldingBrake(limit, limit, engaged=True))
+    start = two_links.cycle.position[sample], two_links.cycle.velocity[sample]
+    scene = Scene(two_links.arm, dict.fromkeys(two_links.arm.joint_names, parts), 0.15, *start)
+    run = simulate(scene, solver=FixedStep(1e-4), interval=1e-4)
+    ways = [np.abs(np.diff(run[f"{name}.position"])).sum() for name in two_links.arm.joint_names]
+    np.testing.assert_allclose(found.travel[0], ways, rtol=1e-2, atol=2e-4)
+    speeds = np.abs([run[f"{name}.speed"] for name in two_links.arm.joint_names]).max(axis=0)
+    assert found.duration[0] == pytest.approx(run.time[np.flatnonzero(speeds > 1e-6)[-1]], rel=2e-2)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_spring_swings_to_twice_as_the_simulation_has_it(make, way):
+    """One joint braked at once, no damping, no loss that damps the swing; the rotor turns on all through the first."""
+    gear = replace(make.gear, efficiency=1.0, stiffness_1=2e4)
+    inertia, speed, limit = 0.3, 2.0, 0.3
+    rotor = RATIO**2 * ROTOR
+    found = stopped(1.0, 1.0, rotor, -way * RATIO * limit, 0.0, inertia, way)
+    peak = found.torque + overshoot(2e4, inertia, rotor, 0.0) * found.torque
+    parts = (FullRotor(ROTOR, RATIO), FlexibleJoint(gear), HoldingBrake(limit, limit, engaged=True))
+    run = simulate(joint_scene(inertia, parts, 0.02, speed=way * speed), solver=FixedStep(1e-5), interval=1e-5)
+    assert np.abs(run["joint.gear_torque"]).max() == pytest.approx(abs(peak), rel=1e-3)
 
 
 @pytest.mark.parametrize("coupled", [False, True])
