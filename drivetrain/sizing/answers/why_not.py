@@ -263,9 +263,11 @@ def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
     """The pairs that are asked after at a joint: as the study allows them, else as the catalogue does."""
     motor, gear, catalog = question.motor, question.gear, question.study.catalog
     braked = [key for brake in task.brakes if (key := f"{motor}+{brake.key}") in catalog.motors]
-    named = braked or [motor]  # where a brake must hold the joint a motor is meant with any of its brakes
+    named = braked or (
+        [] if motor is None else [motor]
+    )  # where a brake must hold the joint a motor is meant with any of its brakes
     if motor is not None and gear is not None:
-        return tuple((str(key), gear) for key in named)
+        return tuple((key, gear) for key in named)
 
     def meant(pairs: Iterable[Pair]) -> tuple[Pair, ...]:
         return tuple(pair for pair in pairs if (motor is None or pair[0] in named) and gear in (None, pair[1]))
@@ -273,7 +275,7 @@ def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
     allowed = meant(task.pairs if task.drive is None else (*task.pairs, task.drive))
     if allowed or gear == "":
         return allowed
-    motors = sorted({pair[0] for pair in task.pairs}) if motor is None else [str(key) for key in named]
+    motors = sorted({pair[0] for pair in task.pairs}) if motor is None else named
     gears = sorted({pair[1] for pair in task.pairs if pair[1]}) if gear is None else [gear]
     return tuple(compatible_pairs(catalog, motors or None, gears or None))
 
