@@ -109,7 +109,7 @@ def _check(
     time = float(study.cycle.time[first[state]])
     remark = "; ".join(filter(None, (f"{names[joint]}, in a stop from t = {time:.4g} s", ways, lack)))
     return Check(
-        row.name, factor * float(most[joint]), limits[joint], row.unit,
+        row.name, factor * float(most[joint]), None if limits[joint] == math.inf else limits[joint], row.unit,
         None if verdict is Verdict.NOT_CHECKED else float(used[joint]), verdict, time, f"{row.sheet} of {names[joint]}",
         remark, factor=factor,
     )  # fmt: skip
