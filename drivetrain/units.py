@@ -55,6 +55,15 @@ Interval = tuple[float | None, float | None]
 LARGEST_IN_SECONDS = 9000.0  # 2.5 h: below, a time reads better in seconds than in hours
 
 
+class SI(float):
+    """A bare number from Python: in SI, and of the unit of whatever field reads it, which it remembers for files."""
+
+    unit: str | None = None
+
+    def __deepcopy__(self, memo: object) -> SI:
+        return self
+
+
 @dataclass(frozen=True)
 class _Unit:
     """What a unit text means: its factor to SI, its dimension, and its cleaned spelling."""
@@ -229,6 +238,9 @@ def quantity(
 
 def _split_number(value: Any, unit: str) -> tuple[float, str]:
     """Number and unit text of a value as written; raises NotAUnitError."""
+    if isinstance(value, SI) and math.isfinite(value):
+        value.unit = unit
+        return float(value), unit
     example = f"48 {unit}" if unit not in PURE else "0.9 or 90 %"
     bare = isinstance(value, int | float) and not isinstance(value, bool)
     match = NUMBER.fullmatch(str(value).replace("−", "-")) if bare or isinstance(value, str) else None

@@ -73,7 +73,7 @@ def assigned_columns(table: Table, joint_names: tuple[str, ...], kinds: tuple[Ki
     Returns:
         The columns in SI, with faults and notes; the caller raises.
     """
-    names = _names(joint_names, kinds)
+    names = spellings(joint_names, kinds)
     faults: list[Fault] = []
     notes: list[str] = []
     time: Found | None = None
@@ -98,7 +98,7 @@ def assigned_columns(table: Table, joint_names: tuple[str, ...], kinds: tuple[Ki
     return Assigned(time, found, faults, notes)
 
 
-def _names(joint_names: tuple[str, ...], kinds: tuple[Kind, ...]) -> dict[str, tuple[Kind, str]]:
+def spellings(joint_names: tuple[str, ...], kinds: tuple[Kind, ...]) -> dict[str, tuple[Kind, str]]:
     """Every name a column may have, in small letters, to kind and joint; names of joints before numbers."""
     names: dict[str, tuple[Kind, str]] = {}
     for kind in kinds:

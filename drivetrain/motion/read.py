@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,7 @@ COARSE = 0.03  # error of the acceleration by coarse sampling from which on it i
 
 
 def read_motion(
-    path: str | Path,
+    path: str | Path | StringIO,
     joint_names: Sequence[str],
     *,
     smoothing: Smoothing | None = None,
@@ -59,7 +60,7 @@ def read_motion(
     given. Doubts are notes that begin with "warning:".
 
     Args:
-        path: The file.
+        path: The file, or its text as a stream.
         joint_names: (n,), in the order wanted.
         smoothing: How to differentiate; None: parabolas, or a smoothing spline where the resolution of the numbers or
             their noise would show in the acceleration.
@@ -93,14 +94,16 @@ def read_motion(
     if faults:
         raise InputError(faults)
     notes += _unit_notes(found.found, joints)
-    title = name or Path(path).stem
-    head = f"{title}: {len(time)} samples from {Path(path).name}, {time[-1] - time[0]:.4g} s"
+    title = name or Path(table.file).stem
+    head = f"{title}: {len(time)} samples{_origin(table)}, {time[-1] - time[0]:.4g} s"
     position, velocity, acceleration = np.stack(blocks, axis=2)
     told = [head, *_grouped(joints, ways), *notes]
     return Motion(title, joints, time, position, velocity, acceleration, tuple(dict.fromkeys(told)))
 
 
-def read_load_table(path: str | Path, joint_names: Sequence[str] | None = None, *, name: str = "") -> LoadTable:
+def read_load_table(
+    path: str | Path | StringIO, joint_names: Sequence[str] | None = None, *, name: str = ""
+) -> LoadTable:
     """The torque-speed-time table in a CSV file, for users without an arm.
 
     Columns: ``time [s]``; per joint ``torque_<joint> [N m]`` and ``speed_<joint> [rpm]``, where known
@@ -109,7 +112,7 @@ def read_load_table(path: str | Path, joint_names: Sequence[str] | None = None, 
     with the slopes before and after it. Two rows may share an instant: the torque steps.
 
     Args:
-        path: The file.
+        path: The file, or its text as a stream.
         joint_names: (n,), in the order wanted; None: as the columns name them.
         name: What to call the table; empty: the file's name.
 
@@ -128,8 +131,8 @@ def read_load_table(path: str | Path, joint_names: Sequence[str] | None = None, 
     torque, speed = (np.stack([found.found[kind, j].values for j in joints], axis=1) for kind in ("torque", "speed"))
     faults += _speed_step_faults(time, table, found.found, joints)
     given = [joint for joint in joints if ("acceleration", joint) in found.found]
-    title = name or Path(path).stem
-    notes = [f"{title}: {len(time)} rows from {Path(path).name}, {time[-1] - time[0]:.4g} s", *found.notes]
+    title = name or Path(table.file).stem
+    notes = [f"{title}: {len(time)} rows{_origin(table)}, {time[-1] - time[0]:.4g} s", *found.notes]
     if given and len(given) < len(joints):
         rest = ", ".join(joint for joint in joints if joint not in given)
         faults.append(
@@ -147,6 +150,10 @@ def read_load_table(path: str | Path, joint_names: Sequence[str] | None = None, 
         return LoadTable(title, joints, time, torque, speed, acceleration, (*notes, "acceleration as given"))
     notes.append("acceleration from speed, a straight line between rows")
     return LoadTable(title, joints, *_with_slopes(time, torque, speed), tuple(notes))
+
+
+def _origin(table: Table) -> str:
+    return f" from {Path(table.file).name}" if table.file else ""
 
 
 def _checked_time(table: Table, found: Assigned, faults: list[Fault], *, pairs: bool) -> Array:

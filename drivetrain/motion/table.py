@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -52,14 +53,14 @@ class Table:
     faults: tuple[Fault, ...]
 
 
-def read_table(path: str | Path) -> Table:
+def read_table(source: str | Path | StringIO) -> Table:
     """The columns of a CSV file.
 
     The separator is a comma, a semicolon (then numbers may have decimal commas) or a tab; empty lines and lines that
     begin with # are passed over.
 
     Args:
-        path: The file.
+        source: The file, or its text as a stream.
 
     Returns:
         Its columns and the faults of single cells, which the caller adds to its own.
@@ -67,8 +68,11 @@ def read_table(path: str | Path) -> Table:
     Raises:
         InputError: The file cannot be read, or holds fewer than two rows of values.
     """
-    file = str(path)
-    lines = _lines(Path(path), file)
+    if isinstance(source, StringIO):
+        file, text = "", source.getvalue()
+    else:
+        file, text = str(source), read_text(Path(source))
+    lines = _lines(text, file)
     header_line, headers = lines[0]
     faults = [
         Fault(f"row {header_line}", "two columns have this header", header, "", file)
@@ -90,9 +94,9 @@ def read_table(path: str | Path) -> Table:
     return Table(file, tuple(columns), tuple(rows), tuple(faults))
 
 
-def _lines(path: Path, file: str) -> list[tuple[int, list[str]]]:
+def _lines(text: str, file: str) -> list[tuple[int, list[str]]]:
     """Line numbers and stripped cells of all lines that hold any."""
-    numbered = list(enumerate(read_text(path).splitlines(), 1))
+    numbered = list(enumerate(text.splitlines(), 1))
     held = [(number, line) for number, line in numbered if line.strip(" ,;\t") and not line.lstrip().startswith("#")]
     if len(held) < 3:
         raise InputError(Fault("file", "must hold a header and at least two rows of values", len(held), "", file))

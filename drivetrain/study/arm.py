@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import inspect
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -43,7 +44,7 @@ TEXTS = ("name", "kind")
 
 def arm_files(form: StudyForm, folder: Path) -> list[Path]:
     """The files an arm is read from."""
-    if form.arm is None:
+    if form.arm is None or form.arm.from_screws is not None:
         return []
     name = form.arm.dh or form.arm.source or ""
     return [] if name in builtin_names() else [folder / name]
@@ -63,6 +64,8 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
         with ledger.gather(("arm", "dh")):
             path = ledger.document.folder / form.arm.dh
             arm = read_dh_table(path, form.arm.convention or "", gravity=form.gravity)
+    elif form.arm.from_screws is not None:
+        arm = _from_screws(form, form.arm.from_screws, ledger)
     else:
         arm = _load(form, ledger)
     if arm is not None:
@@ -99,6 +102,26 @@ def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
         return None
     with ledger.gather(("arm",)):
         return load_arm(path if named_file else source, tip=form.tip, gravity=form.gravity)
+    return None
+
+
+def _from_screws(form: StudyForm, values: dict[str, Any], ledger: Ledger) -> Arm | None:
+    """An arm whose numbers stand in the study."""
+    place: Place = ("arm", "from_screws")
+    if form.tip is not None:
+        ledger.fault(("tip",), "goes with a URDF file: here the tip is a frame among the arm's numbers", form.tip)
+    known = [name for name in inspect.signature(Arm.from_screws).parameters if name != "check_inertias"]
+    for name in values:
+        if name not in known:
+            ledger.fault((*place, name), "is not known here", hint=nearest(name, known))
+    for name in ("home", "screws", "masses", "inertias"):
+        if name not in values:
+            ledger.fault((*place, name), "is missing")
+    if ledger.spoiled(place):
+        return None
+    stated = {} if form.gravity is None else {"gravity": form.gravity}
+    with ledger.gather(place):
+        return Arm.from_screws(**values | stated)
     return None
 
 

@@ -160,9 +160,10 @@ def _doubt_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
     units = form.unit or ("",)
     for row, values in enumerate(form.waypoints or []):
         for i, value in enumerate(values):
-            text = value if isinstance(value, str) else f"{value} {units[i % len(units)]}"
             turns = bool(arm.screws[i, :3].any())
-            at = quantity(text, "rad" if turns else "m", "")
+            unit = "rad" if turns else "m"
+            text = value if isinstance(value, str) else f"{value} {units[i % len(units)] or unit}"
+            at = quantity(text, unit, "")
             limit = arm.upper[i] if at > 0.0 else -arm.lower[i]
             most = TURNS_BELIEVED if turns else TRAVELLED
             allowed = limit < (DEGREES[0] if turns else math.inf)  # else the range is unknown, or doubted itself

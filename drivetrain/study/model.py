@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,10 +15,13 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear_loss import DRAG_REFERENCE
+from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.study.document import Document
 from drivetrain.study.selection import SelectionOptions, TradeOffs
 from drivetrain.study.simulation import Simulation
 from drivetrain.study.tolerances import EXACT, Tolerances
+from drivetrain.study.written import written
 from drivetrain.units import (
     Current,
     Duration,
@@ -318,6 +321,7 @@ class Study:
         trade_offs: What the report of a selection tells beside the best set.
         prices: In which currency.
         notes: Warnings raised while reading (arm, motion, catalogue), for the report.
+        document: What it was read from; None of one that was changed since.
     """
 
     name: str
@@ -345,6 +349,19 @@ class Study:
     cold_start: float | None = None
     notes: tuple[str, ...] = ()
     prices: Prices = field(default_factory=Prices)
+    document: Document | None = field(default=None, init=False, repr=False)
+
+    def to_yaml(self) -> str:
+        """The study as the text of a study file, arrays inside; ``load_study`` of it evaluates identically.
+
+        Names of other files in it start from the folder in which this is called.
+
+        Raises:
+            InputError: The study was made from another one, not read from a file or from ``study``.
+        """
+        if self.document is None:
+            raise InputError(Fault("study", "was changed after it was read: only what was read can be written"))
+        return written(replace(self.document, data={**self.document.data, "name": self.name}))
 
     def drag_temperature(self, ambient: Any) -> Any:
         """At which the drag of gears is taken in air of a temperature [C]: that of a machine just switched on.

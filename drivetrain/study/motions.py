@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from drivetrain.units import quantity
 KINDS: dict[str, frozenset[str]] = {
     "file": frozenset({"smoothing"}),
     "table": frozenset(),
+    "samples": frozenset({"smoothing"}),
     "waypoints": frozenset({"unit", "profile", "speed", "acceleration", "jerk", "durations", "dwell"}),
 }  # what may stand beside each kind of motion
 
@@ -61,7 +63,8 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
         kind = "" if name == DEFAULT else _kind(own, ledger, place)
         if not kind or not _belongs(form, kind, ledger, place):
             continue
-        motion = _load_table(name, own, ledger) if kind == "table" else _motion(name, own, default, arm, ledger)
+        loads = kind == "table" or "arm" not in ledger.document.data
+        motion = _load_table(name, own, ledger) if loads else _motion(name, own, default, arm, ledger)
         if motion is not None:
             motions[name] = motion
     if not set(form.motions) - {DEFAULT}:
@@ -152,7 +155,7 @@ def _kind(own: MotionForm, ledger: Ledger, place: Place) -> str:
     """Which kind of motion an entry is; empty after a fault."""
     kinds = [name for name in KINDS if getattr(own, name) is not None]
     if len(kinds) != 1:
-        ledger.fault(place, "must have one of: file, table, waypoints", ", ".join(kinds) or None)
+        ledger.fault(place, "must have one of: file, table, samples, waypoints", ", ".join(kinds) or None)
         return ""
     stray = sorted(own.model_fields_set - {kinds[0]} - KINDS[kinds[0]])
     for name in stray:
@@ -166,16 +169,24 @@ def _belongs(form: StudyForm, kind: str, ledger: Ledger, place: Place) -> bool:
     if kind == "table" and has_arm:
         ledger.fault((*place, "table"), "is for studies without an arm: the arm decides the torques")
         return False
-    if kind != "table" and not has_arm:
+    if kind not in ("table", "samples") and not has_arm:
         ledger.fault((*place, kind), "needs an arm", hint="or a table of torque and speed: {table: load.csv}")
         return False
     return True
 
 
 def _load_table(name: str, own: MotionForm, ledger: Ledger) -> LoadTable | None:
-    with ledger.gather(("motions", name, "table")):
-        return sampled(read_load_table(ledger.document.folder / (own.table or ""), name=name))
+    source, kind = _source(own, ledger)
+    with ledger.gather(("motions", name, kind)):
+        return sampled(read_load_table(source, name=name))
     return None
+
+
+def _source(own: MotionForm, ledger: Ledger) -> tuple[Path | StringIO, str]:
+    """What samples are read from, and the entry that names it or holds them."""
+    if own.samples is not None:
+        return StringIO(own.samples), "samples"
+    return ledger.document.folder / (own.file or own.table or ""), "file" if own.file else "table"
 
 
 def _motion(name: str, own: MotionForm, default: MotionForm, arm: Arm | None, ledger: Ledger) -> Motion | None:
@@ -184,13 +195,13 @@ def _motion(name: str, own: MotionForm, default: MotionForm, arm: Arm | None, le
         return None
     place: Place = ("motions", name)
     motion: Motion | None = None
-    if own.file is None:
+    if own.waypoints is not None:
         motion = resolve_waypoints(name, over(own, default), arm, ledger, place)
     else:
         units = ["m" if slides else "rad" for slides in _slides(arm)]
-        path = ledger.document.folder / own.file
-        with ledger.gather((*place, "file")):
-            motion = read_motion(path, arm.joint_names, smoothing=_smoothing(own), position_units=units, name=name)
+        source, kind = _source(own, ledger)
+        with ledger.gather((*place, kind)):
+            motion = read_motion(source, arm.joint_names, smoothing=_smoothing(own), position_units=units, name=name)
     if motion is not None:
         _hold_against(motion, arm, ledger, place)
     return motion
@@ -272,7 +283,7 @@ def _value(value: Any, unit: str, wanted: str, ledger: Ledger, place: Place) -> 
     """A quantity; a bare number takes the unit of the entry."""
     bare = isinstance(value, int | float) and not isinstance(value, bool)
     try:
-        return quantity(f"{value} {unit}" if bare else value, wanted, "")
+        return quantity(f"{value} {unit}" if bare and unit else value, wanted, "")
     except InputError as error:
         fault = error.faults[0]
         hint = fault.hint or ("or give the motion a unit: deg" if bare and not unit else "")

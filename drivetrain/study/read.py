@@ -13,27 +13,29 @@ from pydantic import PydanticSchemaGenerationError
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
-from drivetrain.study.document import Document, read_document
+from drivetrain.study.document import Document, parsed_document, read_document
 from drivetrain.study.doubts import note_doubts
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.joints import Surroundings, resolve_joints
 from drivetrain.study.model import DriveMass, Payload, Prices, Study
 from drivetrain.study.motions import motion_files, resolve_cycle, resolve_motions
-from drivetrain.study.schema import DEFAULT, StudyForm
+from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION, StudyForm
 from drivetrain.study.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
 from drivetrain.study.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
+from drivetrain.study.written import python_document
 
 LARGEST_GAIN = 2.0  # of bandwidth times period: a faster loop diverges from sample to sample
 T = TypeVar("T")
 
 
-def load_study(path: str | Path) -> Study:
+def load_study(source: str | Path | Mapping[str, Any]) -> Study:
     """A study, read with all the files it names, checked as a whole, in SI.
 
     Args:
-        path: The YAML file; names of other files in it start from its folder.
+        source: The YAML file, in whose folder the names of other files start; or its text, of more than one line or in
+            braces; or the same as nested mappings, in which a bare number is in SI.
 
     Returns:
         The study; warnings are in its notes.
@@ -41,7 +43,11 @@ def load_study(path: str | Path) -> Study:
     Raises:
         InputError: Every fault found, with place, line, value, what is allowed and the nearest known name.
     """
-    return study_from(read_document(path))
+    if isinstance(source, Mapping):
+        return study_from(python_document({"schema_version": SCHEMA_VERSION, **source}))
+    if isinstance(source, str) and ("\n" in source or source.lstrip().startswith("{")):
+        return study_from(parsed_document(Path("study text"), source.encode()))
+    return study_from(read_document(source))
 
 
 def study_from(document: Document) -> Study:
@@ -73,7 +79,7 @@ def study_from(document: Document) -> Study:
     if cycle is None:
         raise InputError(document.fault(("cycle",), "cannot be built from these motions"))
     note_doubts(form, arm, payloads, motions, joints, ledger)
-    return Study(
+    study = Study(
         name=form.name or document.path.stem,
         description=form.description.strip(),
         path=str(document.path),
@@ -100,6 +106,8 @@ def study_from(document: Document) -> Study:
         trade_offs=trade_offs,
         notes=tuple(ledger.notes),
     )
+    object.__setattr__(study, "document", document)  # no field of __init__, so that a changed study has none
+    return study
 
 
 def named_files(form: StudyForm, document: Document) -> list[Path]:

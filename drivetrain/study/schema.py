@@ -39,11 +39,16 @@ class ArmForm(Form):
     source: f.Name | None = None
     dh: f.Name | None = Field(default=None, description="CSV file of DH parameters")
     convention: Literal["classic", "modified"] | None = None
+    from_screws: dict[str, Any] | None = Field(
+        default=None, description="bare numbers in SI by the names of Arm.from_screws: home, screws, masses, inertias"
+    )
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
-        if (self.source is None) == (self.dh is None):
-            raise f.refused("must be a built-in arm, a .urdf file, or {dh: table.csv, convention: classic}")
+        if sum(one is not None for one in (self.source, self.dh, self.from_screws)) != 1:
+            raise f.refused(
+                "must be a built-in arm, a .urdf file, {dh: table.csv, convention: classic}, or {from_screws: {...}}"
+            )
         if self.dh is not None and self.convention is None:
             raise f.refused(
                 "a DH table needs its convention: classic or modified",
@@ -89,6 +94,7 @@ class MotionForm(Form):
         default=None, description="window for differentiating the file; 0 s: none; left out: as its resolution needs"
     )
     table: f.Name | None = Field(default=None, description="CSV file of torque and speed over time, without an arm")
+    samples: str | None = Field(default=None, description="the lines of such a CSV file, written here")
     waypoints: list[Any] | None = Field(default=None, description="one row a waypoint, one value a joint")
     unit: f.Names | None = Field(default=None, description="of bare numbers in the waypoints, for all or one a joint")
     profile: Literal["trapezoid", "quintic", "s_curve"] | None = None

@@ -1,0 +1,248 @@
+"""What Python gives a study, as entries of a study file: an arm, motions, rows of motors and gears, drives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from drivetrain.arm.arm import Arm
+from drivetrain.drive.brake import NO_BRAKE
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
+from drivetrain.errors import Fault, InputError
+from drivetrain.motion.columns import TIME, spellings
+from drivetrain.motion.motion import LoadTable, Motion
+from drivetrain.motion.read import ACCELERATION, POSITION, ROTATION, SPEED, TORQUE, VELOCITY
+from drivetrain.study.arm import resolve_arm
+from drivetrain.study.candidates import DIRECT_DRIVE
+from drivetrain.study.faults import Ledger, read_form
+from drivetrain.study.rules import GearRow, MotorRow
+from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION
+from drivetrain.study.sheets import SHIPPED_CATALOG
+from drivetrain.study.written import python_document
+from drivetrain.units import split_header
+
+SOURCE = "given in Python"  # of sheets that do not say where they are from
+_ARM_NUMBERS = ("home", "screws", "masses", "inertias", "tip", "gravity", "joint_points", "lower", "upper",
+                "speed_limits")  # fmt: skip
+_ARM_NAMES = ("joint_names", "link_names", "name", "notes")
+_SHAPES = "must be (t, q) or (t, q, qd, qdd): t of N instants, the others of N rows with one value a joint"
+
+
+def add_arm(data: dict[str, Any], arm: Any) -> None:
+    """The arm's entry, and what an arm asks for beside it."""
+    if arm is None:
+        return
+    data["arm"] = str(arm) if isinstance(arm, Path) else arm
+    if isinstance(arm, Arm):
+        numbers = {name: getattr(arm, name).tolist() for name in _ARM_NUMBERS}
+        data["arm"] = {"from_screws": numbers | {name: getattr(arm, name) for name in _ARM_NAMES}}
+        if arm.coupling is not None and "coupling" not in data:
+            data["coupling"] = [{"joints": arm.joint_names, "matrix": arm.coupling}]
+    if data.get("drive_mass") is None:
+        data["drive_mass"] = "added"
+
+
+def add_rows(data: dict[str, Any], part: str, given: Any) -> None:
+    """The own rows of motors or of gears; they are then the whole catalogue unless another one is named."""
+    if given is None:
+        return
+    if isinstance(given, str | Path):
+        given = _csv(given, part)
+    if isinstance(given, pd.DataFrame):
+        rows = _table_rows(given, part)
+    elif isinstance(given, Mapping):
+        rows = {str(key): _row(one) for key, one in given.items()}
+    elif isinstance(given, Motor | Gear):
+        rows = {given.key: _row(given)}
+    elif isinstance(given, Iterable) and all(isinstance(one, Motor | Gear) for one in given):
+        rows = {one.key: _row(one) for one in given}
+    else:
+        problem = "must be sheets by key, a DataFrame, a CSV file, or objects of Motor or Gear"
+        raise InputError(Fault(part, problem, type(given).__name__))
+    data[part] = rows
+
+
+def _csv(path: str | Path, part: str) -> pd.DataFrame:
+    try:
+        return pd.read_csv(path, comment="#")
+    except (OSError, ValueError) as error:  # of which pandas' errors of parsing are some
+        raise InputError(Fault(part, f"cannot be read: {error}", str(path))) from None
+
+
+def _row(one: Any) -> Any:
+    """A sheet as a file states it."""
+    if isinstance(one, Motor | Gear):
+        if isinstance(one, Motor) and one.brake is not NO_BRAKE:
+            raise InputError(Fault(f"motors.{one.key}", "must be without a brake: `brakes` and `joints` name those"))
+        form = MotorRow if isinstance(one, Motor) else GearRow
+        stated = {item.name: getattr(one, item.name) for item in fields(one) if item.name in form.model_fields}
+        stated = {name: value for name, value in stated.items() if value not in (None, "")}
+        conventions = {"current_basis": "dc", "winding_basis": "line_line"} if isinstance(one, Motor) else {}
+        return {**conventions, "source": SOURCE, **stated}
+    return {"source": SOURCE, **one} if isinstance(one, Mapping) else one
+
+
+def _table_rows(table: pd.DataFrame, part: str) -> dict[str, Any]:
+    """Rows of a table whose headers may carry units; empty cells are unknown."""
+    if "key" not in table.columns:
+        table = table.rename_axis("key").reset_index()
+    if table["key"].duplicated().any():
+        twice = table["key"][table["key"].duplicated()].iloc[0]
+        raise InputError(Fault(f"{part}, column key", "stands twice", str(twice)))
+    rows: dict[str, Any] = {}
+    for cells in table.to_dict("records"):
+        row: dict[str, Any] = {}
+        for header, value in cells.items():
+            name, unit = split_header(str(header))
+            if name == "key" or pd.isna(value):
+                continue
+            row[name] = f"{value!r} {unit}" if unit and isinstance(value, int | float) else value
+            row[name] = f"{value} {unit}" if unit and isinstance(value, str) else row[name]
+        rows[str(cells["key"])] = {"source": SOURCE, **row}
+    return rows
+
+
+def add_joints(data: dict[str, Any], joints: Mapping[str, Any] | None, drives: Any, *, own: bool) -> None:
+    """What drives each joint: the drives named, or every pair there is."""
+    entries: dict[str, Any] = {name: dict(one) if isinstance(one, Mapping) else one
+                               for name, one in (joints or {}).items()}  # fmt: skip
+    single = drives is not None and not (isinstance(drives, Mapping) and not {"motor", "gear"} & set(drives))
+    for name, one in entries.items():
+        if not isinstance(one, dict):
+            raise InputError(Fault(f"joints.{name}", "must be a mapping of names to values", type(one).__name__))
+    for name, pair in ({DEFAULT: drives} if single else drives or {}).items():
+        entries.setdefault(name, {})["drive"] = _pair(pair, "drives" if single else f"drives.{name}")
+    said = entries.values()
+    if drives is None and not any({"drive", "candidates", "free_ratio"} & set(one) for one in said):
+        catalogs = data.get("catalogs", SHIPPED_CATALOG)
+        shipped = not own and SHIPPED_CATALOG in ([catalogs] if isinstance(catalogs, str) else catalogs)
+        entries.setdefault(DEFAULT, {})["candidates"] = {} if shipped else {"pairs": "all"}
+    if "motors" in data and "gears" in data:
+        data.setdefault("catalogs", [])
+    data["joints"] = entries
+
+
+def _pair(pair: Any, place: str) -> Any:
+    """A drive as a file states it."""
+    if isinstance(pair, Mapping):
+        return pair
+    if not isinstance(pair, tuple | list) or len(pair) != 2:
+        hint = "for all joints, or by joint name; gear None is a direct drive"
+        raise InputError(Fault(place, "must be (motor key, gear key)", pair, hint))
+    motor, gear = (getattr(one, "key", one) for one in pair)
+    return {"motor": motor, "gear": DIRECT_DRIVE if gear is None else gear}
+
+
+def add_motion(data: dict[str, Any], motion: Any) -> None:
+    """The motions, and the cycle that a list of them is."""
+    if motion is None:
+        return
+    motions = data["motions"] = dict(data.get("motions", {}))
+    if not isinstance(motion, list):
+        motions[_free_name(motion, motions)] = _samples(motion, data, "motion")
+        return
+    cycle, payloads = [], list(data.get("payloads", {}))
+    carried = {"payload": payloads[0]} if len(payloads) == 1 else {}
+    for i, step in enumerate(motion):
+        entry = dict(step) if isinstance(step, Mapping) else {"motion": step, **carried}
+        run = entry.get("motion")
+        if run is not None and not isinstance(run, str):
+            entry["motion"] = _free_name(run, motions)
+            motions[entry["motion"]] = _samples(run, data, f"motion[{i}]")
+        cycle.append(entry)
+    data["cycle"] = cycle
+
+
+def _free_name(motion: Any, taken: Mapping[str, Any]) -> str:
+    """The motion's own name, or a numbered one."""
+    wanted = motion.name if isinstance(motion, Motion | LoadTable) and motion.name != DEFAULT else "motion"
+    return next(name for i in range(1, len(taken) + 3) if (name := wanted if i == 1 else f"{wanted}_{i}") not in taken)
+
+
+def _samples(motion: Any, data: Mapping[str, Any], place: str) -> dict[str, str]:
+    """A motion as the lines of a motion file."""
+    if isinstance(motion, pd.DataFrame):
+        return {"samples": _framed(motion, data).to_csv(index=False)}
+    if isinstance(motion, Motion):
+        parts = (motion.position, motion.velocity, motion.acceleration)
+        named = _headed(_joints(data) or _turning(motion.joint_names), ("q", "qd", "qdd"), ("", "/s", "/s^2"))
+        return _table(motion.time, parts, named, place)
+    if isinstance(motion, LoadTable):
+        names = [f"{what}_{joint} [{unit}]" for what, unit in
+                 (("torque", "N m"), ("speed", "rad/s"), ("acceleration", "rad/s^2"))
+                 for joint in motion.joint_names]  # fmt: skip
+        return _table(motion.time, (motion.torque, motion.speed, motion.acceleration), names, place)
+    if not isinstance(motion, tuple) or len(motion) not in (2, 3, 4):
+        problem = f"{_SHAPES}; or a Motion or a DataFrame"
+        raise InputError(Fault(place, problem, type(motion).__name__, "a list is a cycle of such motions"))
+    joints = _joints(data) or _turning([f"{i + 1}" for i in range(_width(motion[1]))])
+    named = _headed(joints, ("q", "qd", "qdd")[: len(motion) - 1], ("", "/s", "/s^2"))
+    return _table(motion[0], motion[1:], named, place)
+
+
+def _width(values: Any) -> int:
+    return np.shape(values)[1] if np.ndim(values) == 2 else 1
+
+
+def _turning(names: Iterable[str]) -> list[tuple[str, str]]:
+    return [(name, "rad") for name in names]
+
+
+def _joints(data: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Name and unit of each joint of the arm; none where the arm has faults, which are told with all others."""
+    stated = {name: data[name] for name in ("arm", "tip", "gravity", "drive_mass") if name in data}
+    document = python_document({"schema_version": SCHEMA_VERSION, **stated})
+    form, faults, places = read_form(document)
+    arm = None if form.arm is None else resolve_arm(form, Ledger(document, faults, places))
+    if arm is None:
+        return []
+    return [(name, "rad" if screw[:3].any() else "m") for name, screw in zip(arm.joint_names, arm.screws, strict=True)]
+
+
+def _headed(joints: Iterable[tuple[str, str]], kinds: Iterable[str], rates: Iterable[str]) -> list[str]:
+    listed = list(joints)
+    return [f"{kind}_{name} [{unit}{rate}]" for kind, rate in zip(kinds, rates, strict=False) for name, unit in listed]
+
+
+def _table(time: Any, parts: Iterable[Any], names: list[str], place: str) -> dict[str, str]:
+    """Columns as the text of a CSV file, in which numbers keep all their digits."""
+    try:
+        columns = [np.asarray(time, dtype=np.float64)[:, np.newaxis]]
+        for part in parts:
+            values = np.asarray(part, dtype=np.float64)
+            columns.append(values[:, np.newaxis] if values.ndim == 1 else values)
+        table = np.hstack(columns)
+    except (TypeError, ValueError, IndexError):
+        shapes = ", ".join(str(np.shape(part)) for part in (time, *parts))
+        raise InputError(Fault(place, _SHAPES, shapes)) from None
+    if table.shape[1] != 1 + len(names):
+        shapes = ", ".join(str(np.shape(part)) for part in (time, *parts))
+        raise InputError(Fault(place, f"must have a column for each of {', '.join(names)}", shapes))
+    lines = [",".join(["time [s]", *names]), *(",".join(map(repr, row)) for row in table.tolist())]
+    return {"samples": "\n".join(lines) + "\n"}
+
+
+def _framed(table: pd.DataFrame, data: Mapping[str, Any]) -> pd.DataFrame:
+    """A table with a time column and units in its headers; a header without one is in SI."""
+    names = [split_header(str(header))[0].casefold() for header in table.columns]
+    if not set(names) & set(TIME):
+        table = table.rename_axis("time [s]").reset_index()
+    joints = dict(_joints(data))
+    kinds = (POSITION, VELOCITY, ACCELERATION) if joints else (TORQUE, SPEED, ROTATION)
+    known = spellings(tuple(joints) or ("axis",), kinds)
+    headers = []
+    for header in map(str, table.columns):
+        name, unit = split_header(header)
+        kind, joint = known.get(name.casefold(), (None, ""))
+        if name.casefold() in TIME:
+            unit = unit or "s"
+        elif kind is not None:
+            unit = unit or kind.units[-1 if joints.get(joint) == "m" else 0]
+        headers.append(f"{name} [{unit}]" if unit else name)
+    return table.set_axis(headers, axis=1)

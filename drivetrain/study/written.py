@@ -1,0 +1,111 @@
+"""A study without a file: from nested mappings of Python, and back to the text of a study file."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from drivetrain.arm.builtin import builtin_names
+from drivetrain.arm.load import SUFFIXES
+from drivetrain.errors import Fault, InputError
+from drivetrain.study.document import Document
+from drivetrain.units import PURE, SI
+
+VERSION = "schema_version"  # which is told by itself, not measured
+SHIPPED = "shipped"
+
+
+def python_document(entries: Mapping[str, Any]) -> Document:
+    """The document of a study that Python states; bare numbers count in SI."""
+    data = {str(name): value if name == VERSION else plain(value, str(name)) for name, value in entries.items()}
+    content = json.dumps(data, sort_keys=True, default=str).encode()
+    return Document(Path("study"), content, data, {})
+
+
+def plain(value: Any, place: str) -> Any:
+    """Python's values as a file has them: mappings, lists, texts, and numbers in SI."""
+    if value is None or isinstance(value, bool | np.bool_ | SI):
+        return bool(value) if isinstance(value, np.bool_) else value
+    if isinstance(value, Enum | Path):
+        return str(value)
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, int | float | np.number):
+        return SI(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        stated = {one.name: getattr(value, one.name) for one in fields(value)}
+        return plain({name: one for name, one in stated.items() if one is not None}, place)
+    if isinstance(value, Mapping):
+        return {str(name): plain(one, f"{place}.{name}") for name, one in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist(), place)
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(one, f"{place}[{i}]") for i, one in enumerate(value)]
+    raise InputError(Fault(place, f"a study cannot hold a {type(value).__name__}"))
+
+
+def written(document: Document) -> str:
+    """The text of a study file; names of other files start from the folder in which this is called."""
+    data = copy.deepcopy(document.data)
+    _relocate(data, document.folder)
+    ordered = {name: data[name] for name in ("schema_version", "name") if name in data} | data
+    return yaml.dump(_with_units(ordered), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
+
+
+def _with_units(value: Any) -> Any:
+    """Numbers from Python with the units in which they were read."""
+    if isinstance(value, SI):
+        number = int(value) if value.is_integer() and abs(value) < 1e15 else float(value)
+        return number if value.unit is None or value.unit in PURE else f"{number!r} {value.unit}"
+    if isinstance(value, dict):
+        return {name: _with_units(one) for name, one in value.items()}
+    return [_with_units(one) for one in value] if isinstance(value, list) else value
+
+
+def _relocate(data: dict[str, Any], folder: Path) -> None:
+    """Names of files, from those of the study's folder to those of the present one."""
+
+    def moved(name: Any) -> Any:
+        named = isinstance(name, str) and name != SHIPPED
+        return os.path.relpath(folder / name) if named and not Path(name).is_absolute() else name
+
+    arm = data.get("arm")
+    if isinstance(arm, str) and arm not in builtin_names() and Path(arm).suffix.lower() in SUFFIXES:
+        data["arm"] = moved(arm)
+    elif isinstance(arm, dict):
+        for name in ("source", "dh"):
+            if arm.get(name) not in (None, *builtin_names()):
+                arm[name] = moved(arm[name])
+    for motion in data["motions"].values():
+        for name in ("file", "table"):
+            if name in motion:
+                motion[name] = moved(motion[name])
+    catalogs = data.get("catalogs")
+    if catalogs is not None:
+        data["catalogs"] = [moved(name) for name in (catalogs if isinstance(catalogs, list) else [catalogs])]
+
+
+class _Dumper(yaml.SafeDumper):
+    """Tables as blocks of lines, short lists of numbers in one line."""
+
+
+def _text(dumper: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", value, style="|" if "\n" in value else None)
+
+
+def _list(dumper: yaml.SafeDumper, value: list[Any]) -> yaml.SequenceNode:
+    nested = any(isinstance(one, list | dict) for one in value)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", value, flow_style=not nested)
+
+
+_Dumper.add_representer(str, _text)
+_Dumper.add_representer(list, _list)
