@@ -412,6 +412,6 @@ def test_ratio_tells_the_window_of_the_door(tmp_path: Path) -> None:
     assert "hinge:" in ran.output
     assert "fits with a ratio from" in ran.output
     assert {path.name for path in tmp_path.iterdir()} == {"ratio.html", "ratio.json"}
-    wrong = CliRunner().invoke(app, ["ratio", study, "--joint", "hing", "--out", str(tmp_path / "no")])
+    wrong = CliRunner().invoke(app, ["ratio", study, "--joint", "hinges", "--out", str(tmp_path / "no")])
     assert wrong.exit_code == 2
     assert not (tmp_path / "no").exists()

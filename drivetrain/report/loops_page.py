@@ -80,7 +80,7 @@ def _limited(one: JointLoops) -> str:
 
 
 def _section(one: JointLoops) -> Section:
-    name, title = anchor(one.joint), one.joint.replace("_", " ")
+    name, title = anchor(one.joint), one.joint
     gain, phase = bode_charts(one.joint, one.design, None if one.light is one.design else one.light)
     word, css = ("settles", "pass") if one.stable else ("does not settle", "fail")
     lead = f"Limited by {_limited(one)}." if one.stable else f"No gains settle: {_limited(one)}."

@@ -211,6 +211,28 @@ def _tip(model: UrdfModel, paths: Children, children: Children, base: str, tip: 
     return max(ends, key=lambda leaf: len(paths[leaf]))
 
 
+def tip_among_several(path: Path) -> str | None:
+    """The likely end effector of a file with several chains; None where one chain holds all others.
+
+    Fingers hang on a hand: it is the link up to which all moving chains are one, if that is half of the longest; else
+    the end of the longest.
+    """
+    model = read_model(path)
+    children: Children = {name: [] for name in model.links}
+    for joint in model.joints.values():
+        children[joint.parent].append(joint)
+    paths = _paths(_root(model, None), children)
+    moving = {link: [joint.name for joint in path if joint.movable] for link, path in paths.items()}
+    longest = max(moving, key=lambda link: len(moving[link]))
+    if all(chain == moving[longest][: len(chain)] for chain in moving.values()):
+        return None
+    ends = [link for link in paths if all(chain[: len(moving[link])] != moving[link] or chain == moving[link]
+                                          for chain in moving.values())]  # fmt: skip
+    common = [step[0] for step in zip(*(paths[link] for link in ends), strict=False) if len({*map(id, step)}) == 1]
+    shared = [joint for joint in common if joint.movable]
+    return common[-1].child if shared and 2 * len(shared) >= len(moving[longest]) else longest
+
+
 def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], children: Children) -> Chain:
     """Every body of the tree, in the base frame, with the moving link that carries it."""
     order = {joint.name: i for i, joint in enumerate(path)}

@@ -13,8 +13,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.kinematics import skeleton
 from drivetrain.report.colours import BLUE, INK, JOINT_COLOURS, MUTED, VERMILLION
+from drivetrain.report.plotting import TIME_COLOURS, house_style
 from drivetrain.report.quantities import axis_name, printed_unit
-from drivetrain.report.svg import TIME_COLOURS, house_style
 from drivetrain.simulation.recording import Recording
 
 PLANE_XY = np.eye(3)[[0, 1]]
@@ -56,7 +56,7 @@ def figure_held_arm(
         _multipliers(top, recording)
         for i, (joint, values) in enumerate(recording.ending("speed").items()):
             colour = JOINT_COLOURS[i % len(JOINT_COLOURS)]
-            bottom.plot(recording.time, values, color=colour, label=joint.replace("_", " "))
+            bottom.plot(recording.time, values, color=colour, label=joint)
         bottom.set_ylabel("joint speeds [rad/s]" if arm.screws[:, :3].any(axis=1).all() else "joint speeds [SI]")
         bottom.set_xlabel("time [s]")
         bottom.set_title("how it moves")
