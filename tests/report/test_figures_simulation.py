@@ -35,7 +35,7 @@ def test_recording_over_time(falling: Recording) -> None:
     position, speed, energy, error = figure_recording(falling).axes  # no torques: they are zero
     assert position.get_ylabel() == "position [rad]"
     assert speed.get_ylabel() == "speed [rad/s]"
-    np.testing.assert_array_equal(curves(position)["elbow joint"], falling["elbow_joint.position"])
+    np.testing.assert_array_equal(curves(position)["elbow_joint"], falling["elbow_joint.position"])
     assert set(curves(energy)) == {"kinetic energy", "potential energy"}
     assert error.get_ylabel() == "energy error [J]"
     assert position.get_legend() is not None

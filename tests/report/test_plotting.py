@@ -22,16 +22,6 @@ def test_same_input_same_bytes() -> None:
     assert picture("one") == picture("one")
 
 
-def test_two_pictures_do_not_share_clip_paths() -> None:
-    """An id that both define would let the first picture cut the second."""
-    one, two = picture("one"), picture("two")
-    ids = [
-        {e.get("id") for e in ET.fromstring(text).iter() if e.get("id") and not e.get("id", "").startswith("DejaVu")}
-        for text in (one, two)
-    ]
-    assert ids[0] and not ids[0] & ids[1]
-
-
 def test_nothing_tells_the_time() -> None:
     text = picture("one")
     root = ET.fromstring(text)
