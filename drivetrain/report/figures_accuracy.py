@@ -84,7 +84,7 @@ def _times(axes: Axes, rows: Sequence[EffectCost]) -> None:
 
 
 def figure_solvers(found: SolverCosts, *, name: str = "solvers") -> Figure:
-    """Error in the decision quantities over wall time and over evaluations."""
+    """Error in the decision quantities over processor time and over evaluations."""
     with house_style(name):
         figure = Figure(figsize=(9.2, 3.7))
         axes = figure.subplots(1, 2, sharey=True)
@@ -100,7 +100,7 @@ def figure_solvers(found: SolverCosts, *, name: str = "solvers") -> Figure:
             part.axhline(max(2.0 * found.settled, 1e-12), color=MUTED, linewidth=0.8, linestyle=(0, (2, 2)))
             part.axhline(0.01, color=INK, linewidth=0.8, linestyle=(0, (1, 2)))
         axes[0].set_ylabel("largest error of a decision quantity [-]")
-        axes[0].set_xlabel("wall time of one run [s]")
+        axes[0].set_xlabel("processor time of one run [s]")
         axes[1].set_xlabel("right-hand sides; of the fixed step: systems solved")
         axes[1].annotate("1 %", (1.0, 0.01), (-3, 3), xycoords=("axes fraction", "data"), textcoords="offset points",
                          fontsize=7.5, ha="right")  # fmt: skip
