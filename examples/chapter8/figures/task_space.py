@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.task_space import TaskSpaceDynamics
 from drivetrain.report.colours import JOINT_COLOURS, ORANGE
-from drivetrain.report.svg import house_style
+from drivetrain.report.plotting import house_style
 
 
 def figure_task_space(

@@ -11,7 +11,7 @@ from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.from_positions import TorqueFromPositions
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.colours import BLUE, INK, MUTED, SKY, VERMILLION
-from drivetrain.report.svg import house_style
+from drivetrain.report.plotting import house_style
 
 SURE = 2.0  # deviations drawn to either side
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from figures.closed_form import figure_stacked
+from figures.readings import figure_torque_from_positions
+from figures.rigid_body import figure_free_motion
 
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.book.closed_form import closed_form, stacked
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
-from drivetrain.report.figures_closed_form import figure_stacked
-from drivetrain.report.figures_readings import figure_torque_from_positions
-from drivetrain.report.figures_rigid_body import figure_free_motion
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.plotting import house_style, png_bytes
 from drivetrain.spatial.free_motion import free_motion
 from drivetrain.spatial.inertia import cuboid
 

@@ -8,9 +8,8 @@ from matplotlib.figure import Figure
 
 from drivetrain.arrays import Array
 from drivetrain.report.colours import BLUE, GREEN, INK, JOINT_COLOURS, MUTED, ORANGE, VERMILLION
+from drivetrain.report.plotting import house_style
 from drivetrain.report.quantities import convert, number, printed_unit, shown_unit
-from drivetrain.report.svg import house_style
-from drivetrain.report.thinning import thinned
 from drivetrain.sizing.deflection import TipDeflection, Vibration
 
 SMALL = 0.01  # share of the largest contribution below which one is left out of the picture
@@ -45,9 +44,7 @@ def figure_flexibility(
 
 def _draw(axes: Axes, time: Array, values: Array, unit: str, colour: str, label: str, width: float = 1.2) -> None:
     """One curve, in the unit of the strip."""
-    kept = thinned(values)
-    shown = convert(values[kept], "m", unit)
-    axes.plot(time[kept], shown, color=colour, linewidth=width, label=label)
+    axes.plot(time, convert(values, "m", unit), color=colour, linewidth=width, label=label)
 
 
 def _legend(axes: Axes) -> None:
@@ -106,9 +103,8 @@ def _frequencies(axes: Axes, vibration: Vibration) -> None:
     kinds = ((vibration.locked, BLUE, "motors hold still"), (vibration.free, ORANGE, "motors yield"))
     for values, colour, label in kinds:
         for k, column in enumerate(values.T[:MOST_FREQUENCIES]):
-            kept = thinned(column)
             axes.plot(
-                vibration.time[kept], column[kept], color=colour, linewidth=1.4 - 0.3 * k,
+                vibration.time, column, color=colour, linewidth=1.4 - 0.3 * k,
                 label=label if k == 0 else None,
             )  # fmt: skip
     lowest = float(vibration.locked.min())

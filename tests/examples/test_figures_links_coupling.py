@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from figures.coupling import figure_coupled_motors
+from figures.links import figure_links
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import differential, placed, rotor_turns, with_coupling
@@ -12,8 +14,6 @@ from drivetrain.arm.rotors import Rotor
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError
-from drivetrain.report.figures_coupling import figure_coupled_motors
-from drivetrain.report.figures_links import figure_links
 from drivetrain.spatial.inertia import ellipsoid
 
 

@@ -13,8 +13,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.kinematics import link_poses, skeleton
 from drivetrain.report.colours import INK, JOINT_COLOURS
+from drivetrain.report.plotting import house_style
 from drivetrain.report.quantities import axis_name
-from drivetrain.report.svg import house_style
 from drivetrain.spatial.inertia import half_axes
 
 PLANE_XZ = np.eye(3)[[0, 2]]

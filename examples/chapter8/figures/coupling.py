@@ -16,8 +16,8 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.colours import JOINT_COLOURS, MUTED
+from drivetrain.report.plotting import house_style
 from drivetrain.report.quantities import convert, printed_unit, shown_unit
-from drivetrain.report.svg import house_style
 
 Motion = tuple[Any, Any, Any]
 

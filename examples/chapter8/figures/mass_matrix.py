@@ -27,8 +27,8 @@ from drivetrain.dynamics.book.ratio_sweep import RatioSweep, with_ratio
 from drivetrain.dynamics.kinematics import skeleton, tip_acceleration_terms
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.colours import BLUE, FAINT, GREEN, INK, JOINT_COLOURS, MUTED, VERMILLION
+from drivetrain.report.plotting import TIME_COLOURS, house_style
 from drivetrain.report.quantities import axis_name
-from drivetrain.report.svg import TIME_COLOURS, house_style
 
 PLANE_XY = np.eye(3)[:2]
 CUT = 4.0  # an infinite semi-axis is drawn this many times as long as the longest finite one

@@ -13,8 +13,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.kinematics import skeleton
 from drivetrain.report.colours import BLUE, INK, JOINT_COLOURS, MUTED, VERMILLION
+from drivetrain.report.plotting import TIME_COLOURS, house_style
 from drivetrain.report.quantities import axis_name, printed_unit
-from drivetrain.report.svg import TIME_COLOURS, house_style
 from drivetrain.simulation.recording import Recording
 
 PLANE_XY = np.eye(3)[[0, 1]]

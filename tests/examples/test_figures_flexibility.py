@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from figures.flexibility import figure_flexibility
+from figures.friction import figure_friction
 
 from drivetrain.drive.friction import Friction, book_curves, friction_torque
-from drivetrain.report.figures_flexibility import figure_flexibility
-from drivetrain.report.figures_friction import figure_friction
-from drivetrain.report.svg import house_style, svg_text
+from drivetrain.report.plotting import house_style, svg_text
 from drivetrain.sizing.deflection import TipDeflection, Vibration
 
 

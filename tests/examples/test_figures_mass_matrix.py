@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from figures.mass_matrix import (
+    figure_mass_ellipsoids,
+    figure_ratio_sweep,
+    figure_tip_mass,
+    figure_velocity_accelerations,
+)
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
 
@@ -11,13 +17,7 @@ from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
 from drivetrain.dynamics.book.ratio_sweep import sweep_ratio
 from drivetrain.errors import InputError
-from drivetrain.report.figures_mass_matrix import (
-    figure_mass_ellipsoids,
-    figure_ratio_sweep,
-    figure_tip_mass,
-    figure_velocity_accelerations,
-)
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.plotting import house_style, png_bytes
 
 ARM = planar_2r_arm(Planar2R())
 POSTURES = np.radians([[0.0, 90.0], [0.0, 150.0]])
