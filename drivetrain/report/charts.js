@@ -160,7 +160,7 @@ const page = (function () {
 
   // Paper: pictures of the canvases, as wide as the column.
   addEventListener("beforeprint", () => {
-    for (const { element } of drawings) {
+    for (const element of document.querySelectorAll(".chart, .strip")) {
       if (!element.view) continue;
       const still = document.createElement("canvas"), canvas = element.view.export("png", true).canvas;
       still.className = "still";
