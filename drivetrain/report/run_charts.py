@@ -263,7 +263,10 @@ def effects_charts(found: EffectCosts) -> tuple[Chart, Chart]:
 def solver_charts(found: SolverCosts) -> tuple[Chart, Chart]:
     """Error in the decision quantities over processor time and over evaluations."""
     floor, charts = max(2.0 * found.settled, 1e-12), []
-    works = (("seconds", "processor time of a run [s]"), ("work", "right-hand sides; of the fixed step: systems solved"))
+    works = (
+        ("seconds", "processor time of a run [s]"),
+        ("work", "right-hand sides; of the fixed step: systems solved"),
+    )
     for of, label in works:
         marks = [Mark("rule", y=[floor], colour="muted", dash=True, label="limit of the reference"),
                  Mark("rule", y=[0.01], colour="ink", dash=True, label="1 %")]  # fmt: skip
