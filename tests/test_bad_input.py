@@ -108,7 +108,7 @@ MANY = {  # what is asked, and every word that must be told, all of one run
         ("'door'?", "'lid'", "in_the_way is a file"),
     ("loops", "door.yaml", "--joint", "dor", "--joint", "lid", "--out", "in_the_way/x"):
         ("'door'?", "'lid'", "in_the_way is a file"),
-    ("explain", "door.yaml", "--joint", "dor", "--check", "motor volt"): ("'door'?", "'motor voltage'?"),
+    ("explain", "door.yaml", "--joint", "dor", "--check", "motr voltage"): ("'door'?", "'motor voltage' or"),
     ("why-not", "door.yaml", "--joint", "dor", "--motor", "goood"): ("'door'?", "'good'?"),
     ("curve", "none.yaml", "--vary", "volts", "--points", "1", "--out", "in_the_way"):
         ("does not exist", "'voltage'?", "2 or more", "must be a folder"),

@@ -16,6 +16,7 @@ from drivetrain.commands.shared import (
     report_folder,
     say,
     told,
+    whole_name,
     whole_names,
     working,
     writable,
@@ -54,9 +55,8 @@ def _why_not(
             writable(out)
         with together:
             loaded = load_study(study)
-            if joint is not None:
-                joint = whole_names("--joint", "joint of the study", [joint], [task.name for task in loaded.joints])[0]
         together.tell()
+        joint = None if joint is None else whole_name(joint, [task.name for task in loaded.joints])
         with working("searching for what would let it pass"):
             found = why_not(loaded, joint, motor, gear)
             page = why_not_report(found)

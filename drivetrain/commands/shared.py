@@ -150,6 +150,12 @@ def whole_names(option: str, what: str, asked: Iterable[str] | None, names: Sequ
     return found
 
 
+def whole_name(short: str, names: Sequence[str]) -> str:
+    """The one name that is meant; what was asked where none or several are, to be refused with all else."""
+    fits = _meant(short, names)
+    return fits[0] if len(fits) == 1 else short
+
+
 def _meant(short: str, names: Sequence[str]) -> list[str]:
     """The name itself; else all that begin with it; else all that contain it, capitals or not."""
     low = short.lower()
