@@ -102,6 +102,12 @@ def _notes(chain: Chain, wanted_tip: str | None) -> list[str]:
     notes = [] if wanted_tip else [f"tip: {chain.tip}, as none was named"]
     if chain.locked:
         notes.append("held at zero, off the chain: " + ", ".join(chain.locked))
+    if chain.beyond:
+        names, carrier = ", ".join(chain.beyond), chain.joints[-1].child
+        notes.append(
+            f"behind the tip {chain.tip}, kept as part of {carrier}: {names}, {sum(chain.beyond.values()):.3g} kg; "
+            "take them out of the file if they are not mounted"
+        )
     notes += [f"joint {j.name}: said to mimic {j.mimics}, taken as free" for j in chain.joints if j.mimics]
     notes += [f"joint {joint.name}: {joint.unsaid}" for joint in chain.joints if joint.unsaid]
     massless = [
@@ -136,6 +142,7 @@ class Chain:
         riders: Names of the links with a place in ``bodies``, n lists.
         tip_pose: Of the tip link, (4, 4); translation [m].
         locked: Names of movable joints off the chain, held at zero.
+        beyond: Links behind the tip that weigh something, and their masses [kg].
     """
 
     tip: str
@@ -145,6 +152,7 @@ class Chain:
     riders: tuple[list[str], ...]
     tip_pose: Array
     locked: tuple[str, ...]
+    beyond: dict[str, float]
 
 
 def choose_chain(model: UrdfModel, root: str | None, tip: str | None) -> Chain:
@@ -241,10 +249,13 @@ def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], child
     frames: list[Array] = [np.eye(4)] * len(path)
     locked: list[str] = []
     tip_pose = np.eye(4)
-    waiting = [(base, np.eye(4), -1)]
+    beyond: dict[str, float] = {}
+    waiting = [(base, np.eye(4), -1, False)]
     while waiting:
-        link, frame, carrier = waiting.pop(0)
+        link, frame, carrier, behind = waiting.pop(0)
         body = model.links[link].body
+        if behind and body is not None and body.mass:
+            beyond[link] = body.mass
         if carrier >= 0 and body is not None:
             bodies[carrier].append(body.seen_from(frame))
             riders[carrier].append(link)
@@ -256,5 +267,5 @@ def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], child
                 frames[order[joint.name]] = child_frame
             elif joint.movable:
                 locked.append(joint.name)
-            waiting.append((joint.child, child_frame, child_carrier))
-    return Chain(tip, tuple(path), tuple(frames), bodies, riders, tip_pose, tuple(locked))
+            waiting.append((joint.child, child_frame, child_carrier, behind or link == tip))
+    return Chain(tip, tuple(path), tuple(frames), bodies, riders, tip_pose, tuple(locked), beyond)
