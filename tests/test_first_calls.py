@@ -45,7 +45,7 @@ PROCESSES = (
 if __name__ == "__main__":
     import multiprocessing
     with multiprocessing.get_context(sys.argv[1]).Pool(2) as pool:
-        print(len(CALLS), sorted(set(filter(None, pool.map(tried, range(0, len(CALLS), 4), chunksize=1)))))
+        print(len(CALLS), sorted(set(filter(None, pool.map(tried, range(0, len(CALLS), 8), chunksize=1)))))
 """
 )
 
@@ -64,6 +64,6 @@ def test_all_at_once_from_eight_threads(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("start", ["fork", "spawn", "forkserver"])
 def test_in_processes_of_every_kind(tmp_path: Path, start: str) -> None:
-    """A fourth of the calls, first in processes: each kind of kernel is among them."""
+    """An eighth of the calls, first in processes: each kind of kernel is among them."""
     found = outcome(tmp_path / "processes.py", PROCESSES, start)
     assert int(found.split()[0]) > 60 and found.endswith(" []\n"), found

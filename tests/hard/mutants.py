@@ -23,9 +23,9 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOM = ROOT / "tests" / "drive"
-MODULES = (
+MODULES = (  # all whose laws the tests call as they stand; those of periodic heat are only reached compiled
     "amplifier", "brake", "drive", "friction", "gear", "gear_loss", "heat", "motor", "motor_limits", "output_bearing",
-    "overload", "periodic_heat", "stops",
+    "overload", "stops",
 )  # fmt: skip
 OTHER = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.GtE, ast.LtE: ast.Gt,
