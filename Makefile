@@ -13,7 +13,7 @@ LOCKED ?=
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 INSTALL_LOCKED := $(INSTALL) --require-hashes --requirement .ci/lock.txt && $(INSTALL) --no-deps --no-build-isolation --editable .
 
-.PHONY: demo test shuffled lowest lock check bench gallery docs clean
+.PHONY: demo test shuffled lowest lock check bench page-check gallery docs clean
 
 demo: $(VENV)/.installed
 	$(BIN)/drivetrain demo
@@ -41,6 +41,9 @@ bench: $(VENV)/.test-installed
 	$(BIN)/python benchmarks/selection.py
 	$(BIN)/python benchmarks/simulation.py
 	$(BIN)/python benchmarks/mujoco_motor.py
+
+page-check: # the reports of the gallery in a real browser; needs selenium, Chromium and its driver
+	$(BIN)/python tests/browser/check_pages.py reports/*/report.html
 
 gallery: $(VENV)/.installed
 	$(BIN)/python examples/gallery.py

@@ -160,6 +160,8 @@ if TYPE_CHECKING:
     from drivetrain.simulation.study_scene import with_feed_forward as with_feed_forward
     from drivetrain.sizing.answers.curve import OptimumCurve as OptimumCurve
     from drivetrain.sizing.answers.curve import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.fastest import Fastest as Fastest
+    from drivetrain.sizing.answers.fastest import fastest as fastest
     from drivetrain.sizing.answers.free_ratio import FreeRatios as FreeRatios
     from drivetrain.sizing.answers.free_ratio import free_ratios as free_ratios
     from drivetrain.sizing.answers.ratio import ratio_studies as ratio_studies
@@ -359,6 +361,8 @@ _HOME = {
     "vibration": "sizing.deflection",
     "evaluate": "sizing.judge.evaluate",
     "evaluate_drives": "sizing.judge.evaluate",
+    "fastest": "sizing.answers.fastest",
+    "Fastest": "sizing.answers.fastest",
     "free_ratios": "sizing.answers.free_ratio",
     "FreeRatios": "sizing.answers.free_ratio",
     "Front": "sizing.search.front",
