@@ -8,7 +8,12 @@ LOWEST := .venv-lowest
 LOWEST_TESTS := tests/test_jit.py tests/test_units.py tests/catalog tests/study tests/drive tests/dynamics/test_newton_euler.py \
 	tests/sizing/test_evaluate.py tests/sizing/test_search.py
 
-.PHONY: demo test lowest check bench page-check gallery docs clean
+# Set, what `make lock` wrote is installed, file by file: the same bytes again, on the platform it was written on.
+LOCKED ?=
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+INSTALL_LOCKED := $(INSTALL) --require-hashes --requirement .ci/lock.txt && $(INSTALL) --no-deps --no-build-isolation --editable .
+
+.PHONY: demo test shuffled lowest lock check bench page-check gallery docs clean
 
 demo: $(VENV)/.installed
 	$(BIN)/drivetrain demo
@@ -16,8 +21,15 @@ demo: $(VENV)/.installed
 test: $(VENV)/.test-installed
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
+shuffled: $(VENV)/.test-installed
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -p randomly
+
 lowest: $(LOWEST)/.installed
 	$(LOWEST)/bin/python -m pytest -o addopts="-q --import-mode=importlib" -o filterwarnings=default $(LOWEST_TESTS)
+
+lock: $(VENV)/bin/python
+	$(BIN)/python .ci/lock.py > .ci/lock.new
+	mv .ci/lock.new .ci/lock.txt
 
 check: $(VENV)/.test-installed
 	$(BIN)/ruff check .
@@ -42,11 +54,11 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.installed: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	$(if $(LOCKED),$(INSTALL_LOCKED),$(INSTALL) --editable .)
 	@touch $@
 
 $(VENV)/.test-installed: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[test]"
+	$(if $(LOCKED),$(INSTALL_LOCKED),$(INSTALL) --editable ".[test]")
 	@touch $@ $(VENV)/.installed
 
 $(LOWEST)/.installed: pyproject.toml .ci/lowest.txt
@@ -56,7 +68,7 @@ $(LOWEST)/.installed: pyproject.toml .ci/lowest.txt
 	@touch $@
 
 docs: $(VENV)/.installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[docs]"
+	$(INSTALL) --editable ".[docs]"
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going -q -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 

@@ -198,7 +198,8 @@ class JointOffer:
         bare = self.work.load
         load = Load(
             bare.torque + amounts @ self.rows.torque,
-            bare.wrench + np.tensordot(amounts, self.rows.wrench, 1) if bare.wrench.size else bare.wrench,
+            # A product of matrices would wake all threads of the library for it, which spin on.
+            bare.wrench + np.einsum("k,kct->ct", amounts, self.rows.wrench) if bare.wrench.size else bare.wrench,
             bare.inertia + amounts @ self.rows.inertia if bare.inertia.size else bare.inertia,
             bare.stop + amounts @ self.rows.stop if bare.stop.size else bare.stop,
             bare.static + amounts @ self.rows.static if bare.static.size else bare.static,
