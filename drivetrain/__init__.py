@@ -131,6 +131,11 @@ if TYPE_CHECKING:
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
     from drivetrain.export.current_scales import current_scales as current_scales
     from drivetrain.export.currents import write_currents as write_currents
+    from drivetrain.export.limits import write_drive_urdf as write_drive_urdf
+    from drivetrain.export.limits import write_physx as write_physx
+    from drivetrain.export.limits import write_ros2 as write_ros2
+    from drivetrain.export.mjcf import write_mjcf as write_mjcf
+    from drivetrain.export.sdf import write_sdf as write_sdf
     from drivetrain.export.urdf import write_urdf as write_urdf
     from drivetrain.motion.mix import build_mix as build_mix
     from drivetrain.motion.motion import Motion as Motion
@@ -320,6 +325,11 @@ _HOME = {
     "PhysicsWarning": "errors",
     "current_scales": "export.current_scales",
     "write_currents": "export.currents",
+    "write_drive_urdf": "export.limits",
+    "write_physx": "export.limits",
+    "write_ros2": "export.limits",
+    "write_mjcf": "export.mjcf",
+    "write_sdf": "export.sdf",
     "write_urdf": "export.urdf",
     "build_mix": "motion.mix",
     "Motion": "motion.motion",

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands import accuracy, answers, arm, catalog, currents, sizing, sweep, warm
+from drivetrain.commands import accuracy, answers, arm, catalog, currents, export, sizing, sweep, warm
 from drivetrain.commands.shared import DEBUG, FITS, failure
 from drivetrain.version import __version__
 
@@ -26,6 +26,7 @@ app = typer.Typer(
 )
 app.add_typer(sizing.app)
 app.add_typer(currents.app)
+app.add_typer(export.app)
 app.add_typer(answers.app)
 app.add_typer(sweep.app)
 app.add_typer(arm.app)

@@ -215,6 +215,24 @@ def test_currents_in_an_amplifiers_numbers(run: Run, write: Write, tmp_path: Pat
         assert code == 2 and told in errors and not (tmp_path / "wrong.csv").exists()
 
 
+def test_export(run: Run, write: Write, tmp_path: Path) -> None:
+    """A study without an arm has nothing to export; each format's own reader is in tests/export."""
+    code, _, errors = run("export", write(), "--to", "mjcf", "--out", "arm.xml")
+    assert code == 2 and "arm" in errors and not (tmp_path / "arm.xml").exists()
+    assert run("export", write(), "--to", "mjfc", "--out", "arm.xml")[0] == 2
+    code, _, errors = run("export", write(), "--to", "physx", "--out", "x.json", "--payload", "part", "--rate", "3 s")
+    assert code == 2 and "means nothing to physx" in errors and "--rate" in errors
+
+
+def test_every_format_is_written(run: Run, tmp_path: Path) -> None:
+    study = ROOT / "examples" / "puma560" / "study.yaml"
+    files = {"mjcf": "a.xml", "urdf": "a.urdf", "drake": "b.urdf", "sdf": "a.sdf", "ros2": "a.yaml", "physx": "a.json"}
+    for name, file in {**files, "c": "a.c"}.items():
+        code, out, errors = run("export", study, "--to", name, "--out", tmp_path / file)
+        assert code in (0, 1), errors
+        assert "lost: " in out and (tmp_path / file).stat().st_size > 500
+
+
 def test_check_says_what_was_read_and_writes_nothing(run: Run, write: Write, tmp_path: Path) -> None:
     before = {write(), tmp_path / "door.csv"}
     code, out, _ = run("check", tmp_path / "door.yaml")
@@ -394,6 +412,6 @@ def test_ratio_tells_the_window_of_the_door(tmp_path: Path) -> None:
     assert "hinge:" in ran.output
     assert "fits with a ratio from" in ran.output
     assert {path.name for path in tmp_path.iterdir()} == {"ratio.html", "ratio.json"}
-    wrong = CliRunner().invoke(app, ["ratio", study, "--joint", "hing", "--out", str(tmp_path / "no")])
+    wrong = CliRunner().invoke(app, ["ratio", study, "--joint", "hinges", "--out", str(tmp_path / "no")])
     assert wrong.exit_code == 2
     assert not (tmp_path / "no").exists()

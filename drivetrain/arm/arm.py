@@ -15,9 +15,9 @@ import numpy as np
 from drivetrain.arm.checks import Faults, checked_inertia, checked_pose, checked_screw, each, warn_of_inertias
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, axes_of, frozen_array, real_array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.notebook import shown
-from drivetrain.spatial.poses import axis_point
+from drivetrain.spatial.poses import axis_point, pose
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, the book's rounding, and pinocchio's and MuJoCo's
 
@@ -83,6 +83,26 @@ class Arm:
     def n(self) -> int:
         """Number of joints [-]."""
         return len(self.masses)
+
+    def link_frame(self, name: str) -> Array:
+        """The frame of a moving link: origin where its joint sits, directions of its home frame.
+
+        Of an arm from a file that is the link's own frame there, in which its maker gives parameters.
+
+        Args:
+            name: Of the link, or of its joint.
+
+        Returns:
+            In the base frame, all joints at zero, (4, 4); translation [m].
+
+        Raises:
+            InputError: No such link.
+        """
+        names = (*self.link_names, *self.joint_names)
+        if name not in names:
+            raise InputError(Fault("link", "is no moving link or joint of the arm", name, nearest(name, names)))
+        at = names.index(name) % self.n
+        return pose(self.home[at, :3, :3], self.joint_points[at])
 
     @classmethod
     def from_screws(

@@ -3,32 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
 from drivetrain.commands.shared import (
     DOES_NOT_FIT,
     FITS,
     Together,
-    listed_names,
     report_folder,
     say,
     told,
+    whole_names,
     working,
     writable,
 )
-
-if TYPE_CHECKING:
-    from drivetrain.sizing.results import Evaluation
-    from drivetrain.study.model import Study
 
 app = typer.Typer(rich_markup_mode="rich")
 
 
 @app.command("accuracy")
 def _accuracy(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file.")],
+    study: StudyOrResult,
     tolerance: Annotated[
         str | None, typer.Option(metavar="SHARE", help="For effects: auto, such as 1%.", show_default=False)
     ] = None,
@@ -49,7 +46,6 @@ def _accuracy(
         from drivetrain.report.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
         from drivetrain.simulation.fixed_step import FixedStep
         from drivetrain.sizing.results import Verdict
-        from drivetrain.study.read import load_study
         from drivetrain.units import quantity
         from drivetrain.whole_files import write_files
 
@@ -59,10 +55,10 @@ def _accuracy(
         with together:
             share = None if tolerance is None else quantity(tolerance, "", "--tolerance", above=0.0)
         with together:
-            loaded = load_study(study)
+            loaded = load_chosen(study)
         together.tell()
         wishes = loaded.simulation if share is None else replace(loaded.simulation, tolerance=share)
-        result = judged(loaded)
+        result = chosen(loaded, runs=True)
         with working("leaving out one effect after the other") as step:
             full = full_scene(result, wishes)
             basis = basis_of(full, result)
@@ -87,7 +83,7 @@ def _accuracy(
 
 @app.command("loops")
 def _loops(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file.")],
+    study: StudyOrResult,
     joint: Annotated[list[str] | None, typer.Option(help="Of this joint only; may be given several times.")] = None,
     out: Annotated[
         Path | None,
@@ -98,18 +94,17 @@ def _loops(
     with told():
         from drivetrain.report.loops_page import loops_json, loops_report, loops_sentence
         from drivetrain.sizing.answers.loops import study_loops
-        from drivetrain.study.read import load_study
         from drivetrain.whole_files import write_files
 
         together = Together()
         with together:
             writable(out)
         with together:
-            loaded = load_study(study)
+            loaded = load_chosen(study)
             names = [task.name for task in loaded.joints]
-            listed_names("--joint", "joint of the study", joint, names)
+            joint = whole_names("--joint", "joint of the study", joint, names)
         together.tell()
-        result = judged(loaded)
+        result = chosen(loaded, runs=True)
         with working("laying out the loops"):
             found = study_loops(result, joints=joint or None)
             files = {"loops.html": loops_report(loaded, found), "loops.json": loops_json(loaded, found)}
@@ -120,32 +115,3 @@ def _loops(
         written = write_files(out or report_folder(loaded.name), files)
         say(f"page: {written['loops.html']}")
         raise typer.Exit(FITS if all(one.stable for one in found.joints) and not found.missing else DOES_NOT_FIT)
-
-
-def judged(study: Study) -> Evaluation:
-    """The evaluation of the drives that a study gives, or of those selected where it gives none.
-
-    Args:
-        study: Any.
-
-    Returns:
-        The evaluation.
-
-    Raises:
-        InputError: No arm to simulate, or a joint that nothing may drive.
-    """
-    from drivetrain.accuracy.study_run import complete, gives_all
-    from drivetrain.sizing.judge.evaluate import evaluate
-    from drivetrain.sizing.search.search import select
-
-    if gives_all(study):
-        with working("checking the given drives"):
-            return evaluate(study)
-    with working("searching the catalogues for drives") as step:
-        chosen = select(study, progress=step)
-    evaluation = complete(chosen)
-    if not chosen.drives:
-        say("note: no set of drives fits; the closest candidates are simulated", errors=True)
-    elif not chosen.feasible:
-        say("note: the drives are not proven to fit: data are missing", errors=True)
-    return evaluation

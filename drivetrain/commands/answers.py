@@ -7,15 +7,16 @@ from typing import Annotated
 
 import typer
 
+from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
 from drivetrain.commands.shared import (
     DOES_NOT_FIT,
     FITS,
     Together,
     lines,
-    listed_names,
     report_folder,
     say,
     told,
+    whole_names,
     working,
     writable,
 )
@@ -53,6 +54,8 @@ def _why_not(
             writable(out)
         with together:
             loaded = load_study(study)
+            if joint is not None:
+                joint = whole_names("--joint", "joint of the study", [joint], [task.name for task in loaded.joints])[0]
         together.tell()
         with working("searching for what would let it pass"):
             found = why_not(loaded, joint, motor, gear)
@@ -69,28 +72,24 @@ def _why_not(
 
 @app.command("explain")
 def _explain(
-    study: StudyFile,
+    study: StudyOrResult,
     joint: Annotated[list[str] | None, typer.Option(help="Of this joint, or of the supply; may be repeated.")] = None,
     check: Annotated[list[str] | None, typer.Option(help="This check only; may be repeated.")] = None,
 ) -> None:
     """Say how each check comes about: formula, numbers, instant, limit and its source."""
     with told():
         from drivetrain.report.explain import explanation
-        from drivetrain.sizing.answers.ratio import chosen_drives
         from drivetrain.sizing.judge.checks import REQUIREMENTS
-        from drivetrain.sizing.judge.evaluate import evaluate
-        from drivetrain.study.read import load_study
 
         together, checks = Together(), [row.name for row in REQUIREMENTS]
         with together:
-            listed_names("--check", "check", check, checks)
+            check = whole_names("--check", "check", check, checks)
         with together:
-            loaded = load_study(study)
+            loaded = load_chosen(study)
             names = [*(task.name for task in loaded.joints), "supply", "arm"]
-            listed_names("--joint", "joint of the study", joint, names)
+            joint = whole_names("--joint", "joint of the study", joint, names)
         together.tell()
-        with working("checking the drives"):
-            found = evaluate(loaded, chosen_drives(loaded))
+        found = chosen(loaded)
         lines(explanation(found, tuple(joint or ()), tuple(check or ())))
         raise typer.Exit(FITS if found.feasible else DOES_NOT_FIT)
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(rich_markup_mode="rich")
 
-STUDIES = (".yaml", ".yml")  # what a study's file ends in
+STUDIES = (".yaml", ".yml", ".json")  # what the file of a study or a result ends in
 
 
 class Method(StrEnum):
@@ -36,7 +36,9 @@ class Method(StrEnum):
 
 @app.command("simulate")
 def _simulate(
-    what: Annotated[str, typer.Argument(metavar="STUDY|ARM", help="A study, a built-in arm, or a URDF file.")],
+    what: Annotated[
+        str, typer.Argument(metavar="STUDY|RESULT|ARM", help="A study, a result.json, a built-in arm, or a URDF file.")
+    ],
     duration: Annotated[
         str | None, typer.Option(help="How long.  [default: the study's cycle; of an arm 3 s]", show_default=False)
     ] = None,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, say, told, working, writable
+from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, say, told, writable
 
 if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation
@@ -36,7 +37,7 @@ class Basis(StrEnum):
 
 @app.command("currents")
 def _currents(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file (see `drivetrain init`).")],
+    study: StudyOrResult,
     out: Annotated[
         Path,
         typer.Option("--out", metavar="FILE", help="The file to write: .csv; with --scale also a C header .h, or a "
@@ -66,14 +67,12 @@ def _currents(
                      "torque; of all joints or of one, may be given several times.", show_default=False),
     ] = None,
 ) -> None:  # fmt: skip
-    """Write the current command of every joint over the cycle, for the drives that the study gives."""
+    """Write the current command of every joint over the cycle, for the drives that the study names or selects."""
     with told():
         from drivetrain.errors import Fault
         from drivetrain.export.current_scales import current_scales
         from drivetrain.export.currents import write_currents
         from drivetrain.report.outputs import currents_csv
-        from drivetrain.sizing.judge.evaluate import evaluate
-        from drivetrain.study.read import load_study
         from drivetrain.units import quantity
         from drivetrain.whole_files import write_files
 
@@ -85,10 +84,9 @@ def _currents(
         given = {"--basis": basis, "--full-scale": full_scale}
         together.faults += [Fault(name, "needs --scale") for name, value in given.items() if value and scale is None]
         with together:
-            loaded = load_study(study)
+            loaded = load_chosen(study)
         together.tell()
-        with working("computing currents"):
-            result = evaluate(loaded)
+        result = chosen(loaded)
         if scale is None:
             write_files(out.parent, {out.name: currents_csv(result, rate=hertz, hold=hold)})
         else:

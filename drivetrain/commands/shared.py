@@ -95,12 +95,13 @@ class Together:
             raise InputError({str(fault): fault for fault in self.faults}.values())
 
 
-def writable(out: Path | None, *, file: bool = False) -> None:
+def writable(out: Path | None, *, file: bool = False, option: str = "--out") -> None:
     """Refuse a place for results before any work is done for them.
 
     Args:
         out: Folder, or file; None: nothing was asked for.
         file: It is a file.
+        option: That names it.
 
     Raises:
         InputError: A file stands in the way, or there is no right to write.
@@ -110,32 +111,54 @@ def writable(out: Path | None, *, file: bool = False) -> None:
     if out is None:
         return
     if file and out.is_dir():
-        raise InputError(Fault("--out", "must be a file, but is a folder", str(out), f"such as {out / 'results.csv'}"))
+        raise InputError(Fault(option, "must be a file, but is a folder", str(out), f"such as {out / 'results.csv'}"))
     folder = out.absolute().parent if file else out.absolute()
     there = next(one for one in (folder, *folder.parents) if one.exists())
     if not there.is_dir():
-        raise InputError(Fault("--out", f"must be a folder, but {there} is a file", str(out)))
+        raise InputError(Fault(option, f"must be a folder, but {there} is a file", str(out)))
     if not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(Fault("--out", f"there is no right to write into {there}", str(out)))
+        raise InputError(Fault(option, f"there is no right to write into {there}", str(out)))
 
 
-def listed_names(option: str, what: str, asked: Iterable[str] | None, names: Sequence[str]) -> None:
-    """Refuse what is asked by a name that nothing bears.
+def whole_names(option: str, what: str, asked: Iterable[str] | None, names: Sequence[str]) -> list[str]:
+    """Names as they are known, from what may be their beginning, or a part that no other has: elbow for elbow_joint.
 
     Args:
         option: As on the command line.
-        what: What the names are not, in words.
+        what: What the names are, in words.
         asked: None: nothing.
         names: Known.
 
+    Returns:
+        The known names.
+
     Raises:
-        InputError: Every strange name, with the nearest known one.
+        InputError: Every name that none or several begin with or contain.
     """
     from drivetrain.errors import Fault, InputError, nearest
 
-    strange = [one for one in asked or () if one not in names]
-    if strange:
-        raise InputError(Fault(option, f"is no {what}", one, nearest(one, names)) for one in strange)
+    found, faults = [], []
+    for one in asked or ():
+        fits = _meant(one, names)
+        found += fits[:1]
+        if not fits:
+            faults.append(Fault(option, f"is no {what}", one, nearest(one, names)))
+        elif len(fits) > 1:
+            faults.append(Fault(option, f"is short for several: {', '.join(fits)}", one, "write more of it"))
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+def _meant(short: str, names: Sequence[str]) -> list[str]:
+    """The name itself; else all that begin with it; else all that contain it, capitals or not."""
+    low = short.lower()
+    kinds = (
+        [name for name in names if name == short],
+        [name for name in names if name.lower().startswith(low)],
+        [name for name in names if low in name.lower()],
+    )
+    return next((kind for kind in kinds if kind), []) if short else []
 
 
 def say(text: str, *, errors: bool = False) -> None:

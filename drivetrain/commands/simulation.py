@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drivetrain.commands.accuracy import judged
+from drivetrain.commands.chain import chosen, load_chosen
 from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, report_folder, say, working, writable
 
 if TYPE_CHECKING:
@@ -62,7 +62,6 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     from drivetrain.report.simulation_page import SimulationFound, simulation_lines, simulation_report
     from drivetrain.simulation.plan import plan
     from drivetrain.sizing.results import Verdict
-    from drivetrain.study.read import load_study
     from drivetrain.study.simulation import Simulation
     from drivetrain.whole_files import write_files
 
@@ -75,14 +74,14 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     with together:
         earlier = _earlier(asked)
     with together:
-        loaded = load_study(path)
+        loaded = load_chosen(path)
         said = loaded.simulation
     with together:
         wishes = _wishes(said, asked)
     with together:
         whole_run(asked.verify, earlier)
     together.tell()
-    result = judged(loaded)
+    result = chosen(loaded, runs=True)
     with working("choosing effects") as step:
         built = study_scene(result, wishes, progress=step)
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))

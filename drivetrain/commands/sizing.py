@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen, write_chosen
 from drivetrain.commands.shared import (
     DOES_NOT_FIT,
     FITS,
     Together,
     listed,
-    listed_names,
     report_folder,
     say,
     told,
+    whole_names,
     working,
     writable,
 )
@@ -87,7 +88,7 @@ def _init(
             if file.exists() and not force:
                 raise InputError(Fault(str(file), "is already there", hint="choose another name, or give --force"))
         with together:
-            text = study_template(arm)
+            text = study_template(arm, file.parent)
         together.tell()
         write_files(file.parent, {file.name: text})
         say(f"wrote {file}")
@@ -116,21 +117,16 @@ def _check(
 
 
 @app.command("size")
-def _size(study: StudyFile, out: OutFolder = None, as_json: AsJson = False) -> None:
-    """Check the drives that the study gives: margins, verdicts, report, currents."""
+def _size(study: StudyOrResult, out: OutFolder = None, as_json: AsJson = False) -> None:
+    """Check the drives that the study names, or else selects: margins, verdicts, report, currents."""
     with told():
-        from drivetrain.sizing.judge.evaluate import evaluate
-        from drivetrain.study.read import load_study
-
         together = Together()
         with together:
             writable(out)
         with together:
-            loaded = load_study(study)
+            loaded = load_chosen(study)
         together.tell()
-        with working("checking the given drives"):
-            result = evaluate(loaded)
-        raise typer.Exit(_deliver(result, out or report_folder(loaded.name), as_json=as_json))
+        raise typer.Exit(_deliver(chosen(loaded), out or report_folder(loaded.name), as_json=as_json))
 
 
 @app.command("select")
@@ -154,6 +150,12 @@ def _select(
     ] = None,
     curve_from: Annotated[str | None, typer.Option(metavar="VALUE", help="Start of the curve, with its unit.")] = None,
     curve_to: Annotated[str | None, typer.Option(metavar="VALUE", help="Its end, with its unit.")] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Also write the study with its drives named, for size, currents, simulate, ..."
+        ),
+    ] = None,
     out: OutFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -167,6 +169,8 @@ def _select(
         together = Together()
         with together:
             writable(out)
+        with together:
+            writable(write, file=True, option="--write")
         with together:
             seconds = _seconds(time_limit)
         with together:
@@ -183,12 +187,16 @@ def _select(
             from drivetrain.sizing.answers.trade_offs import check_trade_offs
 
             check_trade_offs(loaded)
-        raise typer.Exit(_deliver(_selected(loaded), out or report_folder(loaded.name), as_json=as_json))
+        found = _selected(loaded)
+        code = _deliver(found, out or report_folder(loaded.name), as_json=as_json)
+        if write is not None:
+            write_chosen(found, write)
+        raise typer.Exit(code)
 
 
 @app.command("ratio")
 def _ratio(
-    study: StudyFile,
+    study: StudyOrResult,
     joint: Annotated[list[str] | None, typer.Option(help="Of this joint only; may be given several times.")] = None,
     out: Annotated[
         Path | None,
@@ -199,21 +207,21 @@ def _ratio(
     with told():
         from drivetrain.report.ratio_json import ratio_json
         from drivetrain.report.ratio_page import ratio_report, ratio_sentence
-        from drivetrain.sizing.answers.ratio import chosen_drives, ratio_studies, ratio_study
-        from drivetrain.study.read import load_study
+        from drivetrain.sizing.answers.ratio import ratio_studies, ratio_study
         from drivetrain.whole_files import write_files
 
         together = Together()
         with together:
             writable(out)
         with together:
-            loaded = load_study(study)
+            loaded = load_chosen(study)
             names = [task.name for task in loaded.joints]
-            listed_names("--joint", "joint of the study", joint, names)
+            joint = whole_names("--joint", "joint of the study", joint, names)
         together.tell()
+        drives = {name: (one.motor, one.gear) for name, one in chosen(loaded).joints.items()}
         with working("varying the ratios"):
-            drives = chosen_drives(loaded) if joint else None
-            found = [ratio_study(loaded, name, drives=drives) for name in joint or ()] or list(ratio_studies(loaded))
+            found = [ratio_study(loaded, name, drives=drives) for name in joint or ()]
+            found = found or list(ratio_studies(loaded, drives=drives))
             page = ratio_report(found)
         folder = out or report_folder(loaded.name)
         written = write_files(folder, {"ratio.html": page, "ratio.json": ratio_json(found)})
@@ -264,7 +272,7 @@ def _deliver(result: Evaluation | Selection, out: Path, *, as_json: bool) -> int
         screen.print(text, soft_wrap=True, highlight=False)
     say(f"report: {files['report.html']}", errors=as_json)
     if as_json:
-        sys.stdout.write(result_json(result, spread=found, extra=extra))
+        sys.stdout.write(result_json(result, spread=found, extra=extra, folder=out))
     return FITS if result.feasible else DOES_NOT_FIT
 
 

@@ -32,8 +32,19 @@ def drag_factor(mesh: Any, temperature: Any) -> Any:
 @law
 def turning_drag(mesh: Any, factor: Any, input_speed: Any) -> Any:
     """T_d = T_20 (n/n_0)^p f + T_seal with f known, of the sign of the input's speed [N m]; 0 at rest."""
-    grown = 1.0 if mesh.exponent == 0.0 else abs(input_speed) ** mesh.exponent
-    return direction(input_speed) * (mesh.drag * factor * grown + mesh.seal)
+    return grown_drag(mesh, factor * speed_power(mesh.exponent, input_speed), input_speed)
+
+
+@law
+def grown_drag(mesh: Any, factor: Any, input_speed: Any) -> Any:
+    """The same with f |n|^p known."""
+    return direction(input_speed) * (mesh.drag * factor + mesh.seal)
+
+
+@law
+def speed_power(exponent: Any, speed: Any) -> Any:
+    """|n|^p, 1 without a power."""
+    return 1.0 if exponent == 0.0 else abs(speed) ** exponent
 
 
 @law

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +31,7 @@ def limit_notes(
     *,
     name: str = "motion",
     file: str = "",
+    slides: Sequence[bool] | None = None,
 ) -> LimitNotes:
     """Where a motion leaves the joints' ranges (faults), and where it is quicker than they are said to be (doubts).
 
@@ -41,6 +44,7 @@ def limit_notes(
         speed_limits: [rad/s or m/s], (n,); infinity where unknown.
         name: What to call the motion.
         file: The file it is from.
+        slides: Which joints slide, (n,): the others are then told of in degrees; None: not known, all in rad or m.
 
     Returns:
         Faults and doubts, at most one of each a joint and a limit, at the worst instant.
@@ -54,15 +58,23 @@ def limit_notes(
     for side, beyond, limit in sides:
         for joint in np.flatnonzero(beyond.max(axis=0) > ROUNDING):
             worst = int(beyond[:, joint].argmax())
-            value, bound = float(motion.position[worst, joint]), float(limit[joint])
-            when = f"at t = {motion.time[worst]:.4g} s"
-            problem = f"goes {side} {bound:.6g} {when} [rad or m]"
+            unit, factor = _unit(slides, int(joint))
+            value, bound = factor * float(motion.position[worst, joint]), factor * float(limit[joint])
+            problem = f"goes {side} {bound:.6g} at t = {motion.time[worst]:.4g} s [{unit}]"
             faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, value, "", file))
     speed = np.abs(motion.velocity)
     for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
-        worst = int(speed[:, joint].argmax())
+        worst, (unit, factor) = int(speed[:, joint].argmax()), _unit(slides, int(joint))
+        rate = unit.replace(" or ", "/s or ") + "/s"
         doubts.append(
-            f"warning: {name}: joint {motion.joint_names[joint]} reaches {speed[worst, joint]:.4g} at "
-            f"t = {motion.time[worst]:.4g} s, above the arm's speed limit {speed_limits[joint]:.4g} [rad/s or m/s]"
+            f"warning: {name}: joint {motion.joint_names[joint]} reaches {factor * speed[worst, joint]:.4g} at "
+            f"t = {motion.time[worst]:.4g} s, above the arm's speed limit {factor * speed_limits[joint]:.4g} [{rate}]"
         )
     return LimitNotes(tuple(faults), tuple(doubts))
+
+
+def _unit(slides: Sequence[bool] | None, joint: int) -> tuple[str, float]:
+    """The unit in which a joint is told of, and what it counts of an SI unit."""
+    if slides is None:
+        return "rad or m", 1.0
+    return ("m", 1.0) if slides[joint] else ("deg", math.degrees(1.0))

@@ -22,6 +22,7 @@ from drivetrain.motion.checks import (
     unit_doubts,
 )
 from drivetrain.motion.columns import Assigned, Found, Kind, assigned_columns
+from drivetrain.motion.foreign import foreign_table
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.smoothing import (
     Parabolas,
@@ -52,12 +53,12 @@ def read_motion(
     position_units: Sequence[str] | None = None,
     name: str = "",
 ) -> Motion:
-    """The motion in a CSV file.
+    """The motion in a CSV file, a ROS 2 trajectory (.yaml) or a .mat file.
 
     Columns: ``time [s]``; per joint ``q_<joint> [deg]`` (or ``position_<joint>``, the joint's bare name, or ``q1``,
     ``q2`` in order); where known ``qd_<joint> [rad/s]`` and ``qdd_<joint> [rad/s^2]``. What is not given is
     differentiated, and the notes say how. Two rows may share an instant (a step of acceleration) when all three are
-    given. Doubts are notes that begin with "warning:".
+    given. Doubts are notes that begin with "warning:". The two other formats are in SI: see ``foreign_table``.
 
     Args:
         path: The file, or its text as a stream.
@@ -77,7 +78,8 @@ def read_motion(
     joints = tuple(joint_names)
     if not joints:
         raise InputError(Fault("joints", "a motion needs at least one joint"))
-    table = read_table(path)
+    foreign = None if isinstance(path, StringIO) else foreign_table(path, joints, position_units)
+    table = read_table(path) if foreign is None else foreign
     found = assigned_columns(table, joints, (POSITION, VELOCITY, ACCELERATION))
     faults = [*table.faults, *found.faults, *_kind_faults(found, joints, position_units, table.file)]
     time = _checked_time(table, found, faults, pairs=len(found.found) == 3 * len(joints))

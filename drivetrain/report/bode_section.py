@@ -26,7 +26,7 @@ def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
     for one in found.joints:
         name = one.joint
         with house_style(f"bode-{name}"):
-            figure = figure_bode(one.design, name.replace("_", " "), name=f"bode-{name}")
+            figure = figure_bode(one.design, name, name=f"bode-{name}")
             figure.set_size_inches(7.6, 3.7)
             figures.append((svg_text(figure, f"open loops of {name}"), f"Open loops of {name}."))
     lead = (

@@ -161,7 +161,7 @@ def figure_auto(found: AutoChoice, *, name: str = "auto") -> Figure | None:
             axes.set_title(what, fontsize=8.5)
             axes.set_xlim(0.0, 108.0 * found.tolerance)
             axes.set_xlabel("[%]")
-        columns[0].set_yticks(range(len(joints)), [joint.replace("_", " ") for joint in joints])
+        columns[0].set_yticks(range(len(joints)), [joint for joint in joints])
         columns[0].invert_yaxis()
         figure.legend(*columns[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure

@@ -56,7 +56,7 @@ def figure_held_arm(
         _multipliers(top, recording)
         for i, (joint, values) in enumerate(recording.ending("speed").items()):
             colour = JOINT_COLOURS[i % len(JOINT_COLOURS)]
-            bottom.plot(recording.time, values, color=colour, label=joint.replace("_", " "))
+            bottom.plot(recording.time, values, color=colour, label=joint)
         bottom.set_ylabel("joint speeds [rad/s]" if arm.screws[:, :3].any(axis=1).all() else "joint speeds [SI]")
         bottom.set_xlabel("time [s]")
         bottom.set_title("how it moves")

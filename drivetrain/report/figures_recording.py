@@ -81,7 +81,7 @@ def _named(recording: Recording) -> list[tuple[str, str, str, np.ndarray]]:
     found = []
     for part in JOINT_PARTS:
         for joint, values in recording.ending(part).items():
-            found.append((part, joint.replace("_", " "), recording.unit(f"{joint}.{part}"), values))
+            found.append((part, joint, recording.unit(f"{joint}.{part}"), values))
     for series, (unit, values) in recording.series.items():
         if "." not in series:
             label = series.replace("_", " ")

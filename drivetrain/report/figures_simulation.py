@@ -62,7 +62,7 @@ def figure_electrics(
                 axes.plot(recording.time, values, color=colour, linewidth=1.0)
                 axes.set_ylabel(f"{what} [{printed_unit(shown_unit)}]")
                 _limit(axes, recording[key], values, limit, unit)
-            row[0].set_title(joint.replace("_", " "))
+            row[0].set_title(joint)
         for axes in rows[-1]:
             axes.set_xlabel("time [s]")
             axes.set_xlim(float(recording.time[0]), float(recording.time[-1]))
@@ -107,7 +107,7 @@ def figure_heat_and_friction(recording: Recording, joints: Sequence[str], *, nam
                     e.time for e in told if e.name == kind and e.detail.split(":")[0].removeprefix("motor of ") == joint
                 ]
                 column[-1].plot(at, [i] * len(at), "|", color=colour, markersize=9, label=kind if i == 0 else None)
-        column[-1].set_yticks(range(len(joints)), [joint.replace("_", " ") for joint in joints])
+        column[-1].set_yticks(range(len(joints)), [joint for joint in joints])
         column[-1].set_ylim(len(joints) - 0.4, -0.6)
         column[-1].set_title("friction: where it begins to hold (dark), lets go (orange), turns round (blue)")
         _finish(figure, list(column), recording)
@@ -152,7 +152,7 @@ def _lines(axes: Axes, recording: Recording, curves: Mapping[str, Array], what: 
     _, shown = scaled(largest, unit)
     for i, (joint, values) in enumerate(curves.items()):
         own, _ = (values, unit) if unit == "C" else scaled(values, unit)
-        axes.plot(recording.time, own, color=JOINT_COLOURS[i % len(JOINT_COLOURS)], label=joint.replace("_", " "))
+        axes.plot(recording.time, own, color=JOINT_COLOURS[i % len(JOINT_COLOURS)], label=joint)
     axes.set_ylabel(f"{what} [{printed_unit(shown)}]")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=1.2)
 

@@ -81,7 +81,7 @@ def _limited(one: JointLoops) -> str:
 
 
 def _section(one: JointLoops) -> Section:
-    name, title = anchor(one.joint), one.joint.replace("_", " ")
+    name, title = anchor(one.joint), one.joint
     with house_style(f"bode-{name}"):
         bode = svg_text(
             figure_bode(

@@ -37,7 +37,7 @@ def write_outputs(
     fallen = result.rejected if isinstance(result, Selection) else None
     texts = {
         "report.html": html_report(result, fallen=fallen, spread=spread, extra=extra),
-        "result.json": result_json(result, fallen=fallen, spread=spread, extra=extra),
+        "result.json": result_json(result, fallen=fallen, spread=spread, extra=extra, folder=Path(out_dir)),
         "currents.csv": currents_csv(evaluation),
     }
     if fallen is not None:

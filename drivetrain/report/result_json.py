@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -28,14 +30,18 @@ def result_json(
     fallen: pd.DataFrame | None = None,
     spread: Spread | None = None,
     extra: Extra | None = None,
+    folder: Path | None = None,
 ) -> str:
     """An evaluation or a selection as JSON text.
+
+    Args:
+        folder: Where it will stand, from which it names the study's file; None: the working directory.
 
     Returns:
         JSON with a ``schema_version``; numbers in SI, null where a number is unknown or not finite; the same result
         gives the same bytes.
     """
-    data = result_data(result, fallen=fallen)
+    data = result_data(result, fallen=fallen, folder=folder)
     if spread is not None:
         data["robustness"] = plain(spread_data(spread))
     if extra is not None:
@@ -43,7 +49,9 @@ def result_json(
     return json_text(data)
 
 
-def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None) -> dict[str, Any]:
+def result_data(
+    result: Evaluation | Selection, *, fallen: pd.DataFrame | None = None, folder: Path | None = None
+) -> dict[str, Any]:
     """An evaluation or a selection as plain data."""
     selection = result if isinstance(result, Selection) else None
     evaluation = result.evaluation if isinstance(result, Selection) else result
@@ -52,6 +60,7 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
         "schema_version": SCHEMA_VERSION,
         "drivetrain": __version__,
         "study": study.name,
+        "study_file": _study_file(study.path, folder),
         "digest": study.digest,
         "job": "size" if selection is None else "select",
         "verdict": str(result.verdict),
@@ -75,6 +84,16 @@ def result_data(result: Evaluation | Selection, *, fallen: pd.DataFrame | None =
     if selection is None:
         return data
     return data | _search(selection, counted(selection.rejected if fallen is None else fallen))
+
+
+def _study_file(path: str, folder: Path | None) -> str | None:
+    """The study's file from the folder of the result; None where it has none."""
+    if not Path(path).is_file():
+        return None
+    try:
+        return Path(os.path.relpath(path, folder or ".")).as_posix()
+    except ValueError:  # another drive of Windows
+        return str(Path(path).resolve())
 
 
 def _objective_unit(evaluation: Evaluation) -> str:

@@ -88,6 +88,13 @@ def parsed_document(file: Path, content: bytes) -> Document:
     return Document(file, content, data, lines)
 
 
+def compose_document(document: Document) -> tuple[str, yaml.MappingNode]:
+    """The text of a file that was read, and its nodes with the places where they stand in it."""
+    node = _root(document.path, document.content)
+    assert isinstance(node, yaml.MappingNode)  # as read
+    return document.content.decode("utf-8"), node
+
+
 def _content(file: Path) -> bytes:
     try:
         content = file.read_bytes()

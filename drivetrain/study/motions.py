@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -216,9 +217,10 @@ def _smoothing(own: MotionForm) -> Smoothing | None:
 
 def _hold_against(motion: Motion, arm: Arm, ledger: Ledger, place: Place) -> None:
     """Positions outside the joints' ranges are faults, speeds above theirs warnings."""
-    found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name)
+    found = limit_notes(motion, arm.lower, arm.upper, arm.speed_limits, name=motion.name, slides=_slides(arm))
     for fault in found.faults:
-        slip = isinstance(fault.value, float) and abs(fault.value) > TURNS_BELIEVED
+        believed = TURNS_BELIEVED * (math.degrees(1.0) if "[deg]" in fault.problem else 1.0)
+        slip = isinstance(fault.value, float) and abs(fault.value) > believed
         hint = "check the unit: degrees given as rad, mm as m?" if slip else ""
         ledger.faults.append(ledger.document.fault(place, f"{fault.place}: {fault.problem}", fault.value, hint))
     ledger.note(found.doubts)

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
+from pathlib import Path
+
+import yaml
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.load import load_arm
+from drivetrain.arm.urdf.read import tip_among_several
 from drivetrain.errors import PhysicsWarning
 
 SWING = math.radians(40.0)  # of each revolute joint, where its range allows
 SLIDE = 0.1  # [m], of each prismatic joint
+SPEED, SLIDE_SPEED = math.radians(90.0), 0.25  # [rad/s], [m/s], where the arm's own limits are not lower
 
 _TEMPLATE = """\
 # A study for drivetrain. It works as it stands:
@@ -24,7 +30,7 @@ name: My arm
 
 # 1. The arm: a built-in one ({builtin}), a path to a .urdf or .xacro file,
 #    or a table: {{dh: my_table.csv, convention: classic}} (or modified).
-arm: {arm}
+arm: {arm}{tip}
 # Whose mass are the drives?  added: the links are bare, the drives come on top.  included: the links, of a finished
 # robot, hold them already.  replaced: they hold other drives; each joint then says `contained: {{mass: 1.2 kg}}`.
 drive_mass: included
@@ -112,7 +118,7 @@ joints:
   default:
     candidates:
       motors: {{frameless: true, nominal_voltage: [40 V, 60 V], diameter: [null, 130 mm]}}
-      gears: {{kind: strain_wave, ratio: [50, 160], size: [11, 40]}}{travel}
+      gears: {{kind: strain_wave, ratio: [50, 160], size: [11, 40]}}{slides}
   # {first}:
   #   drive: {{motor: key, gear: key}} # a given drive, for `drivetrain size`; gear: none is a direct drive
   #   friction: {{coulomb: 0.5 N m}} # at the joint, outside the gear
@@ -125,15 +131,31 @@ joints:
 """
 
 
-def study_template(arm: str = "ur5-corrected") -> str:
-    """The text of a study that loads and runs, with comments on what to change."""
+_SCREW = """
+  {name}: # slides: a screw that the motor turns without a gear
+    candidates: {{motors: {{frameless: false, nominal_voltage: [40 V, 60 V]}}, gears: none}}
+    travel_per_turn: 10 mm/rev"""
+
+
+def study_template(arm: str = "ur5-corrected", folder: Path | None = None) -> str:
+    """The text of a study that loads and runs, with comments on what to change.
+
+    Args:
+        arm: A built-in one, or a file.
+        folder: In which the study will stand, and from which it names the file; None: the working directory.
+    """
+    file = None if arm in builtin_names() else Path(arm)
+    tip = tip_among_several(file) if file is not None and file.is_file() else None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # told again, with the rest, when the study is read
-        loaded = load_arm(arm)
+        loaded = load_arm(arm, tip=tip)
     slides = [not screw[:3].any() for screw in loaded.screws]
     start, end = (_row(loaded, slides, side) for side in (-0.5, 0.5))
     return _TEMPLATE.format(
-        arm=arm,
+        arm=arm if file is None else _quoted(_from(folder, file)),
+        tip=""
+        if tip is None
+        else f"\ntip: {_quoted(tip)} # the file has several chains: which link carries the payload",
         builtin=", ".join(builtin_names()),
         first=loaded.joint_names[0],
         joints=", ".join(loaded.joint_names),
@@ -141,10 +163,12 @@ def study_template(arm: str = "ur5-corrected") -> str:
         unit="" if any(slides) else "\n    unit: deg",
         start=start,
         end=end,
-        speed=_limit(slides, "90 deg/s", "0.25 m/s"),
-        acceleration=_limit(slides, "300 deg/s^2", "1 m/s^2"),
-        jerk=_limit(slides, "3000 deg/s^3", "10 m/s^3"),
-        travel="\n    travel_per_turn: 10 mm/rev # of the prismatic joints" if any(slides) else "",
+        speed=_together([_speed(limit, slide) for limit, slide in zip(loaded.speed_limits, slides, strict=True)]),
+        acceleration=_together(["1 m/s^2" if slide else "300 deg/s^2" for slide in slides]),
+        jerk=_together(["10 m/s^3" if slide else "3000 deg/s^3" for slide in slides]),
+        slides="".join(
+            _SCREW.format(name=_quoted(name)) for name, slide in zip(loaded.joint_names, slides, strict=True) if slide
+        ),
     )
 
 
@@ -161,7 +185,23 @@ def _row(arm: Arm, slides: list[bool], side: float) -> str:
     return ", ".join(entry + unit for entry, unit in zip(entries, units, strict=True))
 
 
-def _limit(slides: list[bool], turning: str, sliding: str) -> str:
-    """One limit for all joints, or one each when they are of two kinds."""
-    each = [sliding if slide else turning for slide in slides]
+def _speed(limit: float, slide: bool) -> str:
+    """An easy speed, or the joint's own limit where that is lower."""
+    usual = SLIDE_SPEED if slide else SPEED
+    value = limit if 0.0 < limit < usual else usual
+    return f"{value:.4g} m/s" if slide else f"{math.degrees(value):.4g} deg/s"
+
+
+def _together(each: list[str]) -> str:
+    """One limit for all joints, or one each where they differ."""
     return each[0] if len(set(each)) == 1 else f"[{', '.join(each)}]"
+
+
+def _from(folder: Path | None, file: Path) -> str:
+    """A file as a study in a folder names it."""
+    return file.as_posix() if file.is_absolute() else Path(os.path.relpath(file, folder or Path())).as_posix()
+
+
+def _quoted(text: str) -> str:
+    """A text as YAML writes it."""
+    return str(yaml.safe_dump([text], default_flow_style=True, width=10_000, allow_unicode=True).strip()[1:-1])

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import drivetrain as dt
@@ -142,3 +143,27 @@ def test_pairs_that_cannot_be_read_are_told(tmp_path: Path) -> None:
 def test_what_is_no_name_or_path_is_told(source: object) -> None:
     with pytest.raises(InputError, match="built-in arm"):
         load_arm(source)
+
+
+def test_a_hand_behind_the_tip_is_told() -> None:
+    """What the file holds behind the tip stays, and the notes say what and how much."""
+    path = ROBOTS / "panda.urdf"
+    cut, whole = load_arm(path, tip="panda_link8"), load_arm(path, tip="panda_hand_tcp")
+    note = next(note for note in cut.notes if "behind the tip" in note)
+    assert "panda_hand" in note and "0.76 kg" in note and "panda_link7" in note
+    assert not any("behind the tip" in note for note in whole.notes if "finger" not in note)
+    assert cut.masses[-1] == whole.masses[-1]
+
+
+def test_link_frames_are_those_of_the_file() -> None:
+    """Against pinocchio's placements of the same joints."""
+    path = ROBOTS / "panda.urdf"
+    arm, model = load_arm(path, tip="panda_hand_tcp"), pin.buildModelFromUrdf(str(path))
+    data = model.createData()
+    pin.forwardKinematics(model, data, pin.neutral(model))
+    base = arm.link_frame(arm.link_names[0]) @ np.linalg.inv(data.oMi[1].homogeneous)
+    for i, name in enumerate(arm.link_names):
+        np.testing.assert_allclose(arm.link_frame(name), base @ data.oMi[i + 1].homogeneous, atol=1e-12)
+        np.testing.assert_array_equal(arm.link_frame(arm.joint_names[i]), arm.link_frame(name))
+    with pytest.raises(InputError, match=arm.link_names[0]):
+        arm.link_frame(arm.link_names[0] + "x")

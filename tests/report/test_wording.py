@@ -18,7 +18,7 @@ AVOIDED = {  # what is avoided: what an engineer writes
     r"fell(s|ed)?\b|fallen\b|why .* falls?\b": "rejected",
     r"mend(s|ed|ing)?\b": "fix",
     r"doubt(s|ed|ful)?\b": "warning",
-    r"(numbers|torque|report) rests? on\b": "inputs and assumptions",
+    r"(numbers|report) rests? on\b": "inputs and assumptions",
     r"told, (and )?not judged|only told|reported, not judged": "for information",
     r"(cannot be|not|nothing is|nothing could be) judged\b": "not checked",
     r"of what there is\b": "of the limit",

@@ -102,6 +102,12 @@ def _notes(chain: Chain, wanted_tip: str | None) -> list[str]:
     notes = [] if wanted_tip else [f"tip: {chain.tip}, as none was named"]
     if chain.locked:
         notes.append("held at zero, off the chain: " + ", ".join(chain.locked))
+    if chain.beyond:
+        names, carrier = ", ".join(chain.beyond), chain.joints[-1].child
+        notes.append(
+            f"behind the tip {chain.tip}, kept as part of {carrier}: {names}, {sum(chain.beyond.values()):.3g} kg; "
+            "take them out of the file if they are not mounted"
+        )
     notes += [f"joint {j.name}: said to mimic {j.mimics}, taken as free" for j in chain.joints if j.mimics]
     notes += [f"joint {joint.name}: {joint.unsaid}" for joint in chain.joints if joint.unsaid]
     massless = [
@@ -136,6 +142,7 @@ class Chain:
         riders: Names of the links with a place in ``bodies``, n lists.
         tip_pose: Of the tip link, (4, 4); translation [m].
         locked: Names of movable joints off the chain, held at zero.
+        beyond: Links behind the tip that weigh something, and their masses [kg].
     """
 
     tip: str
@@ -145,6 +152,7 @@ class Chain:
     riders: tuple[list[str], ...]
     tip_pose: Array
     locked: tuple[str, ...]
+    beyond: dict[str, float]
 
 
 def choose_chain(model: UrdfModel, root: str | None, tip: str | None) -> Chain:
@@ -211,6 +219,28 @@ def _tip(model: UrdfModel, paths: Children, children: Children, base: str, tip: 
     return max(ends, key=lambda leaf: len(paths[leaf]))
 
 
+def tip_among_several(path: Path) -> str | None:
+    """The likely end effector of a file with several chains; None where one chain holds all others.
+
+    Fingers hang on a hand: it is the link up to which all moving chains are one, if that is half of the longest; else
+    the end of the longest.
+    """
+    model = read_model(path)
+    children: Children = {name: [] for name in model.links}
+    for joint in model.joints.values():
+        children[joint.parent].append(joint)
+    paths = _paths(_root(model, None), children)
+    moving = {link: [joint.name for joint in path if joint.movable] for link, path in paths.items()}
+    longest = max(moving, key=lambda link: len(moving[link]))
+    if all(chain == moving[longest][: len(chain)] for chain in moving.values()):
+        return None
+    ends = [link for link in paths if all(chain[: len(moving[link])] != moving[link] or chain == moving[link]
+                                          for chain in moving.values())]  # fmt: skip
+    common = [step[0] for step in zip(*(paths[link] for link in ends), strict=False) if len({*map(id, step)}) == 1]
+    shared = [joint for joint in common if joint.movable]
+    return common[-1].child if shared and 2 * len(shared) >= len(moving[longest]) else longest
+
+
 def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], children: Children) -> Chain:
     """Every body of the tree, in the base frame, with the moving link that carries it."""
     order = {joint.name: i for i, joint in enumerate(path)}
@@ -219,10 +249,13 @@ def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], child
     frames: list[Array] = [np.eye(4)] * len(path)
     locked: list[str] = []
     tip_pose = np.eye(4)
-    waiting = [(base, np.eye(4), -1)]
+    beyond: dict[str, float] = {}
+    waiting = [(base, np.eye(4), -1, False)]
     while waiting:
-        link, frame, carrier = waiting.pop(0)
+        link, frame, carrier, behind = waiting.pop(0)
         body = model.links[link].body
+        if behind and body is not None and body.mass:
+            beyond[link] = body.mass
         if carrier >= 0 and body is not None:
             bodies[carrier].append(body.seen_from(frame))
             riders[carrier].append(link)
@@ -234,5 +267,5 @@ def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], child
                 frames[order[joint.name]] = child_frame
             elif joint.movable:
                 locked.append(joint.name)
-            waiting.append((joint.child, child_frame, child_carrier))
-    return Chain(tip, tuple(path), tuple(frames), bodies, riders, tip_pose, tuple(locked))
+            waiting.append((joint.child, child_frame, child_carrier, behind or link == tip))
+    return Chain(tip, tuple(path), tuple(frames), bodies, riders, tip_pose, tuple(locked), beyond)

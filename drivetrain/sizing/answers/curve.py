@@ -11,20 +11,22 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.demand.changed_work import WorkFamily
+from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair
-from drivetrain.sizing.judge.vary import Number, Vary, edge, named_drives, task_number, worst_of_set
+from drivetrain.sizing.judge.vary import Setup, Vary, edge, named_drives, worst_of_set
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.asked import unknown_terms
 from drivetrain.sizing.search.robust import CONFIDENCE, chance_of, robust_select, scatters
-from drivetrain.sizing.search.search import select
+from drivetrain.sizing.search.search import better_set, select
 from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
@@ -185,7 +187,7 @@ def optimum_curve(
     found: list[CurvePoint] = []
     for done, value in enumerate(grid):
         tell(done, points + 1, f"selecting at {value:.4g}")
-        found.append(row.selected(value, found[-1] if found else None))
+        found.append(row.selected(value, found[-1] if found else None, counted=True))
     tolerance = TOLERANCE * (span[1] - span[0])
     tell(points, points + 1, "locating the breakpoints")
     starts = [(grid[0], found[0])]
@@ -211,7 +213,7 @@ class _Row:
     vary: Vary
     payload: str
     made: list[CurvePoint] = field(default_factory=list)
-    sets: dict[tuple[tuple[str, Pair], ...], Number] = field(default_factory=dict)
+    sets: dict[tuple[tuple[str, Pair], ...], dict[int, Drive]] = field(default_factory=dict)
     missing: list[str] = field(default_factory=list)
 
     @cached_property
@@ -227,8 +229,10 @@ class _Row:
         """Probability with which sets must be feasible; None where none is wanted or nothing scatters."""
         return self.study.wanted.holds if scatters(self.study) else None
 
-    def selected(self, value: float, before: CurvePoint | None) -> CurvePoint:
+    def selected(self, value: float, before: CurvePoint | None, *, counted: bool = False) -> CurvePoint:
         """The best set at a value; of equals the set before, so that a set goes on as long as none is better.
+
+        With ``counted`` it is told how often the set holds within the tolerances, which takes longer than the search.
 
         Where the search was stopped sets found elsewhere are held against it too: it may have missed them.
         """
@@ -236,7 +240,29 @@ class _Row:
         if self.often is not None:
             self.made.append(_robust(study, value))
             return self.made[-1]
-        found = select(replace(study, wanted=replace(study.wanted, sets=1)), advise=False)
+        study = replace(study, wanted=replace(study.wanted, sets=1))
+        point = self._kept(study, value, before)
+        if point is None:
+            point = self._searched(study, value, before)
+        if counted and point.drives and scatters(study):
+            point = replace(point, chance=chance_of(nominal_of(study), point.drives, SAMPLES))
+        self.made.append(point)
+        return point
+
+    def _kept(self, study: Study, value: float, before: CurvePoint | None) -> CurvePoint | None:
+        """The set before, or the best of those that are better; None where it does not hold or nothing is proven."""
+        evaluation = self.evaluated(before.drives, value) if before is not None and before.drives else None
+        if before is None or evaluation is None or not evaluation.feasible:
+            return None
+        better, proven = better_set(study, evaluation.objective)
+        if not proven:
+            return None
+        if better:
+            evaluation = self.evaluated(better, value)
+        return CurvePoint(value, better or before.drives, evaluation.objective, evaluation.criteria, PROVEN)
+
+    def _searched(self, study: Study, value: float, before: CurvePoint | None) -> CurvePoint:
+        found = select(study, advise=False)
         if found.drives and not found.feasible:  # a given drive lacks data, the same at every value
             self.missing[:] = found.advice
         point = CurvePoint(
@@ -250,17 +276,14 @@ class _Row:
             slack = EQUAL if drives == last else -EQUAL
             if evaluation.feasible and evaluation.objective <= least * (1.0 + slack):
                 point = replace(point, drives=drives, objective=evaluation.objective, criteria=evaluation.criteria)
-        if point.drives and scatters(study):
-            point = replace(point, chance=chance_of(nominal_of(study), point.drives, SAMPLES))
-        self.made.append(point)
         return point
 
     def evaluated(self, drives: Drives, value: float) -> Evaluation:
         """A set at a value."""
         key = tuple(drives.items())
         if key not in self.sets:
-            self.sets[key] = task_number(self.family, named_drives(self.study, drives), self.vary, self.payload)
-        return self.sets[key].put(value).evaluation()
+            self.sets[key] = named_drives(self.study, drives)
+        return Setup(_work_at(self, value), self.sets[key]).evaluation()
 
     def worth(self, drives: Drives, value: float) -> float:
         """Objective of a set at a value; infinite where it does not hold, or there is none."""
@@ -268,6 +291,12 @@ class _Row:
             return math.inf
         found = self.evaluated(drives, value)
         return found.objective if found.feasible else math.inf
+
+
+@lru_cache(maxsize=1)
+def _work_at(row: _Row, value: float) -> Workload:
+    """The work at a value; sets are held against each other at the same one."""
+    return row.family.at(row.vary.change(row.study, value, row.payload))
 
 
 def _robust(study: Study, value: float) -> CurvePoint:
@@ -290,12 +319,19 @@ def _between(row: _Row, starts: list[tuple[float, CurvePoint]], end: CurvePoint,
         start = starts[-1][1]
         low, high = edge(partial(_goes_on, row, start.drives, end.drives), start.value, end.value,
                          error=0.0, least=tolerance)  # fmt: skip
-        before, after = row.selected(low, start), row.selected(high, end)
+        before = row.selected(low, start)
         if before.drives != start.drives and low > start.value:
             # A third set is better somewhere before the edge: look for its own edge first.
             _between(row, starts, before, tolerance)
             continue
+        after = far = row.selected(high, end)
+        if before.objective == after.objective and after.drives != end.drives:
+            # Many sets may be equals and give up one by one: one that goes on for longer stands for all of them.
+            far = row.selected(0.5 * (high + end.value), after)
+            if row.worth(far.drives, high) <= after.objective * (1.0 + EQUAL):
+                after = replace(after, drives=far.drives)
         starts.append((0.5 * (low + high), after))
+        _between(row, starts, far, tolerance)
         if high >= end.value:
             return
 
@@ -393,8 +429,8 @@ def _notes(row: _Row, step: float) -> list[str]:
     if scatters(row.study) and row.often is None:
         notes.append(
             "sets are those that hold with nominal numbers; with what probability each holds within the tolerances is "
-            f"counted at every selection over at most {SAMPLES} arms (`selection: holds` asks for sets that hold often "
-            "enough)"
+            f"counted at each value of the grid over at most {SAMPLES} arms (`selection: holds` asks for sets that "
+            "hold often enough)"
         )
     elif row.often is not None:
         notes.append(

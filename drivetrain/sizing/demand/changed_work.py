@@ -16,6 +16,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.demand import Workload, asks_brakes, at_rest
 from drivetrain.sizing.demand.load_basis import JointBasis, Loads, load_basis
+from drivetrain.sizing.demand.stops import StopBasis, stop_basis
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Study
 
@@ -47,7 +48,24 @@ class WorkFamily:
             _combined((still, still, empty, empty), share, 1.0)
             for still, empty in zip(self._resting, self._empty[1], strict=True)
         )  # fmt: skip
-        return Workload(study, basis, study.cycle.weights, resting)
+        return Workload(study, basis, study.cycle.weights, resting, self._stops(share) if change.time == 1.0 else None)
+
+    def _stops(self, share: float) -> StopBasis | None:
+        """Stops at the pace of the task: of another one the arm takes another way."""
+        full, empty = self._stopping
+        if full is None or empty is None:
+            return full
+        joints = tuple(
+            replace(one, bare=replace(one.bare, force=bare.bare.force + share * (one.bare.force - bare.bare.force)))
+            for one, bare in zip(full.joints, empty.joints, strict=True)
+        )
+        return replace(full, joints=joints)
+
+    @cached_property
+    def _stopping(self) -> tuple[StopBasis | None, StopBasis | None]:
+        """Stops with and without the payloads that change; the same object where there are none."""
+        full = stop_basis(self.study)
+        return full, stop_basis(self._bare) if self.study.payloads else full
 
     @cached_property
     def _moving(self) -> Basis:
@@ -62,8 +80,11 @@ class WorkFamily:
         """Moving and resting without the payloads that change; the same objects where there are none."""
         if not self.study.payloads:
             return self._moving, self._resting
-        empty = changed(self.study, TaskChange(payload=0.0, payloads=self.payloads))
-        return load_basis(empty), load_basis(at_rest(empty))
+        return load_basis(self._bare), load_basis(at_rest(self._bare))
+
+    @property
+    def _bare(self) -> Study:
+        return changed(self.study, TaskChange(payload=0.0, payloads=self.payloads))
 
 
 def _combined(bases: tuple[JointBasis, ...], share: float, slower: float) -> JointBasis:

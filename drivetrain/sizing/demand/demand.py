@@ -157,17 +157,19 @@ class Workload:
         basis: What drives do to joints, one a joint; empty without an arm.
         weights: Time each sample stands for [s], (N,).
         resting: What drives do to joints while every position is held still; empty where no brake is asked for.
+        ramped: The loads of stops on a ramp where they are known; None: they are found when asked for.
     """
 
     study: Study
     basis: tuple[JointBasis, ...]
     weights: Array
     resting: tuple[JointBasis, ...] = ()
+    ramped: StopBasis | None = None
 
     @cached_property
     def stops(self) -> StopBasis | None:
         """The loads of stops on a ramp; None where the study states none."""
-        return stop_basis(self.study)
+        return stop_basis(self.study) if self.ramped is None else self.ramped
 
     def at(self, joint: int, drives: Mapping[int, Drive]) -> JointWork:
         """The work of one joint with the drives after it in place."""

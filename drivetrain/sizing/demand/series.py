@@ -93,6 +93,23 @@ def nothing_added(load: Load) -> Added:
     return Added(*rows)
 
 
+class Powers(NamedTuple):
+    """The speeds that decide the losses to one power, kept from gear to gear as a power function costs most of a pass.
+
+    Attributes:
+        exponent: Of the power, NaN: none is there, (1,).
+        values: |w|^p, (N,).
+    """
+
+    exponent: Array
+    values: Array
+
+
+def new_powers(samples: int) -> Powers:
+    """Room for them."""
+    return Powers(np.full(1, np.nan), np.zeros(samples))
+
+
 class Traces(NamedTuple):
     """Memory of a judgement, and what a report draws, (N,) each; ``torque`` has one sample more at each end, 0.
 
@@ -101,6 +118,7 @@ class Traces(NamedTuple):
         torque: Electromagnetic [N m].
         joint_excess, loss_excess, shaft_excess: Of falling friction above its straight lines [N m].
         drag: Of the gear, at its input [N m].
+        powers: For the drag.
         starting: Magnitude of the torque at rest, what starts the joint included [N m].
         friction_loss: Power lost at the motor's shaft and in a brake's coil [W].
         mesh_loss, drag_loss: In mesh and seals, and of the drag as at 20 C [W].
@@ -116,6 +134,7 @@ class Traces(NamedTuple):
     loss_excess: Array
     shaft_excess: Array
     drag: Array
+    powers: Powers
     starting: Array
     friction_loss: Array
     mesh_loss: Array
@@ -177,8 +196,8 @@ def new_traces(samples: int, parts: int) -> Traces:
     load, joint, loss, shaft, drag, starting, friction, gear, turning, stop = np.zeros((10, samples))
     power = np.zeros((2, samples))
     return Traces(
-        load, np.zeros(samples + 2), joint, loss, shaft, drag, starting, friction, gear, turning, stop, power,
-        new_losses(samples), new_parts(parts),
+        load, np.zeros(samples + 2), joint, loss, shaft, drag, new_powers(samples), starting, friction, gear, turning,
+        stop, power, new_losses(samples), new_parts(parts),
     )  # fmt: skip
 
 

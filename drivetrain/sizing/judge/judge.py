@@ -25,9 +25,10 @@ from drivetrain.drive.gear import life_of, mesh_of, mesh_torque, permitted_peaks
 from drivetrain.drive.gear_loss import (
     DRAG_TEMPERATURES,
     drag_factor,
+    grown_drag,
     mesh_loss_power,
     settled_temperature,
-    turning_drag,
+    speed_power,
 )
 from drivetrain.drive.motor import torque_constant, winding_resistance, winding_voltage
 from drivetrain.drive.motor_limits import continuous_current_limit, short_time_torque
@@ -100,6 +101,7 @@ def judge_all(
     """``judge_cases``; with ``screen`` the peaks of some samples alone, than which those of all samples are no less."""
     motion, traces, torque = work.motion, work.traces, work.load.torque
     inertia, stop = work.load.inertia, work.load.stop
+    traces.powers.exponent[0] = np.nan  # the memory may have served another motion
     for i in range(len(cases)):
         case, row = cases[i], numbers[i]
         figures, ambient, unknown = case.figures, case.setting.ambient, unknown_torque(case)
@@ -319,15 +321,18 @@ def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
     """A load with so much of each series on top: the joint's own drive, or a heavier payload; its torque is there."""
     add_rows(load.inertia, added.inertia, amounts, total.inertia)
     add_rows(load.static, added.static, amounts, total.static)
-    for component in range(6):
+    for component in (0, 1, 3, 4, 5):  # a bearing does not feel the moment along its axis
         start, out = load.wrench[component], total.wrench[component]
-        for t in range(len(out)):
-            out[t] = start[t]
         for k in range(len(amounts)):
-            row, amount = added.wrench[k][component], amounts[k]
-            for t in range(len(out)):
-                out[t] += amount * row[t]
+            add_row(start if k == 0 else out, added.wrench[k][component], amounts[k], out)
     return total
+
+
+@law(fastmath=FAST)
+def add_row(start: Any, row: Any, amount: Any, out: Any) -> None:
+    """A series and so much of another."""
+    for t in range(len(out)):
+        out[t] = start[t] + amount * row[t]
 
 
 @law
@@ -347,12 +352,10 @@ def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
         for t in range(len(out)):
             out[t] = start[t] + (a * r0[t] + b * r1[t] + c * r2[t] + d * r3[t] + e * r4[t])
         return
-    for t in range(len(out)):
+    for t in range(len(out) if len(amounts) == 0 else 0):
         out[t] = start[t]
     for k in range(len(amounts)):
-        row, amount = rows[k], amounts[k]
-        for t in range(len(out)):
-            out[t] += amount * row[t]
+        add_row(start if k == 0 else out, rows[k], amounts[k], out)
 
 
 @law(fastmath=FAST)
@@ -467,11 +470,15 @@ def excess_series(curve: Any, ratio: Any, speed: Any, excess: Any) -> None:
 
 
 @law(fastmath=FAST)
-def drag_series(mesh: Any, temperature: Any, speed: Any, drag: Any) -> None:
-    """What drags in the gear at a temperature [N m]; in a loop of its own, as a power function does not vectorise."""
-    factor = drag_factor(mesh, temperature)
+def drag_series(mesh: Any, temperature: Any, speed: Any, powers: Any, drag: Any) -> None:
+    """What drags in the gear at a temperature [N m]; gears with the same exponent share the powers of the speeds."""
+    if powers.exponent[0] != mesh.exponent:
+        powers.exponent[0] = mesh.exponent
+        for t in range(len(speed)):
+            powers.values[t] = speed_power(mesh.exponent, speed[t])
+    factor = drag_factor(mesh, temperature) * speed_power(mesh.exponent, mesh.ratio)
     for t in range(len(speed)):
-        drag[t] = turning_drag(mesh, factor, mesh.ratio * speed[t])
+        drag[t] = grown_drag(mesh, factor * powers.values[t], mesh.ratio * speed[t])
 
 
 @law(fastmath=FAST)
@@ -487,7 +494,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     excess_series(joint, 1.0, motion.speed, traces.joint_excess)
     excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
     excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
-    drag_series(mesh, gear_temperature, motion.loss_speed, traces.drag)
+    drag_series(mesh, gear_temperature, motion.loss_speed, traces.powers, traces.drag)
     largest_load, worn, travel, largest, square, exponent = 0.0, 0.0, 0.0, 0.0, 0.0, case.gear.life_exponent
     for t in range(len(torque)):
         speed = motion.loss_speed[t]

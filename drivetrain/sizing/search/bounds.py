@@ -33,7 +33,7 @@ from drivetrain.drive.periodic_heat import thermal_nodes
 from drivetrain.drive.stops import braked, braking_push, stiff_spring
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
-from drivetrain.sizing.demand.series import Motion
+from drivetrain.sizing.demand.series import Motion, Powers, new_powers
 from drivetrain.sizing.judge.cases import stop_temperature
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.sizing.judge.judge import (
@@ -97,6 +97,7 @@ class Span(NamedTuple):
         shaft: Memory: the motor's torque without what crosses the mesh [N m], (N,).
         excess: Memory: of falling friction at the shaft [N m], (N,).
         drag: Memory: of the gear, at its input [N m], (N,).
+        powers: Memory: for the drag.
         still: Least tilting moment, axial and radial load on the output bearing [N m], [N], least torque that holds the
             worst position still [N m], least of the largest inertia [kg m^2], and torque in stops on a ramp [N m]; NaN:
             nobody knows, (6,).
@@ -117,6 +118,7 @@ class Span(NamedTuple):
     shaft: Array
     excess: Array
     drag: Array
+    powers: Powers
     still: Array
     brake: Brake
 
@@ -161,7 +163,7 @@ class Offer(NamedTuple):
 def span_of(motion: Motion, friction: Friction, added: Array, share: Array, brake: Brake) -> Span:
     """A span with memory of its own."""
     shown, lossy = friction_torque(friction, motion.speed), friction_torque(friction, motion.loss_speed)
-    memory: Any = (*np.zeros((9, len(share))), np.full(6, np.nan), brake)
+    memory: Any = (*np.zeros((9, len(share))), new_powers(len(share)), np.full(6, np.nan), brake)
     return Span(motion, shown, lossy, added, share, *memory)
 
 
@@ -263,6 +265,7 @@ def put(offer: Offer, pair: Any) -> Any:
 def look_closer(offer: Offer) -> None:
     """Fill the few samples: of each stretch of the cycle those of largest acceleration and largest certain torque."""
     few, whole, stretches = offer.few, offer.whole, len(offer.sharp)
+    few.powers.exponent[0] = np.nan
     length = len(whole.low) // stretches
     for k in range(2 * stretches):
         at = offer.sharp[k % stretches]
@@ -423,7 +426,7 @@ def least_mechanical(case: Any, span: Span, amounts: Any, gear_temperature: Any)
     mesh, inertia = mesh_of(case.gear), known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
     turning, excess = friction_curve(case.shaft), span.excess
     excess_series(turning, mesh.ratio, motion.loss_speed, excess)
-    drag_series(mesh, gear_temperature, motion.loss_speed, span.drag)
+    drag_series(mesh, gear_temperature, motion.loss_speed, span.powers, span.drag)
     least, most, shaft, load, torque, square = span.least, span.most, span.shaft, 0.0, 0.0, 0.0
     for t in range(len(low)):
         speed = motion.loss_speed[t]

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.demand.demand import Workload
-from drivetrain.sizing.judge.evaluate import evaluated
+from drivetrain.sizing.judge.evaluate import Pair, evaluated
 from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.sizing.search.advice import advice_on
@@ -92,6 +92,19 @@ def select(
         tree.run(begin + limit, tell)
         sets, wrong = _evaluated(tree)
     return _answer(tree, sets, tell) if sets else _nothing_fits(tree, tell, advise)
+
+
+def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
+    """The best set that is better than one known, empty where none was found, and whether that is proven.
+
+    A fraction of a search that has none to hold others against.
+    """
+    tree = _new_tree(study, None, None)
+    tree.below = (tree.problem.level(objective) - 0.5) * tree.problem.step
+    tree.run(time.perf_counter() + tree.problem.wanted.time_limit, _teller(None))
+    sets, wrong = _evaluated(tree)
+    keys = tree.problem.keys(dict(enumerate(sets[0].found.pairs))) if sets else {}
+    return keys, tree.finished and not wrong
 
 
 def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tree:

@@ -74,6 +74,7 @@ class Tree:
     Attributes:
         problem: What is chosen from.
         excluded: Sets that are not to be found.
+        below: Sets that cost as much are not wanted either.
         best: The best sets so far, best first.
         open: Nodes that are left, smallest bound first.
         following: The node that a descent goes on with.
@@ -89,6 +90,7 @@ class Tree:
 
     problem: Problem
     excluded: frozenset[Pairs] = frozenset()
+    below: float = math.inf
     best: list[Found] = field(default_factory=list)
     open: list[tuple[float, int, Node]] = field(default_factory=list)
     following: Node | None = None
@@ -116,7 +118,7 @@ class Tree:
     @property
     def limit(self) -> float:
         """Sets that cost as much or more are of no interest; those that are equal to the last one are."""
-        return math.inf if self.last is None else (self.last.level + 0.5) * self.problem.step
+        return self.below if self.last is None else min(self.below, (self.last.level + 0.5) * self.problem.step)
 
     @property
     def equals(self) -> tuple[int, bool]:

@@ -1,0 +1,136 @@
+"""What follows a selection: commands that take a study, the file of `select --write`, or a result.json."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drivetrain.commands.shared import say, working
+
+if TYPE_CHECKING:
+    from drivetrain.sizing.results import Evaluation, Selection
+    from drivetrain.study.model import Study
+
+StudyOrResult = Annotated[
+    Path,
+    typer.Argument(
+        metavar="STUDY|RESULT",
+        help="A study; without drives they are selected first. Or a result.json of `drivetrain select` or `size`.",
+    ),
+]
+
+
+def load_chosen(path: Path) -> Study:
+    """A study from its file; of a result.json the study behind it, with the drives of the result.
+
+    Args:
+        path: YAML or JSON.
+
+    Raises:
+        InputError: No study, no result, or one whose study is not where it was.
+    """
+    from drivetrain.errors import Fault, InputError
+    from drivetrain.study.read import load_study
+
+    if path.suffix.lower() != ".json":
+        return load_study(path)
+    data = _result(path)
+    file = path.parent / data["study_file"]
+    if not file.is_file():
+        raise InputError(Fault("study_file", "is not there any more", str(file), file=str(path)))
+    study = load_study(file)
+    if data["digest"] != study.digest:
+        say(f"note: {file} has changed since {path} was written; its drives are taken", errors=True)
+    drives = {name: (one["drive"]["motor"], one["drive"]["gear"]) for name, one in data["joints"].items()}
+    return replace(study, joints=tuple(replace(one, drive=drives.get(one.name, one.drive)) for one in study.joints))
+
+
+def _result(path: Path) -> dict[str, Any]:
+    """The data of a result.json."""
+    from drivetrain.errors import Fault, InputError
+
+    hint = "write one with `drivetrain select STUDY`"
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(Fault("the result", "does not exist", str(path), hint)) from None
+    except (OSError, ValueError) as error:
+        raise InputError(Fault("the result", f"cannot be read: {error}", str(path), hint)) from None
+    try:
+        drives = [one["drive"]["motor"] + one["drive"]["gear"] for one in data["joints"].values()]
+        if all(isinstance(one, str) for one in (data["study_file"], data["digest"], *drives)):
+            return dict(data)
+    except (TypeError, KeyError, AttributeError):
+        pass
+    raise InputError(Fault("the result", "is no result.json with a study_file", str(path), hint))
+
+
+def chosen(study: Study, *, runs: bool = False) -> Evaluation:
+    """The evaluation of the drives that a study gives, or of those selected where it gives none.
+
+    Args:
+        study: Any.
+        runs: Whether they are to be simulated, for which a load table must say what inertia moves.
+
+    Returns:
+        The evaluation.
+
+    Raises:
+        InputError: A joint that nothing may drive, or what cannot be simulated.
+    """
+    from drivetrain.accuracy.study_run import complete, gives_all
+    from drivetrain.sizing.judge.evaluate import evaluate
+    from drivetrain.sizing.search.search import select
+
+    given = gives_all(study) if runs else all(task.drive is not None for task in study.joints)
+    if given:
+        with working("checking the given drives"):
+            return evaluate(study)
+    say("note: the study does not name all drives; they are selected first", errors=True)
+    with working("searching the catalogues for drives") as step:
+        found = select(study, progress=step)
+    evaluation = complete(found)
+    if not found.drives:
+        say("note: no set of drives fits; the closest candidates are taken", errors=True)
+    elif not found.feasible:
+        say("note: the drives are not proven to fit: data are missing", errors=True)
+    return evaluation
+
+
+def write_chosen(selection: Selection, target: Path) -> None:
+    """Write the study with the chosen drives named, or say why not.
+
+    Args:
+        selection: Of a study that has a file.
+        target: The file to write.
+
+    Raises:
+        InputError: A target that is the study itself, or a study that cannot be changed.
+    """
+    from drivetrain.errors import Fault, InputError
+    from drivetrain.study.chosen import with_drives
+    from drivetrain.whole_files import write_files
+
+    study = selection.study
+    if target.exists() and target.samefile(study.path):
+        raise InputError(Fault("--write", "is the study itself", str(target), "name another file"))
+    if not selection.drives:
+        say(f"not written: {target}, as no set of drives fits", errors=True)
+        return
+    drives: dict[str, dict[str, str]] = {}
+    for task in study.joints:
+        joint, named = selection.evaluation.joints[task.name], dict[str, str]()
+        if task.drive is None:
+            named = {"motor": joint.motor.removesuffix(f"+{joint.brake}"), "gear": joint.gear}
+        if task.brakes and joint.brake:
+            named["brake"] = joint.brake
+        if task.amplifiers and joint.amplifier.key:
+            named["amplifier"] = joint.amplifier.key
+        if named:
+            drives[task.name] = named
+    write_files(target.parent, {target.name: with_drives(study.path, target, drives)})
+    say(f"study with its drives: {target}", errors=True)

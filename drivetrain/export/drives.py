@@ -1,0 +1,164 @@
+"""An arm with its drives as other tools take it: links with rotors locked in them, and each drive in a few numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.checks import Faults
+from drivetrain.arm.rotors import RotorLevel
+from drivetrain.arm.with_rotors import at_level
+from drivetrain.arrays import Array
+from drivetrain.drive.amplifier import available_voltage
+from drivetrain.drive.drive import drive_inertia, shaft_friction
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import complete, mesh_of
+from drivetrain.drive.gear_loss import drag_torque
+from drivetrain.drive.motor import copper_coefficient, torque_constant, winding_resistance
+from drivetrain.drive.thermal_network import thermal_network
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.export.urdf_rotors import axis_direction
+from drivetrain.records import as_record
+from drivetrain.sizing.results import Evaluation, JointResult
+from drivetrain.spatial.inertia import RigidBody, combined
+from drivetrain.study.model import JointTask, Study
+from drivetrain.study.mounting import loaded_arm
+
+
+@dataclass(frozen=True, eq=False)
+class DriveData:
+    """One drive in numbers that hold at its shaft: the joint, or where motors are coupled what the gear turns.
+
+    Attributes:
+        joint: Its name.
+        ratio: Rotor angle over that of the shaft [-], or over its travel [rad/m].
+        rotor_inertia: Of rotor and gear input [kg m^2].
+        constant, resistance, inductance: Of the warm motor [N m/A], [ohm], [H]; 0 where nobody knows the last.
+        cold_resistance: At the motor's reference temperature [ohm].
+        volts, current: Largest at the terminals [V], [A]; infinite where nobody states the second.
+        effort, speed: Largest of the shaft: by current, the motor's torque and the gear's repeated peak; by voltage and
+            the largest speeds of motor and gear [N m or N], [rad/s or m/s].
+        continuous: Largest for ever [N m or N]; NaN where nobody knows.
+        coulomb, viscous: Friction of joint and motor, the gear's drag at the mean speed of the cycle among it
+            [N m or N], [N m s/rad or N s/m].
+        thermal: From winding to housing: resistance [K/W], capacity [J/K], coefficient of copper [1/K] at the reference
+            temperature [C] of the resistance, and the housing's temperature [C]; None where nobody knows.
+    """
+
+    joint: str
+    ratio: float
+    rotor_inertia: float
+    constant: float
+    resistance: float
+    cold_resistance: float
+    inductance: float
+    volts: float
+    current: float
+    effort: float
+    speed: float
+    continuous: float
+    coulomb: float
+    viscous: float
+    thermal: tuple[float, float, float, float, float] | None
+
+
+def exported(evaluation: Evaluation, payload: str | None = None) -> tuple[Arm, list[DriveData]]:
+    """The arm with its drives and a payload, rotors at the level ``reflected``, and what is known of the drives.
+
+    Args:
+        evaluation: Of a set of drives.
+        payload: That the tip carries, by its name in the study; None: nothing.
+
+    Raises:
+        InputError: A study without an arm, an unknown payload.
+    """
+    study = evaluation.study
+    if study.arm is None:
+        raise InputError(Fault("arm", "is needed: a load table has nothing to export", hint="give the study an arm"))
+    names = [one.name for one in study.payloads]
+    if payload is not None and payload not in names:
+        raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
+    drives = {name: joint.drive for name, joint in evaluation.joints.items()}
+    arm = loaded_arm(study, drives, -1 if payload is None else names.index(payload))
+    data = [_drive(study, task, evaluation.joints[task.name]) for task in study.joints]
+    return at_level(arm, RotorLevel.REFLECTED), data
+
+
+def locked_bodies(arm: Arm) -> list[RigidBody]:
+    """The links with the rotors that they carry locked in them, base frame, all joints at zero."""
+    parts = [
+        [RigidBody(mass, home[:3, 3], home[:3, :3] @ inertia @ home[:3, :3].T)]
+        for mass, home, inertia in zip(arm.masses, arm.home, arm.inertias, strict=True)
+    ]
+    for rotor in arm.rotors:
+        if rotor is not None and rotor.carrier >= 0:
+            turn = rotor.home[:3, :3]
+            parts[rotor.carrier].append(RigidBody(rotor.mass, rotor.home[:3, 3], turn @ rotor.inertia @ turn.T))
+    return [combined(one) for one in parts]
+
+
+def joint_axes(arm: Arm, format_name: str) -> list[tuple[str, Array]]:
+    """Kind (``revolute`` or ``prismatic``) and direction of every joint, base frame.
+
+    Raises:
+        InputError: Helical joints, of which other formats know nothing.
+    """
+    faults = Faults()
+    for name, screw in zip(arm.joint_names, arm.screws, strict=True):
+        pitch = float(screw[:3] @ screw[3:])
+        if abs(pitch) > 1e-12 * max(1.0, float(np.linalg.norm(screw[3:]))):
+            faults.add(f"joint {name}", f"is helical: {format_name} has no such joint", f"{pitch:.6g} m/rad")
+    faults.raise_any()
+    kinds = ["revolute" if screw[:3].any() else "prismatic" for screw in arm.screws]
+    return [(kind, np.asarray(axis_direction(arm, i))) for i, kind in enumerate(kinds)]
+
+
+def coupling_rows(arm: Arm) -> list[Array | None]:
+    """What each motor's shaft turns for a turn of every joint; None where it is its joint."""
+    if arm.coupling is None:
+        return [None] * arm.n
+    return [None if (row == np.eye(arm.n)[i]).all() else row for i, row in enumerate(arm.coupling)]
+
+
+def _drive(study: Study, task: JointTask, joint: JointResult) -> DriveData:
+    motor, gear, amplifier = joint.drive.motor, complete(joint.drive.gear), joint.amplifier
+    warm = study.ambient if joint.housing_temperature is None else joint.housing_temperature
+    travel, size, mesh = task.travel_per_turn or 1.0, abs(gear.ratio), mesh_of(as_record(gear))
+    constant, resistance = float(torque_constant(motor, warm)), float(winding_resistance(motor, warm))
+    volts = available_voltage(amplifier, study.supply.voltage)
+    current = min((one for one in (amplifier.peak_current, motor.peak_current) if one is not None), default=math.inf)
+    torque = min(constant * current, math.inf if motor.peak_torque is None else motor.peak_torque)
+    peak = gear.repeated_peak_torque or gear.continuous_torque or math.inf
+    fastest = min(volts / constant, motor.max_speed or math.inf, gear.max_input_speed or math.inf)
+    rms = next((one.available for one in joint.checks if one.name == "motor RMS current"), None)
+    turning = size * float(np.abs(joint.series.speed).mean())
+    drag = abs(float(drag_torque(mesh, turning, float(study.drag_temperature(study.ambient)))))
+    shaft, outside = shaft_friction(joint.drive), joint.drive.joint_friction
+    network = thermal_network(motor, study.ambient, housing_to_ambient=task.housing_to_ambient)
+    thermal = None
+    if network is not None and network.winding_capacity is not None and network.resistance_winding_housing > 0.0:
+        thermal = (
+            network.resistance_winding_housing, network.winding_capacity,
+            float(copper_coefficient(motor.reference_temperature)), motor.reference_temperature, warm,
+        )  # fmt: skip
+    return DriveData(
+        task.name, gear.ratio / travel, drive_inertia(joint.drive), constant,
+        resistance, motor.resistance, motor.inductance or 0.0, volts, current,
+        effort=min(torque * size / max(mesh.driving, 1.0), peak) / travel, speed=fastest / size * travel,
+        continuous=math.nan if rms is None else rms * constant * size / travel,
+        coulomb=(_coulomb(outside) + size * (_coulomb(shaft) + drag)) / travel,
+        viscous=(_viscous(outside) + size**2 * _viscous(shaft)) / travel**2, thermal=thermal,
+    )  # fmt: skip
+
+
+def _coulomb(law: Friction) -> float:
+    """Of both directions the mean."""
+    return 0.5 * (law.coulomb + (law.coulomb if law.coulomb_negative is None else law.coulomb_negative))
+
+
+def _viscous(law: Friction) -> float:
+    """The same."""
+    return 0.5 * (law.viscous + (law.viscous if law.viscous_negative is None else law.viscous_negative))

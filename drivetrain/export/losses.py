@@ -1,0 +1,45 @@
+"""What each format cannot say of an arm with its drives: one table, for files, notes and documentation."""
+
+from __future__ import annotations
+
+_REFLECTED = "rotors as bodies: their inertia stands reflected at the joint, gyroscopic couples are left out"
+_MESH = "mesh loss by direction, and the gear's drag over speed and temperature"
+_STATIC = "breakaway and falling friction, frictions that differ by direction"
+_FLEXIBLE = "springs and backlash of the gears"
+_MOTOR = "motors: resistance, inductance, back-emf, temperature, current limits; efforts and speeds alone are left"
+_COUPLED = "coupled motors other than ros_control's differential and four-bar"
+
+LOSSES: dict[str, tuple[str, ...]] = {
+    "mjcf": (
+        _REFLECTED, f"{_MESH}: the drag at the cycle's mean speed stands as Coulomb friction", _STATIC, _FLEXIBLE,
+        "the housing's temperature, which stays as the evaluation found it; the torque constant over temperature",
+        "the amplifier's I2t, the supply's bus, holding brakes", "friction that sticks: MuJoCo's creeps",
+    ),
+    "urdf": (_REFLECTED, _MESH, _STATIC, _FLEXIBLE, _MOTOR, _COUPLED, "gravity"),
+    "drake": (_REFLECTED, _MESH, _STATIC, _FLEXIBLE, _MOTOR, _COUPLED, "gravity"),
+    "sdf": (
+        f"{_REFLECTED}, and only Drake reads it there (drake:rotor_inertia, drake:gear_ratio)", _MESH, _STATIC,
+        _FLEXIBLE, _MOTOR, "coupled motors: each counts at its own joint, which is another arm", "payload changes",
+    ),
+    "ros2": ("everything but limits of position, speed, acceleration and effort, and the names of the interfaces",),
+    "physx": (
+        "the corner where current and voltage limit: two straight lines stand for it", "heat, I2t, the supply's bus",
+        "braking, in which voltage allows more than the lines", _MESH, _STATIC, _FLEXIBLE,
+        "coupled motors: each counts at its own joint",
+    ),
+    "c": ("other payloads and drives than those it was written for", _FLEXIBLE),
+}  # fmt: skip
+"""By the name of the format."""
+
+FORMATS = tuple(LOSSES)
+
+
+def lost(name: str) -> tuple[str, ...]:
+    """What a format loses, a sentence each."""
+    return tuple(f"lost: {one}" for one in LOSSES[name])
+
+
+def losses_table() -> str:
+    """The table of the documentation."""
+    rows = [f"| `{name}` | {'; '.join(what)} |" for name, what in LOSSES.items()]
+    return "\n".join(["| format | what it loses |", "|---|---|", *rows])

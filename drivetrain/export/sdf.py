@@ -1,0 +1,91 @@
+"""SDFormat, as Gazebo and Drake read it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.export.drives import DriveData, exported, joint_axes, locked_bodies
+from drivetrain.export.files import write_text
+from drivetrain.export.losses import lost
+from drivetrain.export.urdf_elements import cleaned, text
+from drivetrain.sizing.results import Evaluation
+from drivetrain.version import __version__
+
+
+def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None = None) -> tuple[str, ...]:
+    """Write an arm with its drives as SDF 1.9, its base fixed to the world.
+
+    Args:
+        evaluation: Of a set of drives.
+        path: Of the file.
+        payload: That the tip carries, by its name in the study; None: nothing.
+
+    Returns:
+        What the format loses; the same sentences stand in a comment of the file.
+
+    Raises:
+        InputError: A study without an arm, helical joints, an unknown payload, or the file cannot be written.
+
+    Reference: SDFormat, http://sdformat.org/spec; the rotor tags are Drake's.
+    """
+    arm, drives = exported(evaluation, payload)
+    notes = lost("sdf")
+    write_text(path, sdf_text(arm, drives, notes=notes))
+    return notes
+
+
+def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()) -> str:
+    """The SDF of an arm and its drives: frames parallel to the base's while all joints are at zero."""
+    axes = joint_axes(arm, "SDF")
+    root = ElementTree.Element("sdf", {"version": "1.9", "xmlns:drake": "http://drake.mit.edu"})
+    for line in (f"written by drivetrain {__version__}", *notes):
+        root.append(ElementTree.Comment(f" {line.replace('--', '- -')} "))
+    model = ElementTree.SubElement(root, "model", name=arm.name)
+    _put(ElementTree.SubElement(model, "link", name="base_link"), "pose", "0 0 0 0 0 0")
+    fixed = ElementTree.SubElement(model, "joint", name="base_fixed", type="fixed")
+    _put(fixed, "parent", "world")
+    _put(fixed, "child", "base_link")
+    before = "base_link"
+    for i, (locked, (kind, axis)) in enumerate(zip(locked_bodies(arm), axes, strict=True)):
+        link = ElementTree.SubElement(model, "link", name=arm.link_names[i])
+        _put(link, "pose", _place(arm.joint_points[i]))
+        inertial = ElementTree.SubElement(link, "inertial")
+        _put(inertial, "pose", _place(locked.com - arm.joint_points[i]))
+        _put(inertial, "mass", text(locked.mass))
+        tensor = ElementTree.SubElement(inertial, "inertia")
+        for a in range(3):
+            for b in range(a, 3):
+                _put(tensor, f"i{'xyz'[a]}{'xyz'[b]}", text(locked.inertia[a, b]))
+        joint = ElementTree.SubElement(model, "joint", name=arm.joint_names[i], type=kind)
+        _put(joint, "parent", before)
+        _put(joint, "child", arm.link_names[i])
+        along = ElementTree.SubElement(joint, "axis")
+        _put(along, "xyz", text(cleaned(axis)))
+        limit = ElementTree.SubElement(along, "limit")
+        drive = drives[i]
+        numbers = {"lower": arm.lower[i], "upper": arm.upper[i], "effort": drive.effort, "velocity": drive.speed}
+        for name, value in numbers.items():
+            if np.isfinite(value):
+                _put(limit, name, text(value))
+        dynamics = ElementTree.SubElement(along, "dynamics")
+        _put(dynamics, "damping", text(drive.viscous))
+        _put(dynamics, "friction", text(drive.coulomb))
+        _put(joint, "drake:rotor_inertia", text(drive.rotor_inertia))
+        _put(joint, "drake:gear_ratio", text(drive.ratio))
+        before = arm.link_names[i]
+    ElementTree.indent(root)
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _put(parent: ElementTree.Element, name: str, content: str) -> None:
+    ElementTree.SubElement(parent, name).text = content
+
+
+def _place(point: Array) -> str:
+    return text([*cleaned(point), 0.0, 0.0, 0.0])

@@ -1,0 +1,174 @@
+"""Motions that other programs wrote, as tables: ROS 2 trajectories (YAML) and MATLAB's .mat files. Both are in SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+from drivetrain.motion.table import LARGEST, Column, Table
+from drivetrain.whole_files import read_text
+
+SERIES = {"q": "positions", "qd": "velocities", "qdd": "accelerations"}
+WRAPPERS = ("trajectory", "joint_trajectory", "goal")
+IN_MATLAB = {
+    "time": ("t", "time", "tout"),
+    "q": ("q", "pos", "position", "positions"),
+    "qd": ("qd", "dq", "vel", "velocity", "velocities"),
+    "qdd": ("qdd", "ddq", "acc", "acceleration", "accelerations"),
+}
+SHOWN = 5  # faults of one kind
+
+
+def foreign_table(path: str | Path, joint_names: Sequence[str], units: Sequence[str] | None = None) -> Table | None:
+    """The table in a ROS 2 trajectory (.yaml, .yml) or a .mat file; None for other endings.
+
+    Args:
+        path: Of the file. A trajectory is a ``trajectory_msgs/JointTrajectory`` as ``ros2 topic echo`` or an action's
+            goal writes it; a .mat file holds ``t`` (N,), ``q`` (N, n) and where known ``qd``, ``qdd``.
+        joint_names: Of the arm, (n,); the columns of a .mat file are theirs in this order.
+        units: ``rad`` or ``m`` for each joint; None: rad.
+
+    Raises:
+        InputError: The file cannot be read, holds no trajectory, or points that lack numbers: all of them.
+    """
+    reader = READERS.get(Path(path).suffix.lower())
+    if reader is None:
+        return None
+    joints, time, series = reader(Path(path), joint_names)
+    kinds = dict(zip(joint_names, units or ["rad"] * len(joint_names), strict=True))
+    columns = [Column("time [s]", "time", "s", time)]
+    for name, values in series.items():
+        for joint, row in zip(joints, values.T, strict=True):
+            unit = kinds.get(joint, "rad") + {"q": "", "qd": "/s", "qdd": "/s^2"}[name]
+            columns.append(Column(f"{name}_{joint} [{unit}]", f"{name}_{joint}", unit, np.ascontiguousarray(row)))
+    return Table(str(path), tuple(columns), tuple(range(1, len(time) + 1)), ())
+
+
+Read = tuple[Sequence[str], Array, dict[str, Array]]
+
+
+def _trajectory(path: Path, joint_names: Sequence[str]) -> Read:
+    """Of the first trajectory in the file."""
+    loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    try:
+        message = next((one for one in map(_unwrapped, yaml.load_all(read_text(path), loader)) if one), None)
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        raise InputError(Fault("file", f"cannot be read: {str(error).splitlines()[0]}", file=str(path))) from None
+    if message is None:
+        hint = "as `ros2 topic echo` writes it"
+        raise InputError(Fault("file", "holds no JointTrajectory: joint_names and points", None, hint, str(path)))
+    joints, points = message["joint_names"], message["points"]
+    faults = [Fault("joint_names", "must be names, each once", None, "", str(path))]
+    if isinstance(joints, list) and all(isinstance(one, str) for one in joints) and len({*joints}) == len(joints) > 0:
+        faults = []
+    if not isinstance(points, list) or len(points) < 2:
+        faults.append(Fault("points", "must be a list of two or more", None, "", str(path)))
+    if faults:
+        raise InputError(faults)
+    time = np.array([_since(point, k, faults, str(path)) for k, point in enumerate(points)])
+    given = {
+        name: word for name, word in SERIES.items() if any(isinstance(p, dict) and p.get(word) for p in points)
+    } | {"q": SERIES["q"]}  # fmt: skip
+    series = {
+        name: np.array([_row(point, word, k, len(joints), faults, str(path)) for k, point in enumerate(points)])
+        for name, word in given.items()
+    }
+    _tell(faults)
+    return joints, time, series
+
+
+def _unwrapped(document: Any) -> Any:
+    """The message in a document; None where there is none."""
+    for _ in range(len(WRAPPERS) + 1):
+        if not isinstance(document, dict):
+            return None
+        if "joint_names" in document and "points" in document:
+            return document
+        document = next((document[name] for name in WRAPPERS if name in document), None)
+    return None
+
+
+def _since(point: Any, k: int, faults: list[Fault], file: str) -> float:
+    """Time of a point [s]; of ROS 2 (sec, nanosec) or ROS 1 (secs, nsecs)."""
+    since = point.get("time_from_start") if isinstance(point, dict) else None
+    if isinstance(since, dict):
+        parts: list[Any] = [since.get(two, since.get(one, 0)) for two, one in (("sec", "secs"), ("nanosec", "nsecs"))]
+        if all(isinstance(one, int | float) and abs(one) < LARGEST for one in parts):
+            return float(parts[0]) + 1e-9 * float(parts[1])
+    faults.append(Fault(f"points[{k}].time_from_start", "must be {sec: ..., nanosec: ...}", None, "", file))
+    return math.nan
+
+
+def _row(point: Any, word: str, k: int, n: int, faults: list[Fault], file: str) -> Array:
+    row = point.get(word) if isinstance(point, dict) else None
+    if isinstance(row, list) and len(row) == n:
+        try:
+            found = np.array([float(one) for one in row])
+            if (np.abs(found) < LARGEST).all():
+                return found
+        except (TypeError, ValueError, OverflowError):
+            pass
+    faults.append(Fault(f"points[{k}].{word}", f"must be {n} finite numbers, one a joint", None, "", file))
+    return np.full(n, math.nan)
+
+
+def _tell(faults: list[Fault]) -> None:
+    if len(faults) > SHOWN:
+        faults[SHOWN:] = [Fault("points", f"{len(faults) - SHOWN} more like this", None, "", faults[0].file)]
+    if faults:
+        raise InputError(faults)
+
+
+def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
+    """Of a .mat file up to version 7."""
+    from scipy.io import loadmat
+
+    try:
+        held = loadmat(path, variable_names=[name for names in IN_MATLAB.values() for name in names])
+    except NotImplementedError:
+        hint = "save(file, 't', 'q', '-v7')"
+        raise InputError(Fault("file", "is of MATLAB 7.3, which is not read", None, hint, str(path))) from None
+    except OSError as error:
+        raise InputError(Fault("file", f"cannot be read: {error.strerror or error}", file=str(path))) from None
+    except Exception as error:  # what the reader of a damaged file raises is of many kinds
+        raise InputError(Fault("file", f"is no .mat file that can be read: {error}", file=str(path))) from None
+    found = {what: next((held[one] for one in names if one in held), None) for what, names in IN_MATLAB.items()}
+    faults = [
+        Fault(f"variable {what}", "is missing", None, f"one of {', '.join(IN_MATLAB[what])}", str(path))
+        for what in ("time", "q")
+        if found[what] is None
+    ]
+    n, series = len(joint_names), dict[str, Array]()
+    _tell(faults)
+    time = _real(found["time"], "time", faults, str(path)).ravel()
+    for name in (name for name in SERIES if found[name] is not None):
+        rows = _real(found[name], name, faults, str(path))
+        rows = rows.T if rows.shape == (n, len(time)) and rows.shape != (len(time), n) else rows
+        if rows.shape != (len(time), n):
+            problem = f"must be ({len(time)}, {n}): a row a time, a column a joint of the arm"
+            faults.append(Fault(f"variable {name}", problem, f"shape {rows.shape}", "", str(path)))
+        series[name] = rows
+    if len(time) < 2:
+        faults.append(Fault("variable time", "must hold two or more", len(time), "", str(path)))
+    _tell(faults)
+    return joint_names, time, series
+
+
+def _real(values: Any, name: str, faults: list[Fault], file: str) -> Array:
+    array = np.asarray(values)
+    if array.dtype.kind in "iufb" and np.isfinite(array).all() and (np.abs(array) < LARGEST).all():
+        return array.astype(np.float64)
+    faults.append(Fault(f"variable {name}", "must be finite real numbers", None, "", file))
+    return np.zeros(array.shape)
+
+
+READERS: dict[str, Callable[[Path, Sequence[str]], Read]] = {
+    ".yaml": _trajectory, ".yml": _trajectory, ".mat": _matlab,
+}  # fmt: skip

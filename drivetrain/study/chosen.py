@@ -1,0 +1,120 @@
+"""A study's file with its drives named: the user's own text and comments, and what was chosen beside them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import yaml
+
+from drivetrain.arm.load import SUFFIXES
+from drivetrain.errors import Fault, InputError
+from drivetrain.study.document import compose_document, read_document
+from drivetrain.study.sheets import SHIPPED_CATALOG
+
+Edit = tuple[int, int, str]  # from, to, and what stands there instead
+
+
+def with_drives(path: str | Path, target: Path, drives: Mapping[str, Mapping[str, str]]) -> str:
+    """The text of a study with drives named; names of other files start from the folder of the target.
+
+    Args:
+        path: The study's file.
+        target: Where the text will stand.
+        drives: By joint what is named there: ``motor`` and ``gear`` ("": none), ``brake``, ``amplifier``.
+
+    Raises:
+        InputError: No study; joints that are written with anchors.
+    """
+    document = read_document(path)
+    text, root = compose_document(document)
+    edits = [*_paths(root, document.folder, target.parent), *_joints(root, drives, str(path))]
+    for start, end, new in sorted(edits, reverse=True):
+        text = text[:start] + new + text[end:]
+    return f"# Drives named by drivetrain select; all else as in {Path(path).name}.\n{text}"
+
+
+def _paths(root: yaml.MappingNode, old: Path, new: Path) -> Iterator[Edit]:
+    """Names of files, started from another folder."""
+    if old.resolve() == new.resolve():
+        return
+    for node in _file_nodes(_entries(root)):
+        name = node.value
+        if not Path(name).is_absolute():
+            moved = Path(os.path.relpath(old / name, new)).as_posix()
+            yield node.start_mark.index, node.end_mark.index, _scalar(moved)
+
+
+def _file_nodes(study: dict[str, yaml.Node]) -> Iterator[yaml.Node]:
+    arm = study.get("arm")
+    inner = _entries(arm)
+    if isinstance(arm, yaml.ScalarNode):
+        inner = {"source": arm}
+    yield from (inner[name] for name in ("source", "dh") if name in inner and _is_file(name, inner[name]))
+    for motion in _entries(study.get("motions")).values():
+        yield from (node for name, node in _entries(motion).items() if name in ("file", "table"))
+    catalogs = study.get("catalogs")
+    listed = catalogs.value if isinstance(catalogs, yaml.SequenceNode) else [catalogs] if catalogs else []
+    yield from (node for node in listed if node.value != SHIPPED_CATALOG)
+
+
+def _is_file(name: str, node: yaml.Node) -> bool:
+    return name == "dh" or Path(node.value).suffix.lower() in SUFFIXES
+
+
+def _joints(root: yaml.MappingNode, drives: Mapping[str, Mapping[str, str]], file: str) -> Iterator[Edit]:
+    """What is chosen, written at the beginning of each joint's entry; entries that are there are replaced."""
+    joints = next(value for key, value in root.value if key.value == "joints")
+    own, fresh = _entries(joints), []
+    if any(value.start_mark.index < key.start_mark.index for key, value in joints.value):
+        hint = "write each joint's entry out"
+        raise InputError(
+            Fault("joints", "is written with anchors, which cannot be changed one by one", hint=hint, file=file)
+        )
+    for name, keys in drives.items():
+        named = {part: _scalar(key) for part, key in keys.items() if part not in ("motor", "gear")}
+        if "motor" in keys:
+            named["drive"] = f"{{motor: {_scalar(keys['motor'])}, gear: {_scalar(keys['gear'] or 'none')}}}"
+        node, whole = own.get(name), f"{{{', '.join(f'{part}: {value}' for part, value in named.items())}}}"
+        if node is None:
+            fresh.append(f"{_scalar(name)}: {whole}")
+            continue
+        if not isinstance(node, yaml.MappingNode):  # a name with nothing behind it
+            yield node.start_mark.index, node.end_mark.index, f" {whole}"
+            continue
+        there = _entries(node)
+        for part in [part for part in named if part in there]:
+            yield there[part].start_mark.index, _end(there[part]), named.pop(part)
+        yield from _inserted(node, [f"{part}: {value}" for part, value in named.items()])
+    yield from _inserted(joints, fresh)
+
+
+def _inserted(mapping: yaml.MappingNode, entries: list[str]) -> Iterator[Edit]:
+    """Entries before the first one of a mapping, in its own style."""
+    if not entries:
+        return
+    if mapping.flow_style or not mapping.value:
+        start = mapping.start_mark.index + 1
+        yield start, start, ", ".join(entries) + (", " if mapping.value else "")
+        return
+    first = mapping.value[0][0].start_mark
+    yield first.index, first.index, "".join(f"{entry}\n{' ' * first.column}" for entry in entries)
+
+
+def _end(node: yaml.Node) -> int:
+    """Where a value ends, without the blanks and comments after it."""
+    if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
+        last = node.value[-1]
+        return _end(last[1] if isinstance(last, tuple) else last)
+    return int(node.end_mark.index)
+
+
+def _entries(node: yaml.Node | None) -> dict[str, yaml.Node]:
+    """The values of a mapping by name; none of anything else."""
+    return {key.value: value for key, value in node.value} if isinstance(node, yaml.MappingNode) else {}
+
+
+def _scalar(text: str) -> str:
+    """A text as YAML writes it inside a list."""
+    return yaml.safe_dump([text], default_flow_style=True, width=10_000, allow_unicode=True).strip()[1:-1]

@@ -1,0 +1,128 @@
+"""Trajectories of ROS 2 and .mat files, against the same motion as CSV."""
+
+from __future__ import annotations
+
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from scipy.io import savemat
+
+from drivetrain.errors import InputError
+from drivetrain.motion.read import read_motion
+
+JOINTS = ("pan", "lift")
+TIME = np.linspace(0.0, 2.0, 81)
+Q = np.stack([np.sin(1.5 * TIME), 0.5 * np.cos(2.0 * TIME)], axis=1)
+QD = np.stack([1.5 * np.cos(1.5 * TIME), -np.sin(2.0 * TIME)], axis=1)
+
+
+def as_csv(velocities: bool) -> StringIO:
+    rows = np.column_stack([TIME, Q, QD] if velocities else [TIME, Q])
+    head = "time [s],q_pan [rad],q_lift [rad]" + (",qd_pan [rad/s],qd_lift [rad/s]" if velocities else "")
+    return StringIO("\n".join([head, *(",".join(repr(float(x)) for x in row) for row in rows)]))
+
+
+def message(velocities: bool = True, order: tuple[int, ...] = (0, 1)) -> dict:
+    points = [
+        {"positions": Q[k, order].tolist(), "time_from_start": {"sec": int(t), "nanosec": round((t - int(t)) * 1e9)}}
+        for k, t in enumerate(TIME)
+    ]
+    for k, point in enumerate(points):
+        point["velocities"] = QD[k, order].tolist() if velocities else []
+        point["accelerations"], point["effort"] = [], []
+    return {"header": {"frame_id": ""}, "joint_names": [JOINTS[i] for i in order], "points": points}
+
+
+@pytest.mark.parametrize("velocities", [True, False])
+@pytest.mark.parametrize("wrapped", ["topic", "goal", "second"])
+def test_trajectories_of_ros(tmp_path: Path, velocities: bool, wrapped: str) -> None:
+    """Joints in another order, in a goal, behind another document."""
+    path, told = tmp_path / "move.yaml", message(velocities, (1, 0))
+    texts = {
+        "topic": yaml.safe_dump(told) + "---\n",
+        "goal": yaml.safe_dump({"goal": {"trajectory": told}}),
+        "second": "note: none\n---\n" + yaml.safe_dump(told),
+    }
+    path.write_text(texts[wrapped])
+    found, same = read_motion(path, JOINTS), read_motion(as_csv(velocities), JOINTS)
+    for name in ("position", "velocity", "acceleration"):
+        np.testing.assert_allclose(getattr(found, name), getattr(same, name), atol=1e-6)
+    np.testing.assert_allclose(found.time, TIME, atol=1e-9)
+
+
+@pytest.mark.parametrize("turned", [True, False])
+@pytest.mark.parametrize("names", [("t", "q", "qd"), ("time", "position", "velocity")])
+def test_mat_files(tmp_path: Path, turned: bool, names: tuple[str, str, str]) -> None:
+    path = tmp_path / "move.mat"
+    values = (TIME, Q.T if turned else Q, QD.T if turned else QD)
+    savemat(path, dict(zip(names, values, strict=True)))
+    found, same = read_motion(path, JOINTS), read_motion(as_csv(True), JOINTS)
+    for name in ("time", "position", "velocity", "acceleration"):
+        np.testing.assert_allclose(getattr(found, name), getattr(same, name), atol=1e-12)
+
+
+def test_a_slide_is_in_metres(tmp_path: Path) -> None:
+    path = tmp_path / "move.yaml"
+    path.write_text(yaml.safe_dump(message()))
+    assert read_motion(path, JOINTS, position_units=["rad", "m"]).position[5, 1] == pytest.approx(Q[5, 1])
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda m: m.pop("points"), "JointTrajectory"),
+        (lambda m: m.update(points=m["points"][:1]), "two or more"),
+        (lambda m: m.update(joint_names=["pan", "pan"]), "each once"),
+        (lambda m: m["points"][3].update(positions=[1.0]), r"points\[3\].positions"),
+        (lambda m: m["points"][3].update(positions=[1.0, "x"]), r"points\[3\].positions"),
+        (lambda m: m["points"][3].update(positions=[1.0, float("inf")]), r"points\[3\].positions"),
+        (lambda m: m["points"][4].pop("time_from_start"), r"points\[4\].time_from_start"),
+        (lambda m: m.update(joint_names=["pan", "lfit"]), "lift"),
+        (lambda m: m["points"][7].update(velocities=[]), r"points\[7\].velocities"),
+    ],
+)
+def test_trajectories_that_are_none(tmp_path: Path, change, told: str) -> None:
+    path, spoiled = tmp_path / "move.yaml", message()
+    change(spoiled)
+    path.write_text(yaml.safe_dump(spoiled))
+    with pytest.raises(InputError, match=told):
+        read_motion(path, JOINTS)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a: [", "- 1\n- 2", "joint_names: &a [*a]\npoints: []", "!!python/name:os.system x"]
+)
+def test_yaml_that_holds_none(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "move.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError):
+        read_motion(path, JOINTS)
+
+
+@pytest.mark.parametrize(
+    ("held", "told"),
+    [
+        ({"q": Q}, "time"),
+        ({"t": TIME}, "variable q"),
+        ({"t": TIME, "q": Q[:5]}, "shape"),
+        ({"t": TIME, "q": Q * np.nan}, "finite"),
+        ({"t": TIME, "q": np.array(["a", "b"])}, "finite"),
+        ({"t": [0.0], "q": Q[:1]}, "two"),
+    ],
+)
+def test_mat_files_that_are_none(tmp_path: Path, held: dict, told: str) -> None:
+    savemat(tmp_path / "move.mat", held)
+    with pytest.raises(InputError, match=told):
+        read_motion(tmp_path / "move.mat", JOINTS)
+
+
+def test_files_that_are_no_mat_files(tmp_path: Path) -> None:
+    for content in (b"", b"MATLAB 5.0", b"\x89HDF\r\n\x1a\n" + b"\0" * 600, bytes(range(256)) * 4):
+        (tmp_path / "move.mat").write_bytes(content)
+        with pytest.raises(InputError):
+            read_motion(tmp_path / "move.mat", JOINTS)
+    with pytest.raises(InputError, match="cannot be read"):
+        read_motion(tmp_path / "missing.mat", JOINTS)

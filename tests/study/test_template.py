@@ -1,0 +1,110 @@
+"""What `drivetrain init` writes runs as it is and ends in a verdict, for arms of every kind."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.sizing.search.search import select
+from drivetrain.study.read import load_study
+from drivetrain.study.template import study_template
+
+
+def link(name: str, mass: float, com: str = "0 0 0.1") -> str:
+    inertia = 'ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"'.format(0.01 * mass)
+    body = f'<inertial><origin xyz="{com}"/><mass value="{mass}"/><inertia {inertia}/></inertial>' if mass else ""
+    return f'<link name="{name}">{body}</link>'
+
+
+def joint(name: str, kind: str, links: str, at: str, axis: str = "0 0 1", limit: str = "", more: str = "") -> str:
+    parent, child = links.split()
+    low, high, speed = (limit or "0 0 0").split()
+    bounds = f'<limit lower="{low}" upper="{high}" velocity="{speed}" effort="9"/>' if limit else ""
+    ends = f'<parent link="{parent}"/><child link="{child}"/><origin xyz="{at}"/><axis xyz="{axis}"/>'
+    return f'<joint name="{name}" type="{kind}">{ends}{bounds}{more}</joint>'
+
+
+UPPER_AND_FORE = [
+    link("base", 1), link("upper", 3), link("fore", 2),
+    joint("shoulder", "revolute", "base upper", "0 0 0.1", "0 1 0", "-1.5 1.5 2"),
+    joint("elbow", "revolute", "upper fore", "0 0 0.4", "0 1 0", "0.5 0.7 0.3"),
+]  # fmt: skip
+ARMS = {
+    "slide": [link("base", 1), link("a", 4), joint("lift", "prismatic", "base a", "0 0 0", limit="0 0.5 0.1")],
+    "scara": [
+        link("base", 1), link("a", 5, "0.15 0 0"), link("b", 3, "0.12 0 0"), link("quill", 1), link("flange", 0.3),
+        joint("j1", "revolute", "base a", "0 0 0.3", limit="-2.3 2.3 4"),
+        joint("j2", "revolute", "a b", "0.325 0 0", limit="-2.5 2.5 6"),
+        joint("j3", "prismatic", "b quill", "0.275 0 0", "0 0 -1", "-0.15 0 1"),
+        joint("j4", "continuous", "quill flange", "0 0 0"),
+    ],
+    "gantry": [
+        link("base", 1), link("x", 30), link("y", 15), link("z", 5),
+        joint("x axis", "prismatic", "base x", "0 0 1", "1 0 0", "0 2 1"),
+        joint("y: axis", "prismatic", "x y", "0 0 0", "0 1 0", "-0.5 0.5 1"),
+        joint("z", "prismatic", "y z", "0 0 0", limit="-0.4 0 0.5"),
+    ],
+    "gripper": [
+        *UPPER_AND_FORE, link("hand", 0.5), link("left", 0.05), link("right", 0.05), link("camera", 0.1),
+        joint("wrist", "fixed", "fore hand", "0 0 0.4"),
+        joint("l", "prismatic", "hand left", "0 0.02 0", "0 1 0", "0 0.04 0.1"),
+        joint("r", "prismatic", "hand right", "0 -0.02 0", "0 -1 0", "0 0.04 0.1", '<mimic joint="l"/>'),
+        joint("c", "fixed", "upper camera", "0.05 0 0"),
+    ],
+    "fixed branches": [
+        *UPPER_AND_FORE, link("camera", 0.2), link("tool0", 0), link("flange", 0),
+        joint("c", "fixed", "upper camera", "0.05 0 0"), joint("t", "fixed", "fore tool0", "0 0 0.4"),
+        joint("f", "fixed", "fore flange", "0 0 0.4"),
+    ],
+    "mimic": [
+        *UPPER_AND_FORE, link("c", 1),
+        joint("wrist", "continuous", "fore c", "0 0 0.4", "0 1 0", more='<mimic joint="elbow" multiplier="-1"/>'),
+    ],
+    "massless": [
+        link("base", 0), link("a", 0), link("b", 0), joint("j1", "revolute", "base a", "0 0 0.1", limit="-1 1 0"),
+        joint("j2", "continuous", "a b", "0 0 0.4", "0 1 0"),
+    ],
+}  # fmt: skip
+
+
+def written(folder: Path, kind: str) -> Path:
+    """A study for one of the arms, in a folder beside that of its file."""
+    file, study = folder / "files" / f"{kind}.urdf", folder / "studies" / "study.yaml"
+    for one in (file, study):
+        one.parent.mkdir()
+    file.write_text(f'<robot name="{kind}">{"".join(ARMS[kind])}</robot>', encoding="utf-8")
+    study.write_text(study_template(str(file), study.parent), encoding="utf-8")
+    return study
+
+
+@pytest.mark.parametrize("kind", ARMS)
+def test_every_arm_gets_a_study_that_ends_in_a_verdict(tmp_path: Path, kind: str) -> None:
+    study = load_study(written(tmp_path, kind))
+    assert study.arm is not None
+    found = select(study)
+    assert found.feasible and found.proof == "optimal", found.advice
+    position, speed = study.cycle.position, np.abs(study.cycle.velocity).max(axis=0)
+    assert np.ptp(position, axis=0).min() > 0.0
+    assert (position >= study.arm.lower - 1e-9).all() and (position <= study.arm.upper + 1e-9).all()
+    known = np.isfinite(study.arm.speed_limits) & (study.arm.speed_limits > 0.0)
+    assert (speed[known] <= study.arm.speed_limits[known] * (1.0 + 1e-3)).all()  # written with four digits
+
+
+def test_a_hand_is_the_tip_and_not_one_of_its_fingers(tmp_path: Path) -> None:
+    text = written(tmp_path, "gripper").read_text(encoding="utf-8")
+    assert "\ntip: hand " in text and "joints:\n  default:" in text
+
+
+def test_a_slide_has_a_screw_and_no_gear(tmp_path: Path) -> None:
+    (task,) = load_study(written(tmp_path, "slide")).joints
+    assert task.travel_per_turn == pytest.approx(0.01 / math.tau) and {gear for _, gear in task.pairs} == {""}
+
+
+def test_a_file_is_named_from_the_folder_of_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(tmp_path, "slide")
+    monkeypatch.chdir(tmp_path)
+    assert "\narm: ../files/slide.urdf\n" in study_template("files/slide.urdf", Path("studies"))
+    assert "\narm: files/slide.urdf\n" in study_template("files/slide.urdf")
