@@ -8,7 +8,7 @@ LOWEST := .venv-lowest
 LOWEST_TESTS := tests/test_jit.py tests/test_units.py tests/catalog tests/study tests/drive tests/dynamics/test_newton_euler.py \
 	tests/sizing/test_evaluate.py tests/sizing/test_search.py
 
-.PHONY: demo test lowest check bench gallery docs clean
+.PHONY: demo test lowest check bench page-check gallery docs clean
 
 demo: $(VENV)/.installed
 	$(BIN)/drivetrain demo
@@ -29,6 +29,9 @@ bench: $(VENV)/.test-installed
 	$(BIN)/python benchmarks/selection.py
 	$(BIN)/python benchmarks/simulation.py
 	$(BIN)/python benchmarks/mujoco_motor.py
+
+page-check: # the reports of the gallery in a real browser; needs selenium, Chromium and its driver
+	$(BIN)/python tests/browser/check_pages.py reports/*/report.html
 
 gallery: $(VENV)/.installed
 	$(BIN)/python examples/gallery.py

@@ -137,8 +137,14 @@ if TYPE_CHECKING:
     from drivetrain.export.mjcf import write_mjcf as write_mjcf
     from drivetrain.export.sdf import write_sdf as write_sdf
     from drivetrain.export.urdf import write_urdf as write_urdf
+    from drivetrain.identification.exciting import exciting_motion as exciting_motion
+    from drivetrain.identification.identify import Identification as Identification
+    from drivetrain.identification.identify import identify as identify
+    from drivetrain.identification.outputs import write_identification as write_identification
     from drivetrain.motion.mix import build_mix as build_mix
     from drivetrain.motion.motion import Motion as Motion
+    from drivetrain.motion.recording import MeasuredMotion as MeasuredMotion
+    from drivetrain.motion.recording import read_recording as read_recording
     from drivetrain.report.outputs import write_outputs as write_outputs
     from drivetrain.report.page import html_report as html_report
     from drivetrain.simulation.adaptive_step import AdaptiveStep as AdaptiveStep
@@ -160,6 +166,8 @@ if TYPE_CHECKING:
     from drivetrain.simulation.study_scene import with_feed_forward as with_feed_forward
     from drivetrain.sizing.answers.curve import OptimumCurve as OptimumCurve
     from drivetrain.sizing.answers.curve import optimum_curve as optimum_curve
+    from drivetrain.sizing.answers.fastest import Fastest as Fastest
+    from drivetrain.sizing.answers.fastest import fastest as fastest
     from drivetrain.sizing.answers.free_ratio import FreeRatios as FreeRatios
     from drivetrain.sizing.answers.free_ratio import free_ratios as free_ratios
     from drivetrain.sizing.answers.ratio import ratio_studies as ratio_studies
@@ -331,6 +339,12 @@ _HOME = {
     "write_mjcf": "export.mjcf",
     "write_sdf": "export.sdf",
     "write_urdf": "export.urdf",
+    "exciting_motion": "identification.exciting",
+    "Identification": "identification.identify",
+    "identify": "identification.identify",
+    "write_identification": "identification.outputs",
+    "MeasuredMotion": "motion.recording",
+    "read_recording": "motion.recording",
     "build_mix": "motion.mix",
     "Motion": "motion.motion",
     "write_outputs": "report.outputs",
@@ -359,6 +373,8 @@ _HOME = {
     "vibration": "sizing.deflection",
     "evaluate": "sizing.judge.evaluate",
     "evaluate_drives": "sizing.judge.evaluate",
+    "fastest": "sizing.answers.fastest",
+    "Fastest": "sizing.answers.fastest",
     "free_ratios": "sizing.answers.free_ratio",
     "FreeRatios": "sizing.answers.free_ratio",
     "Front": "sizing.search.front",

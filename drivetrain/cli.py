@@ -12,7 +12,19 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands import accuracy, answers, arm, catalog, currents, export, sizing, sweep, warm
+from drivetrain.commands import (
+    accuracy,
+    answers,
+    arm,
+    catalog,
+    currents,
+    export,
+    fastest,
+    identify,
+    sizing,
+    sweep,
+    warm,
+)
 from drivetrain.commands.shared import DEBUG, FITS, failure
 from drivetrain.version import __version__
 
@@ -28,9 +40,11 @@ app.add_typer(sizing.app)
 app.add_typer(currents.app)
 app.add_typer(export.app)
 app.add_typer(answers.app)
+app.add_typer(fastest.app)
 app.add_typer(sweep.app)
 app.add_typer(arm.app)
 app.add_typer(accuracy.app)
+app.add_typer(identify.app)
 app.add_typer(warm.app)
 app.add_typer(catalog.app, name="catalog")
 

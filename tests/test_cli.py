@@ -206,7 +206,7 @@ def test_currents_in_an_amplifiers_numbers(run: Run, write: Write, tmp_path: Pat
     for wrong, told in (
         (("--full-scale", "6 A"), "needs --scale"),
         (("--rate", "3 s"), "Hz"),
-        (("--scale", "cia402"), "must be chosen"),
+        (("--scale", "cia402", "--basis", "dc"), "rms, peak, torque"),
         (("--scale", "counts", "--full-scale", "gate=6 A"), "gate"),
         (("--scale", "counts", "--full-scale", "6 V"), "A"),
         (("--scale", "counts", "--full-scale", "1 mA"), "32767"),

@@ -35,7 +35,7 @@ EXPLICIT: tuple[tuple[str, float, Engine], ...] = (
 )
 """What others use, at settings at which it may run; where it cannot, the reason is told."""
 LONGEST = 20.0  # s of wall time that one run may take
-LONG = 1.0  # s of wall time after which a run is not repeated
+LONG = 1.0  # s of processor time after which a run is not repeated
 
 Progress = Callable[[int, int, str], None]
 
@@ -59,19 +59,19 @@ def ran(ready: Plan, engine: Engine) -> Recording:
 
 
 def seconds(plans: Sequence[tuple[Plan, Engine]], rounds: int = 3, longest: float = math.inf) -> list[float]:
-    """Median wall time of runs [s], measured in turns so that what else the machine does falls on all of them.
+    """Median processor time of runs [s], in turns; wall time would count what else the machine does.
 
     Args:
-        longest: Wall time of all runs after which no round begins [s].
+        longest: Processor time of all runs after which no round begins [s].
     """
     found: list[list[float]] = [[] for _ in plans]
     for done in range(rounds):
         if done and sum(map(sum, found)) >= longest:
             break
         for own, (ready, engine) in zip(found, plans, strict=True):
-            begin = clock.perf_counter()
+            begin = clock.process_time()
             simulate(ready, solver=engine, interval=ready.scene.duration)  # two rows: recording costs nothing
-            own.append(clock.perf_counter() - begin)
+            own.append(clock.process_time() - begin)
     return [statistics.median(own) for own in found]
 
 
@@ -125,7 +125,7 @@ def solver_cost(
     rounds: int = 3,
     progress: Progress | None = None,
 ) -> SolverCosts:
-    """Error in the decision quantities against wall time and against evaluations.
+    """Error in the decision quantities against processor time and against evaluations.
 
     Args:
         steps: Of the fixed engine [s].

@@ -36,7 +36,7 @@ from drivetrain.effects.sampled_cascade import SampledCascade
 from drivetrain.effects.viscous_friction import ViscousFriction
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Change, Choice
-from drivetrain.simulation.inverse import Demand, demanded
+from drivetrain.simulation.inverse_demand import Demand, demanded
 from drivetrain.simulation.plan import Plan, plan
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import command_times

@@ -28,7 +28,7 @@ from drivetrain.effects.winding import Winding
 from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
-from drivetrain.simulation.inverse import demanded
+from drivetrain.simulation.inverse_demand import demanded
 from drivetrain.simulation.mechanics import coupling_of, ratios_of
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene

@@ -54,6 +54,7 @@ def simulate(
     resume: Recording | None = None,
     progress: Progress | None = None,
     verify: bool = False,
+    start: str | Mapping[str, float] = run.EQUILIBRIUM,
 ) -> Recording:
     """What happens when a scene, or the drives of a study, run.
 
@@ -69,6 +70,8 @@ def simulate(
         progress: Told the share done after every few thousand steps; False from it stops the run.
         verify: Run once more at half the step or a tenth of the tolerance: ``verified`` of the recording holds both
             values of all that it decides, and an event tells what changes by more than 1 %.
+        start: ``equilibrium``: springs, currents, integrators and loops hold the load, so that nothing moves that is
+            not commanded to; ``about["start"]`` tells how. Or states that are given instead, by name [their own units].
 
     Returns:
         ``<joint>.position`` and all other states and signals, energies of all powers, ``stored_energy`` and
@@ -92,14 +95,15 @@ def simulate(
         engine = engine_of(wishes) if solver is None else run.engine_of(solver)
     whole_run(verify, resume)
     recording = run.simulate(
-        ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress
+        ready, solver=engine, duration=duration, interval=usual, resume=resume, progress=progress,
+        start=start,
     )  # fmt: skip
     if not verify:
         return recording
     same = ready.scene if isinstance(ready, Plan) else ready
     if duration is not None:
         same = replace(same, duration=float(duration))
-    return verified(recording, same, engine, basis or basis_of(same), interval=usual, progress=progress)
+    return verified(recording, same, engine, basis or basis_of(same), interval=usual, progress=progress, start=start)
 
 
 def study_scene(

@@ -13,7 +13,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.cost_results import Decision
 from drivetrain.simulation.engine import Engine, Progress
 from drivetrain.simulation.recording import Event, Recording
-from drivetrain.simulation.run import simulate
+from drivetrain.simulation.run import EQUILIBRIUM, simulate
 from drivetrain.simulation.scene import Scene
 
 ALLOWED = 0.01  # of a quantity, that a finer run may change
@@ -29,19 +29,21 @@ def verified(
     *,
     interval: float,
     progress: Progress | None = None,
+    start: str | Mapping[str, float] = EQUILIBRIUM,
 ) -> Recording:
     """The recording with ``verified``: every quantity that it decides, as it is and as a finer run has it.
 
     Args:
         scene: As it was run, with its duration.
         interval: Between two recorded instants, as it was [s].
+        start: As it was.
 
     Raises:
         InputError: An engine that knows nothing finer.
     """
     if recording.stopped_by is not None:
         return recording
-    finer = simulate(scene, solver=engine.finer(), interval=interval, progress=progress)
+    finer = simulate(scene, solver=engine.finer(), interval=interval, progress=progress, start=start)
     if finer.stopped_by is not None:
         detail = f"a run with {finer.about['solver']} stops at {finer.stopped_by.time:.6g} s: {finer.stopped_by.detail}"
         return replace(recording, events=(*recording.events, Event(float(recording.time[-1]), "verify", detail)))

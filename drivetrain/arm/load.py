@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,14 +13,18 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_arm, builtin_names
 from drivetrain.arm.coupling import placed, with_coupling
+from drivetrain.arm.mjcf import read_mjcf
 from drivetrain.arm.rotors import Rotor
+from drivetrain.arm.sdf import read_sdf
 from drivetrain.arm.urdf.drives import UrdfCoupling, UrdfDrive
 from drivetrain.arm.urdf.model import read_model
 from drivetrain.arm.urdf.read import arm_from_model, warn_each
+from drivetrain.arm.urdf.xml import read_document
 from drivetrain.arm.with_rotors import with_rotors
 from drivetrain.errors import Fault, InputError, nearest
 
-SUFFIXES = (".urdf", ".xacro", ".xml")
+SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf", ".mjcf")
+PACKAGE = "package://"
 
 
 def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None) -> Arm:
@@ -30,9 +35,11 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     the motors of two joints.
 
     Args:
-        source: Name of a built-in arm, or path of a ``.urdf`` or ``.xacro`` file.
+        source: Name of a built-in arm, or path of a URDF (``.urdf``, ``.xacro``), SDF (``.sdf``) or MJCF (``.xml``)
+            file; ``package://NAME/...`` is looked for where ROS does (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH).
         tip: Name of the link that is the end effector. None: the end of the one chain.
-        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z (planar-2r: -y).
+        gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: 9.81 along -z (planar-2r: -y), or as
+            an MJCF file says.
 
     Returns:
         The arm; its notes hold what was ignored, assumed, or is hard to believe (for a file, the last also warns).
@@ -45,14 +52,32 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     if not isinstance(source, (str, Path)):
         problem = "must be the name of a built-in arm or the path of a .urdf or .xacro file"
         raise InputError(Fault("arm", problem, source))
-    path = Path(source)
+    path = _in_package(source) if isinstance(source, str) and source.startswith(PACKAGE) else Path(source)
     if path.suffix.lower() not in SUFFIXES and not path.is_file():
         problem = "neither a built-in arm nor the path of a .urdf or .xacro file"
         raise InputError(Fault("arm", problem, str(source), nearest(str(source), builtin_names())))
-    model = read_model(path)
+    tag = read_document(path).tag if path.suffix.lower() in (".xml", ".sdf", ".mjcf") else "robot"
+    if tag == "mujoco":
+        model, stated = read_mjcf(path)
+        gravity = stated if gravity is None else gravity
+    else:
+        model = read_sdf(path) if tag == "sdf" else read_model(path)
     arm, doubtful = arm_from_model(model, tip=tip, gravity=gravity)
     warn_each(doubtful)
     return _with_stated_couplings(_with_stated_rotors(arm, model.drives), model.couplings)
+
+
+def _in_package(address: str) -> Path:
+    """The file of a ROS package."""
+    name, _, rest = address.removeprefix(PACKAGE).partition("/")
+    roots = [Path(one) for one in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if one]
+    roots += [Path(one) / "share" for one in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if one]
+    places = [root / name / rest for root in roots] + [root / rest for root in roots if root.name == name]
+    found = next((place for place in places if place.is_file()), None)
+    if found is None:
+        hint = "ROS_PACKAGE_PATH or AMENT_PREFIX_PATH name the folders that hold packages"
+        raise InputError(Fault("arm", f"no package {name} with that file", address, hint))
+    return found
 
 
 def _with_stated_rotors(arm: Arm, drives: Mapping[str, UrdfDrive]) -> Arm:

@@ -149,7 +149,7 @@ def _start(arm: Arm, text: str) -> Array:
 def _deliver(recording: Recording, folder: Path) -> None:
     """Write the recording and its picture, and say what is in them."""
     from drivetrain.report.figures_recording import figure_recording
-    from drivetrain.report.svg import house_style, svg_text
+    from drivetrain.report.plotting import house_style, svg_text
     from drivetrain.whole_files import write_files
 
     with house_style("recording"):

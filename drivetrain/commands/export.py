@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, say, told, working, writable
+from drivetrain.commands.chain import StudyOrResult, chosen, load_chosen
+from drivetrain.commands.shared import DOES_NOT_FIT, FITS, Together, say, told, writable
 
 app = typer.Typer(rich_markup_mode="rich")
 
@@ -27,7 +28,7 @@ class Format(StrEnum):
 
 @app.command("export")
 def _export(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file whose joints have drives.")],
+    study: StudyOrResult,
     to: Annotated[Format, typer.Option("--to", help="The tool's format.")],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The file to write.")],
     payload: Annotated[
@@ -35,7 +36,7 @@ def _export(
     ] = None,
     rate: Annotated[str, typer.Option(metavar="RATE", help="Of --to c, how often it will be called.")] = "1 kHz",
 ) -> None:
-    """Write the arm with the drives that the study gives for another tool, and say what its format loses."""
+    """Write the arm with the drives that the study names or selects for another tool, and say what its format loses."""
     with told():
         from drivetrain.control.c_code import write_c
         from drivetrain.control.commander import Commander
@@ -44,8 +45,6 @@ def _export(
         from drivetrain.export.losses import lost
         from drivetrain.export.mjcf import write_mjcf
         from drivetrain.export.sdf import write_sdf
-        from drivetrain.sizing.judge.evaluate import evaluate
-        from drivetrain.study.read import load_study
         from drivetrain.units import quantity
 
         together, hertz = Together(), 0.0
@@ -56,10 +55,9 @@ def _export(
         if payload is not None and to in (Format.ROS2, Format.PHYSX):
             together.faults.append(Fault("--payload", f"means nothing to {to.value}, which holds drives alone"))
         with together:
-            loaded = load_study(study)
+            loaded = load_chosen(study)
         together.tell()
-        with working("judging the given drives"):
-            result = evaluate(loaded)
+        result = chosen(loaded)
         notes: tuple[str, ...]
         if to is Format.MJCF:
             notes = write_mjcf(result, out, payload=payload)

@@ -72,7 +72,7 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
         *comment, f"#ifndef {guard}", f"#define {guard}", f"#define {size} {n}", "typedef struct {", *fields,
         f"}} {state};", f"void {name}_start({state} *s);", f"{step};", "#endif",
     ]  # fmt: skip
-    heat = commander._axes["heat"]
+    heat = commander.axes["heat"]
     start = {"winding_temperature": heat["winding_temperature"], "housing_temperature": heat["housing_temperature"]}
     begun = [
         f"    s->{field}[{i}] = {c_number(float(start[field][i]) if field in start else 0.0)};"
@@ -96,9 +96,9 @@ def c_texts(commander: Commander, *, name: str = "commander", header: str = "com
 
 def _traced(tape: Tape, commander: Commander) -> dict[str, list[Any]]:
     """What one tick leaves of the states, from symbols for states and targets."""
-    links, rotors, joints, bodies, spread = (_plain(one) for one in commander._memory[1:6])
-    turns, unmixed = (commander._memory[at].tolist() for at in (TURNS_AT, UNMIXED_AT))
-    axes = _plain(commander._axes)
+    links, rotors, joints, bodies, spread = (_plain(one) for one in commander.memory[1:6])
+    turns, unmixed = (commander.memory[at].tolist() for at in (TURNS_AT, UNMIXED_AT))
+    axes = _plain(commander.axes)
     targets = [
         [tape.input(f"{row}[{i}]") for i in range(len(axes))] for row in ("q", "qd", "qdd", "measured_q", "measured_qd")
     ]

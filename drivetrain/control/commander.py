@@ -113,8 +113,9 @@ class Commander:
         described = [
             _axis(given.study, task, given.joints[task.name], step, float(bandwidth)) for task in given.study.joints
         ]
-        self._axes = as_records(described)
-        self._current: Array = self._axes["current"]
+        self.axes = as_records(described)
+        """What is known of every drive and changes from tick to tick: records of ``laws.Axis``, (n,)."""
+        self._current: Array = self.axes["current"]
         self._targets = np.zeros((len(TARGETS), len(self.joints)))
         self._function = callback(types.void(types.CPointer(types.voidptr)), _tick).ctypes
         self.carry(payload)
@@ -133,11 +134,11 @@ class Commander:
             raise InputError(Fault("payload", "is none of the study's", payload, nearest(payload, names)))
         arm = loaded_arm(self.study, self._drives, -1 if payload is None else names.index(payload))
         self.payload: str | None = payload
-        self._memory = memory(packed(arm), self._axes, self._targets)
+        self.memory: list[Any] = memory(packed(arm), self.axes, self._targets)
         if arm.coupling is not None:
-            self._memory[TURNS_AT][:] = arm.coupling
-            self._memory[UNMIXED_AT][:] = shaft_torques(arm, np.eye(arm.n)).T
-        self._addresses = np.array([one.ctypes.data for one in self._memory], dtype=np.intp)
+            self.memory[TURNS_AT][:] = arm.coupling
+            self.memory[UNMIXED_AT][:] = shaft_torques(arm, np.eye(arm.n)).T
+        self._addresses = np.array([one.ctypes.data for one in self.memory], dtype=np.intp)
         self._where = ctypes.cast(self._addresses.ctypes.data, self._function.argtypes[0])
 
     def __call__(self, q: Any, qd: Any, qdd: Any, measured_q: Any = None, measured_qd: Any = None) -> Array:
@@ -161,25 +162,25 @@ class Commander:
         except (TypeError, ValueError):
             raise self._wrong(q, qd, qdd, measured_q, measured_qd) from None
         self._function(self._where)
-        if self._memory[SIZES][4]:
+        if self.memory[SIZES][4]:
             raise self._wrong(q, qd, qdd, measured_q, measured_qd)
         return self._current
 
     @property
     def wanted(self) -> Array:
         """Currents of the last tick without the limits [A], (n,)."""
-        return np.asarray(self._axes["wanted"]).copy()
+        return np.asarray(self.axes["wanted"]).copy()
 
     @property
     def winding_temperature(self) -> Array:
         """As the ticks so far made it [C], (n,); ambient where the sheet says too little."""
-        return np.asarray(self._axes["heat"]["winding_temperature"]).copy()
+        return np.asarray(self.axes["heat"]["winding_temperature"]).copy()
 
     @property
     def overload(self) -> Array:
         """Share of the amplifiers' I2t that is used up [-], (n,); 0 where it is not told."""
-        room = [overload_room(one["amplifier"]) if one["overloads"] else math.inf for one in self._axes]
-        return np.asarray(self._axes["overload"] / np.array(room))
+        room = [overload_room(one["amplifier"]) if one["overloads"] else math.inf for one in self.axes]
+        return np.asarray(self.axes["overload"] / np.array(room))
 
     def reset(self, *, winding: Any = None, housing: Any = None) -> None:
         """Start anew: no overload, no current.
@@ -194,9 +195,9 @@ class Commander:
             start = np.broadcast_to(self.study.ambient if value is None else value, len(self.joints))
             for one in start:
                 checked_number(float(one), name, "C")
-            self._axes["heat"][f"{name}_temperature"] = start
+            self.axes["heat"][f"{name}_temperature"] = start
         for name in ("current", "wanted", "overload"):
-            self._axes[name] = 0.0
+            self.axes[name] = 0.0
 
     def _wrong(self, *given: Any) -> InputError:
         """What is wrong with the arguments of a tick."""

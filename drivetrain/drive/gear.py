@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -162,6 +163,9 @@ class Gear:
         faults = range_faults(owner, self, _RANGES, required=("ratio",))
         if self.ratio == 0:
             faults.append(Fault(f"{owner}.ratio", "must not be 0", self.ratio))
+        if not faults and (self.torque_1 or 0.0) > (self.torque_2 or math.inf):
+            problem = f"is larger than torque_2 ({self.torque_2:g} N m): the first piece of the spring ends first"
+            faults.append(Fault(f"{owner}.torque_1", problem, self.torque_1))
         if self.kind not in GEAR_KINDS:
             faults.append(Fault(f"{owner}.kind", "unknown kind", self.kind, nearest(str(self.kind), GEAR_KINDS)))
         if faults:
@@ -358,6 +362,7 @@ def mesh_loss_coefficient(gear: Gear) -> float:
     return float(1.0 / (record.mesh_efficiency if tells_drag(record) else record.efficiency) - 1.0)
 
 
+@lru_cache(maxsize=1024)
 def mesh(gear: Gear) -> Mesh:
     """The mesh of a gear whose loss is known.
 

@@ -110,7 +110,7 @@ def struck(stiffness: Any, inertia: Any, speed: Any, static: Any, torque: Any) -
     """
     if not known(stiffness):
         return math.inf
-    return abs(static) + abs(torque - static) + abs(speed) * math.sqrt(stiffness * inertia)
+    return abs(static) + abs(torque - static) + abs(speed) * (stiffness * inertia) ** 0.5
 
 
 @law

@@ -8,6 +8,7 @@ speeds and accelerations then are comes with the smoothing, and reaches the torq
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,15 +81,24 @@ def torque_from_positions(
     positions = checked_array(q, (len(times), arm.n), "q")
     if (np.diff(times) <= 0.0).any():
         raise InputError(Fault("time", "must increase [s]", times.tolist()[:8]))
-    steps = _steps(arm, resolution)
-    joints = [_differentiated(times, values, step) for values, step in zip(positions.T, steps, strict=True)]
-    rates, covariance = (np.stack(parts, axis=-1) for parts in zip(*(fitted for fitted, _ in joints), strict=True))
-    motion = [np.ascontiguousarray(rate) for rate in rates]
+    motion, covariance, words = rates_from_positions(times, positions, _steps(arm, resolution))
     torque = inverse_dynamics(arm, *motion, tip_wrench=tip_wrench)
     slopes = inverse_dynamics_derivatives(arm, *motion, tip_wrench=tip_wrench)
     by = np.stack([slopes.q, slopes.qd, slopes.qdd], axis=-1)
     deviation = np.sqrt(np.maximum(np.einsum("sijk,sklj,sijl->si", by, covariance, by), 0.0))
-    return TorqueFromPositions(torque, deviation, motion[1], motion[2], tuple(words for _, words in joints))
+    return TorqueFromPositions(torque, deviation, motion[1], motion[2], words)
+
+
+def rates_from_positions(
+    time: Array, positions: Array, steps: Sequence[float | None]
+) -> tuple[list[Array], Array, tuple[str, ...]]:
+    """Positions, speeds and accelerations, (N, n) each, their covariance (N, 3, 3, n), and in words how.
+
+    The steps are those between neighbouring readings [rad or m], None where they are to be found.
+    """
+    joints = [_differentiated(time, values, step) for values, step in zip(positions.T, steps, strict=True)]
+    rates, covariance = (np.stack(parts, axis=-1) for parts in zip(*(fitted for fitted, _ in joints), strict=True))
+    return [np.ascontiguousarray(rate) for rate in rates], covariance, tuple(words for _, words in joints)
 
 
 def _differentiated(time: Array, values: Array, given: float | None) -> tuple[Fitted, str]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
-from drivetrain.effects.loop_gains import Gains, asked_current, gain_faults, gains_of, speed_error
+from drivetrain.effects.loop_gains import Gains, asked_current, gain_faults, gains_of, integral_start, sag, speed_error
 from drivetrain.errors import InputError
 
 
@@ -67,6 +68,13 @@ class CascadeLoop(Effect):
 
     def own(self, place: Place) -> Own:
         return Own(gains_of(self, place))
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        return (integral_start(self, place, signals),)
+
+    def sag(self, place: Place, signals: Mapping[str, float]) -> float:
+        """How far the motor stays behind its command in equilibrium [rad]."""
+        return sag(self, place, signals)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         outer = (TimeScale("position loop", 1.0 / self.position_gain),) if self.position_gain > 0.0 else ()

@@ -7,6 +7,7 @@ sliding joint are forces [N], angles lengths [m]. Quantities of ``load`` count a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -181,6 +182,7 @@ class World:
     tip: Tip
 
 
+@cache
 def place_in(dtype: np.dtype[Any], path: str) -> int | None:
     """Which number of a record a path such as ``motor.torque`` or ``tip.place.2`` names; None: none."""
     at = 0

@@ -5,7 +5,6 @@ It adds bounds of set-valued friction, as ``DryFriction`` does; the law is that 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,12 +12,13 @@ import numpy as np
 
 from drivetrain.drive.gear import Gear, Mesh, mesh
 from drivetrain.drive.gear_loss import DRAG_REFERENCE, drag_torque
+from drivetrain.drive.ranges import TEMPERATURE, range_faults
 from drivetrain.effects import signals as s
 from drivetrain.effects.bounds import OVERSHOOT, bounded
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
 from drivetrain.effects.laws import joint_law
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import InputError
 
 CREEP = 1e-9  # [rad/s]: the drag of what is about to turn is that of the slowest turning
 
@@ -81,8 +81,9 @@ class GearDrag(Effect):
     account = _account
 
     def __post_init__(self) -> None:
-        if not math.isfinite(self.temperature):
-            raise InputError(Fault("GearDrag.temperature", "must be a finite number [C]", self.temperature))
+        faults = range_faults("GearDrag", self, {"temperature": TEMPERATURE}, required=("temperature",))
+        if faults:
+            raise InputError(faults)
         mesh(self.gear)  # a loss that is unknown is told
 
     @property

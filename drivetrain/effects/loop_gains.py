@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Place
 from drivetrain.errors import Fault
 from drivetrain.jit import law
@@ -54,6 +56,33 @@ def asked_current(gains: Any, error: float, gathered: float, span: float) -> Any
     # At the limit the integrator only goes back: what it gathered there would have to be undone.
     asked = gains.peak if asked > 0.0 else -gains.peak
     return asked, 0.0 if asked * error > 0.0 else grown, False
+
+
+def missing_current(place: Place, signals: Mapping[str, float]) -> float:
+    """What a loop must ask for at the start so that the load is held: what is not fed forward [A].
+
+    Nothing where the command begins under way and a current is fed forward, as that is then the motion's.
+    """
+    fed = signals.get(f"{place.name}.{s.FED_CURRENT}", 0.0)
+    under_way = any(signals.get(f"{place.name}.{one.name}", 0.0) != 0.0 for one in s.commanded(place)[1:])
+    if fed != 0.0 and under_way:
+        return 0.0
+    return signals.get(f"{place.name}.{s.HOLDING_CURRENT}", 0.0) - fed
+
+
+def integral_start(loop: Any, place: Place, signals: Mapping[str, float]) -> float:
+    """What a cascade's integrator holds in equilibrium [A]; 0 where it has none."""
+    if math.isinf(loop.integral_time):
+        return 0.0
+    return min(max(missing_current(place, signals), -loop.peak_current), loop.peak_current)
+
+
+def sag(loop: Any, place: Place, signals: Mapping[str, float]) -> float:
+    """How far a motor stays behind its command where no integrator of its cascade holds the load [rad]."""
+    stiffness = loop.position_gain * loop.speed_gain
+    if math.isfinite(loop.integral_time) or stiffness == 0.0:
+        return 0.0
+    return missing_current(place, signals) / stiffness
 
 
 def gain_faults(loop: Any) -> list[Fault]:

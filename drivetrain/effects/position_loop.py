@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
+from drivetrain.effects.loop_gains import missing_current
 from drivetrain.errors import Fault, InputError
 
 
@@ -66,6 +68,11 @@ class PositionLoop(Effect):
     def own(self, place: Place) -> Own:
         scale = 1.0 / (self.torque_constant * place.ratio**2)
         return Own(self.stiffness * scale, self.damping * scale, place.ratio, place.coupled)
+
+    def sag(self, place: Place, signals: Mapping[str, float]) -> float:
+        """How far the motor stays behind its command in equilibrium [rad]."""
+        stiffness = self.own(place).stiffness
+        return missing_current(place, signals) / stiffness if stiffness > 0.0 else 0.0
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("error decays", self.damping / self.stiffness),) if self.stiffness > 0.0 else ()

@@ -15,7 +15,16 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
-from drivetrain.effects.loop_gains import Gains, asked_current, gain_faults, gains_of, speed_error
+from drivetrain.effects.loop_gains import (
+    Gains,
+    asked_current,
+    gain_faults,
+    gains_of,
+    integral_start,
+    missing_current,
+    sag,
+    speed_error,
+)
 from drivetrain.errors import Fault, InputError
 
 MOST_DELAY = 3  # samples
@@ -141,7 +150,13 @@ class SampledCascade(Effect):
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         measured = signals.get(f"{place.name}.{s.MEASURED_POSITION.name}", 0.0)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
-        return 0.0, measured - self.every * speed, 0.0, *(0.0,) * (MOST_DELAY + 2)
+        asked = min(max(missing_current(place, signals), -self.peak_current), self.peak_current)
+        waiting = (asked,) * self.delay + (0.0,) * (MOST_DELAY - self.delay)
+        return asked, measured - self.every * speed, integral_start(self, place, signals), *waiting, 0.0, 0.0
+
+    def sag(self, place: Place, signals: Mapping[str, float]) -> float:
+        """How far the motor stays behind its command in equilibrium [rad]."""
+        return sag(self, place, signals)
 
     def quasi_static(self) -> Effect:
         return CascadeLoop(self.position_gain, self.speed_gain, self.integral_time, self.peak_current)

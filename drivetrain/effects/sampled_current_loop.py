@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, winding_resistance
 from drivetrain.effects import signals as s
 from drivetrain.effects.current_loop import CurrentLoop
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
@@ -115,7 +115,9 @@ class SampledCurrentLoop(Effect):
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         current = signals.get(f"{place.name}.{s.CURRENT.name}", 0.0)
         speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
-        drop, emf = self.motor.resistance * current, self.motor.torque_constant * speed
+        winding = signals.get(f"{place.name}.{s.WINDING_TEMPERATURE.name}", 0.0)
+        warm = winding_resistance(self.motor, winding or self.motor.reference_temperature)
+        drop, emf = float(warm) * current, self.motor.torque_constant * speed
         return drop + emf, drop + (1.0 - self.fed_forward) * emf, current
 
     def quasi_static(self) -> Effect:

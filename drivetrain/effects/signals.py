@@ -96,6 +96,10 @@ COPPER_LOSS = Signal("copper_loss", "W", path="heat.copper_loss")
 ELECTRICAL_POWER = Signal("electrical_power", "W", path="pin.power")
 MAGNETIC_ENERGY = Signal("magnetic_energy", "J", path="pin.magnetic_energy")
 
+# Told to effects at the start of a run only [A]: what holds the load at rest, and what is fed forward beside the loops.
+HOLDING_CURRENT = "holding_current"
+FED_CURRENT = "fed_current"
+
 BEFORE = (POSITION, SPEED, MOTOR_POSITION, MOTOR_SPEED, DEFLECTION, DEFLECTION_SPEED, BIAS_TORQUE)
 TAKEN = (
     JOINT_TORQUE, JOINT_DAMPING, JOINT_STIFFNESS, MOTOR_TORQUE, MOTOR_DAMPING, MOTOR_STIFFNESS,

@@ -118,11 +118,11 @@ class Winding(Effect):
 
     Attributes:
         motor: Resistance, inductance, torque constant, and how they change with temperature.
-        current: At the start [A].
+        current: At the start [A]; None: what a controller is asked for, else none.
     """
 
     motor: Motor
-    current: float = 0.0
+    current: float | None = None
 
     compute = _compute
     account = _account
@@ -132,7 +132,7 @@ class Winding(Effect):
         if not (self.motor.inductance or 0.0) > 0.0:
             hint = "MotorCurrent is the motor without inductance"
             faults.append(Fault("Winding.motor", "has no inductance in its catalogue row [H]", self.motor.key, hint))
-        if not math.isfinite(self.current):
+        if self.current is not None and not math.isfinite(self.current):
             faults.append(Fault("Winding.current", "must be a finite number [A]", self.current))
         if faults:
             raise InputError(faults)
@@ -155,7 +155,8 @@ class Winding(Effect):
         return Own(terminals(self.motor), self.motor.inductance or math.nan)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
-        return (self.current,)
+        asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)
+        return (asked if self.current is None else self.current,)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("current follows", (self.motor.inductance or math.nan) / self.motor.resistance),)

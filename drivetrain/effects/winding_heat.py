@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.ranges import TEMPERATURE, range_faults
 from drivetrain.drive.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
@@ -148,6 +149,9 @@ class WindingHeat(Effect):
         if self.network.winding_capacity is None:
             hint = "state one, or use mean temperatures only"
             raise InputError(Fault("WindingHeat.network", "has no winding time constant", None, hint))
+        faults = range_faults("WindingHeat", self, {"winding": TEMPERATURE, "housing": TEMPERATURE})
+        if faults:
+            raise InputError(faults)
         if not 0.0 <= self.gear_heat <= 1.0:
             raise InputError(Fault("WindingHeat.gear_heat", "must be between 0 and 1 [-]", self.gear_heat))
         if self.every is not None and not 0.0 < self.every < math.inf:

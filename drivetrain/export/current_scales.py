@@ -52,11 +52,13 @@ def current_scales(
         scale: ``amperes``; ``cia402``, per mille of the motor's rated torque as objects 0x6071 (target torque) and
             0x60B2 (torque offset) take it; ``analogue``, +-10 V; ``counts``, signed 16 bits.
         basis: What the amplifier's ampere is, ``dc``, ``rms`` or ``peak``; None: that of the joint's amplifier in the
-            study. For ``cia402`` it must be said what object 0x6075 (motor rated current) holds, ``rms`` or ``peak``,
-            as makers differ; or ``torque``, where the drive goes by the rated torque of object 0x6076 alone.
-        full_scale: Current [A] in that basis at which 10 V or 32767 counts stand, None: the amplifier's peak current;
-            for ``cia402`` the rated current [A] or with ``torque`` the rated torque [N m], None: of the motor's sheet.
-            One number, or one by joint name.
+            study. For ``cia402`` it is what object 0x6075 (motor rated current) holds, ``rms`` or ``peak``, as makers
+            differ; or ``torque``, where the drive goes by the rated torque of object 0x6076 alone, which is what None
+            means where the study's amplifiers are in ``dc``.
+        full_scale: Current [A] in that basis at which 10 V or 32767 counts stand, None: the peak current of the
+            amplifier, else of the motor; for ``cia402`` the rated current [A] or with ``torque`` the rated torque
+            [N m], None: of the motor's sheet, else the amplifier's continuous current. One number, or one by joint
+            name.
 
     Returns:
         By joint name.
@@ -72,10 +74,7 @@ def current_scales(
     if scale not in SCALES:
         faults.append(Fault("scale", f"must be {', '.join(SCALES)}", scale, nearest(scale, SCALES)))
     bases = ("rms", "peak", TORQUE) if scale == "cia402" else ("dc", "rms", "peak")
-    if basis is None and scale == "cia402":
-        hint = "rms or peak, as the drive's manual says of object 0x6075, or torque, where it goes by 0x6076"
-        faults.append(Fault("basis", "must be chosen for cia402", None, hint))
-    elif basis is not None and basis not in bases:
+    if basis is not None and basis not in bases:
         faults.append(Fault("basis", f"must be {', '.join(bases)}", basis, nearest(basis, bases)))
     given = dict(full_scale) if isinstance(full_scale, Mapping) else dict.fromkeys(evaluation.joints, full_scale)
     for name, value in given.items():
@@ -87,7 +86,8 @@ def current_scales(
         raise InputError(faults)
     found = {}
     for name, joint in evaluation.joints.items():
-        used = basis or CurrentBasis(joint.amplifier.current_basis)
+        used = basis or str(joint.amplifier.current_basis)
+        used = TORQUE if scale == "cia402" and used == CurrentBasis.DC else used
         try:
             found[name] = _scale(joint, scale, used, given.get(name))
         except InputError as error:
@@ -103,7 +103,7 @@ def _scale(joint: JointResult, scale: str, basis: str, full: float | None) -> Cu
     if scale == "cia402":
         return _per_mille(joint, basis, full)
     if full is None:
-        peak = joint.amplifier.peak_current
+        peak = joint.amplifier.peak_current or joint.drive.motor.peak_current
         full = None if peak is None else from_dc(peak, CurrentBasis(basis))
     if full is None:
         place, problem = f"joints.{joint.name}.amplifier.peak_current", "is not known, and no full scale is given"
@@ -115,8 +115,8 @@ def _scale(joint: JointResult, scale: str, basis: str, full: float | None) -> Cu
 def _per_mille(joint: JointResult, basis: str, full: float | None) -> CurrentScale:
     """Of CiA 402: 1000 is the rated torque of object 0x6076."""
     motor, constant = joint.drive.motor, abs(joint.drive.motor.torque_constant)
-    if full is None and motor.nominal_current is not None:
-        rated = motor.nominal_current
+    rated = motor.nominal_current or joint.amplifier.continuous_current
+    if full is None and rated is not None:
         full = constant * rated if basis == TORQUE else from_dc(rated, CurrentBasis(basis))
     if full is None:
         place, hint = f"joints.{joint.name}: motor {motor.key}", "state the rated current [A] or torque [N m]"

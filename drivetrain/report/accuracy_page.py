@@ -8,20 +8,19 @@ from dataclasses import dataclass
 
 from drivetrain.report.bode_section import bode_section
 from drivetrain.report.end import End, end_of
-from drivetrain.report.figures_accuracy import (
+from drivetrain.report.json_text import json_text
+from drivetrain.report.quantities import DASH, number, with_unit
+from drivetrain.report.run_charts import (
     SHOWN,
-    figure_auto,
-    figure_effects,
-    figure_roads,
-    figure_solvers,
+    auto_charts,
+    effects_charts,
+    roads_charts,
+    solver_charts,
     told_setting,
     worst,
 )
-from drivetrain.report.json_text import json_text
-from drivetrain.report.quantities import DASH, number, with_unit
-from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.sections import Chip, Section, SheetTable, captioned
 from drivetrain.report.sheet import sheet
-from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS
 from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCosts, RoadsCompared, SolverCosts
 from drivetrain.sizing.results import Evaluation
@@ -72,13 +71,8 @@ def _share(value: float) -> str:
     return f"{'+' if value > 0.0 else '−'}{_bound(abs(value))}"
 
 
-def _drawn(figure: object, label: str, name: str) -> str:
-    with house_style(name):
-        return svg_text(figure, label)  # type: ignore[arg-type]
-
-
 def _effects(found: EffectCosts, end: End) -> Section:
-    picture = _drawn(figure_effects(found), "change and cost of every effect", "effects")
+    changes, times = effects_charts(found)
     tip = found.full.tip_deviation
     rows: tuple[tuple[str | Chip, ...], ...] = tuple(
         (
@@ -96,18 +90,14 @@ def _effects(found: EffectCosts, end: End) -> Section:
     )
     return Section(
         "Effects", "effects", str(found.full.verdict), CSS[found.full.verdict], (lead,),
-        ((picture, "Change when left out (logarithmic), and the factor in time when kept."),),
+        ((changes, "Change when left out (logarithmic)."), (times, "The factor in time when kept.")),
         (SheetTable(headings, rows, "", (1, 2, 3, 4, 5, 7, 8)),),
         ("time × and work ×: with the effect over without it; times are medians of runs in turns on this machine",),
     )  # fmt: skip
 
 
 def _auto(found: AutoChoice, end: End) -> Section:
-    proof, figures = found.proof, []
-    figure = figure_auto(found)
-    if figure is not None:
-        caption = "Estimated (grey) and measured (blue) change by what was omitted; red: the tolerance."
-        figures.append((_drawn(figure, "estimate against measurement", "auto"), caption))
+    proof, caption = found.proof, "Estimated (grey) and measured (blue) change by what was omitted; red: the tolerance."
     if proof is None:
         word, css = "all kept", "pass"
         lead = "No effect may be omitted within this tolerance."
@@ -123,7 +113,9 @@ def _auto(found: AutoChoice, end: End) -> Section:
     told = f"Tolerance {100.0 * found.tolerance:g}\u00a0%, of the {end.name} {end.far(found.tip_tolerance)}."
     notes = tuple(f"{one.kind} of {one.joint} came back: the measured change was too large" for one in found.restored)
     tables = (_judged(found, end), *_measured(found, end))
-    return Section("effects: auto", "auto", word, css, (told, lead), tuple(figures), tables, notes)
+    return Section(
+        "effects: auto", "auto", word, css, (told, lead), captioned(auto_charts(found), caption), tables, notes
+    )
 
 
 def _judged(found: AutoChoice, end: End) -> SheetTable:
@@ -161,7 +153,6 @@ def _measured(found: AutoChoice, end: End) -> tuple[SheetTable, ...]:
 
 
 def _solvers(found: SolverCosts) -> Section:
-    picture = _drawn(figure_solvers(found), "error over time and over work", "solvers")
     rows = tuple(
         (
             run.family, told_setting(run.family, run.setting), _error(run.error, found.settled),
@@ -174,7 +165,7 @@ def _solvers(found: SolverCosts) -> Section:
         f"to {number(found.settled, 2)} in every decision quantity: errors below twice that are not shown."
     )
     headings = ("solver", "step or tolerance", "largest error", "in", "time", "work", "")
-    return Section("Solvers", "solvers", lead=(lead,), figures=((picture, "Work and precision."),),
+    return Section("Solvers", "solvers", lead=(lead,), figures=captioned(solver_charts(found), "Work and precision."),
                    tables=(SheetTable(headings, rows, "", (1, 2, 4, 5)),))  # fmt: skip
 
 
@@ -185,7 +176,6 @@ def _error(error: float, settled: float) -> str:
 
 
 def _roads(found: RoadsCompared) -> Section:
-    picture = _drawn(figure_roads(found), "currents by sizing and by simulation", "roads")
     rows = tuple(
         (
             joint, with_unit(told.peaks[0], "A"), with_unit(told.peaks[1], "A"), with_unit(told.rms[0], "A"),
@@ -196,7 +186,8 @@ def _roads(found: RoadsCompared) -> Section:
     headings = ("joint", "peak, sizing", "peak, simulated", "RMS, sizing", "RMS, simulated", "apart in motion",
                 "apart at rest", "why")  # fmt: skip
     lead = "The currents that sizing computes, and those of a simulation with the same effects and nothing else."
-    return Section("Inverse against forward", "roads", lead=(lead,), figures=((picture, "Currents by both roads."),),
+    figures = captioned(roads_charts(found), "Currents by both roads.")
+    return Section("Inverse against forward", "roads", lead=(lead,), figures=figures,
                    tables=(SheetTable(headings, rows, "", (1, 2, 3, 4, 5, 6)),))  # fmt: skip
 
 

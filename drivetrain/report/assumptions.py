@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear
+from drivetrain.drive.motor import Motor
 from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.words import DRIVE_MASS, heat_model, safety_lines
 from drivetrain.sizing.judge.evaluate import holding_figures
@@ -38,7 +40,7 @@ def assumption_groups(evaluation: Evaluation) -> list[Group]:
         _surroundings(study),
         Group("Safety factors and reserves", tuple(safety_lines(study))),
         _heat(evaluation),
-        _silent_sheets(study),
+        _silent_sheets(evaluation),
         _standstill(evaluation),
         _friction(study),
         Group("Warnings and notes", (), _unique([*study.notes, *study.catalog.notes])),
@@ -162,29 +164,24 @@ def _gear_heat(study: Study, joint: JointResult) -> str:
     return f"{told}; torque, current and power are checked with its drag at {taken:g} °C"
 
 
-def _silent_sheets(study: Study) -> Group:
-    """What is assumed where a sheet of a kind that may be used says nothing, with the source of each assumption."""
-    gears, motors = _kinds_in_use(study)
-    lines = [
-        (f"{kind.replace('_', ' ')} gears", _assumed(one))
-        for kind, one in sorted(study.gear_assumptions.items())
-        if kind in gears
-    ]
-    lines += [
-        (f"{kind} motors", _assumed(one)) for kind, one in sorted(study.motor_assumptions.items()) if kind in motors
-    ]
-    return Group("Assumed where the data sheet gives no value", tuple((name, text) for name, text in lines if text))
+def _silent_sheets(evaluation: Evaluation) -> Group:
+    """What is assumed of the drives where their data sheets give no value, with the source of each assumption."""
+    study, found = evaluation.study, dict[str, set[str]]()
+    for joint in evaluation.joints.values():
+        motor, gear = joint.drive.motor, joint.drive.gear
+        kind = "frameless" if motor.frameless else motor.kind
+        pairs = (
+            (f"{gear.kind.replace('_', ' ')} gears", study.gear_assumptions.get(gear.kind), study.catalog.gears, gear),
+            (f"{kind} motors", study.motor_assumptions.get(kind), study.catalog.motors, motor),
+        )
+        for name, assumption, rows, part in pairs:
+            if assumption is not None and (text := _assumed(assumption, rows.get(part.key, part), part)):
+                found.setdefault(name, set()).add(text)
+    lines = tuple((name, text) for name, texts in found.items() for text in sorted(texts))
+    return Group("Assumed where the data sheet gives no value", lines)
 
 
-def _kinds_in_use(study: Study) -> tuple[set[str], set[str]]:
-    """Kinds of the gears and of the motors that are given or may be chosen."""
-    catalog = study.catalog
-    pairs = {pair for task in study.joints for pair in (*task.pairs, *([task.drive] if task.drive else []))}
-    motors = [catalog.motors[key] for key in {motor for motor, _ in pairs} if key in catalog.motors]
-    gears = {catalog.gears[key].kind for key in {gear for _, gear in pairs} if key in catalog.gears}
-    return gears, {"frameless" if motor.frameless else motor.kind for motor in motors}
-
-
+FILLS = {"no_load_torque_share": "no_load_torque"}
 _UNITS = {
     "max_winding_temperature": "°C",
     "winding_time_constant": "s",
@@ -192,13 +189,13 @@ _UNITS = {
 }
 
 
-def _assumed(assumption: GearAssumption | MotorAssumption) -> str:
-    """The stated fields of an assumption and its source."""
-    stated = [
-        f"{field.name.replace('_', ' ')} {getattr(assumption, field.name):g} {_UNITS.get(field.name, '')}".strip()
-        for field in fields(assumption)
-        if field.name != "source" and getattr(assumption, field.name) is not None
-    ]
+def _assumed(assumption: GearAssumption | MotorAssumption, row: Gear | Motor, part: Gear | Motor) -> str:
+    """What of an assumption fills a row of the catalogue, and its source; nothing where the row needs none."""
+    stated = []
+    for field in fields(assumption):
+        column, value = FILLS.get(field.name, field.name), getattr(assumption, field.name)
+        if column != "source" and getattr(row, column) is None and getattr(part, column) is not None:
+            stated.append(f"{field.name.replace('_', ' ')} {value:g} {_UNITS.get(field.name, '')}".strip())
     source = f" ({assumption.source})" if assumption.source else ""
     return ", ".join(stated) + source if stated else ""
 

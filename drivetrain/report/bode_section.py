@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 from drivetrain.drive.loop_design import LoopDesign
-from drivetrain.report.figures_bode import figure_bode
 from drivetrain.report.quantities import number
-from drivetrain.report.sections import Section, SheetTable
-from drivetrain.report.svg import house_style, svg_text
+from drivetrain.report.run_charts import bode_charts
+from drivetrain.report.sections import Section, SheetTable, captioned
 from drivetrain.sizing.answers.loops import study_loops
 from drivetrain.sizing.results import Evaluation
 
@@ -22,13 +21,10 @@ def bode_section(evaluation: Evaluation, current_bandwidth: float) -> Section:
         current_bandwidth: Of the current loops [rad/s].
     """
     found = study_loops(evaluation, current_bandwidth=current_bandwidth)
-    figures = []
-    for one in found.joints:
-        name = one.joint
-        with house_style(f"bode-{name}"):
-            figure = figure_bode(one.design, name, name=f"bode-{name}")
-            figure.set_size_inches(7.6, 3.7)
-            figures.append((svg_text(figure, f"open loops of {name}"), f"Open loops of {name}."))
+    figures = [
+        pair for one in found.joints
+        for pair in captioned(bode_charts(one.joint, one.design), f"Open loops of {one.joint}.")
+    ]  # fmt: skip
     lead = (
         "Gains from the drive, the gear's softest stiffness, and a load between its lightest and its heaviest over the "
         "cycle, which is drawn: the speed loop stays a factor of five below the current loop and of three below the "

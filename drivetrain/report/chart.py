@@ -6,7 +6,7 @@ import base64
 import importlib.util
 import zlib
 from collections.abc import Sequence
-from dataclasses import Field, dataclass, fields
+from dataclasses import Field, dataclass, fields, replace
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -19,6 +19,7 @@ from drivetrain.report.colours import BLUE
 from drivetrain.report.json_text import json_text
 
 HERE = Path(__file__).parent
+STRETCHES = 400  # of a long line, of each of which two points are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +138,23 @@ def _data(chart: Chart) -> dict[str, Any]:
     marks = [
         _told(mark, [one for one in fields(mark) if one.name not in ("x", "y", "to")])
         | {name: rounded(getattr(mark, name)) for name in ("x", "y", "to") if len(getattr(mark, name))}
-        for mark in chart.marks
+        for mark in map(_thinned, chart.marks)
     ]
     return _told(chart, [one for one in fields(chart) if one.name != "marks"]) | {"marks": marks}
+
+
+def _thinned(mark: Mark) -> Mark:
+    """A long line with fewer points and every peak: the smallest and the largest of every stretch."""
+    n = len(mark.y)
+    if mark.kind not in ("line", "step") or n <= 3 * STRETCHES:
+        return mark
+    y = np.asarray(mark.y, dtype=np.float64)
+    width = -(-n // STRETCHES)
+    stretches = np.append(y, np.full(-n % width, y[-1])).reshape(-1, width)
+    first = np.arange(len(stretches)) * width
+    kept = np.concatenate([[0, n - 1], first + stretches.argmin(axis=1), first + stretches.argmax(axis=1)])
+    kept = np.unique(np.minimum(kept, n - 1))
+    return replace(mark, x=np.asarray(mark.x)[kept], y=y[kept])
 
 
 def _told(record: Chart | Mark, known: list[Field[Any]]) -> dict[str, Any]:

@@ -44,6 +44,9 @@ const page = (function () {
         major_tick_line_color: colour("muted"), minor_tick_line_color: null,
       });
     for (const grid of figure.center) grid.grid_line_color = colour("faint");
+    if (!rows) figure.min_border_left = 72;
+    for (const [axis, log] of [[figure.below[0], spec.log_x], [figure.left[0], spec.log_y]])
+      if (log) axis.ticker = new Bokeh.LogTicker({ mantissas: [1, 2, 5] });
     if (rows) {
       const ticker = new Bokeh.FixedTicker({ ticks: spec.rows.map((_, i) => i) });
       figure.left[0].ticker = ticker;
@@ -157,7 +160,7 @@ const page = (function () {
 
   // Paper: pictures of the canvases, as wide as the column.
   addEventListener("beforeprint", () => {
-    for (const { element } of drawings) {
+    for (const element of document.querySelectorAll(".chart, .strip")) {
       if (!element.view) continue;
       const still = document.createElement("canvas"), canvas = element.view.export("png", true).canvas;
       still.className = "still";

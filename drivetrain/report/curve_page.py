@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from drivetrain.report.answer_charts import NAMES, curve_charts
 from drivetrain.report.best_sets import HEADINGS
 from drivetrain.report.colours import JOINT_COLOURS
-from drivetrain.report.figures_curve import NAMES, figure_curve
 from drivetrain.report.front_page import chance_data, chance_text
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
-from drivetrain.report.sections import Section, SheetTable
+from drivetrain.report.sections import Section, SheetTable, captioned
 from drivetrain.report.sheet import sheet
-from drivetrain.report.svg import house_style, svg_text
 from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
 from drivetrain.sizing.judge.evaluate import Pair
 
@@ -24,20 +23,16 @@ def curve_report(found: OptimumCurve) -> str:
 
 def curve_section(found: OptimumCurve) -> Section:
     """The curve as a part of a page."""
-    with house_style(f"curve-{found.vary}"):
-        picture = svg_text(
-            figure_curve(found, name=f"curve-{found.vary}"), f"best set of drives over the {NAMES[found.vary]}"
-        )
     many = len({tuple(piece.drives.items()) for piece in found.pieces if piece.drives}) > len(JOINT_COLOURS)
     caption = (
-        f"Each colour is one set of drives{', colours come again' if many else ''}; grey lines are the breakpoints, "
-        "dotted is the study's own value. Red: no set fits. Amber dashes: the required reserve begins."
+        f"Each colour is one set of drives{', colours come again' if many else ''}: point at it for them; "
+        "dashed is the study's own value. Red: no set fits. Amber dashes: the required reserve begins."
     )
     tables = (_table(found), *_chances(found), _changes(found))
     word, css = ("proven", "pass") if found.proven else ("not all proven", "marginal")
     return Section(
         f"The best drives over the {NAMES[found.vary]}", f"curve-{found.vary}".replace("_", "-"), word, css,
-        (curve_sentence(found),), ((picture, caption),), tables, found.notes,
+        (curve_sentence(found),), captioned(curve_charts(found), caption), tables, found.notes,
     )  # fmt: skip
 
 

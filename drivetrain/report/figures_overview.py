@@ -10,8 +10,8 @@ from matplotlib.ticker import MaxNLocator
 
 from drivetrain.report.colours import BLUE, GREEN, MUTED, ORANGE, VERMILLION
 from drivetrain.report.planes import regions, temperatures, view
+from drivetrain.report.plotting import TIME_COLOURS, house_style, png_bytes
 from drivetrain.report.quantities import convert, percent, printed_unit, shown_unit
-from drivetrain.report.svg import TIME_COLOURS, house_style, png_bytes
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.verdicts import Verdict

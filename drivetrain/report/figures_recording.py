@@ -1,17 +1,14 @@
-"""Pictures of simulations: a recording over time, and solvers against each other."""
+"""A picture of a recording over time."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drivetrain.report.colours import INK, JOINT_COLOURS, MUTED, VERMILLION
+from drivetrain.report.plotting import house_style
 from drivetrain.report.quantities import printed_unit
-from drivetrain.report.svg import house_style
-from drivetrain.simulation.passive import StepResult
 from drivetrain.simulation.recording import Recording
 
 JOINT_PARTS = ("position", "speed", "torque")
@@ -37,31 +34,6 @@ def figure_recording(recording: Recording, *, name: str = "recording") -> Figure
         figure.align_ylabels(list(column))
         if recording.stopped_by is not None:
             column[0].set_title(f"stopped after {recording.stopped_by.time:.6g} s: {recording.stopped_by.name}")
-    return figure
-
-
-def figure_step_study(studies: Mapping[str, Sequence[StepResult]], *, unit: str = "rad", name: str = "steps") -> Figure:
-    """What methods cost and what they err: position and energy over work, and the energy error over time."""
-    with house_style(name):
-        figure = Figure(figsize=(9.6, 3.2))
-        left, middle, right = figure.subplots(1, 3)
-        for i, (title, results) in enumerate(studies.items()):
-            colour = JOINT_COLOURS[i % len(JOINT_COLOURS)]
-            work = [result.recording.counters["rates"] for result in results]
-            left.loglog(work, [result.error[-1] for result in results], "o-", color=colour, markersize=3.5, label=title)
-            energy = [result.energy_error[-1] for result in results]
-            middle.loglog(work, energy, "o-", color=colour, markersize=3.5)
-            for result in results[:1]:
-                time, values = result.recording.time[1:], result.energy_error[1:]
-                right.semilogy(time, np.where(values > 0.0, values, np.nan), color=colour)
-        left.set_ylabel(f"largest error of a position [{unit}]")
-        middle.set_ylabel("largest energy gained or lost [J]")
-        right.set_ylabel("energy gained or lost by then [J]")
-        right.set_xlabel("time [s]")
-        right.set_title("coarsest setting of each")
-        for axes in (left, middle):
-            axes.set_xlabel("evaluations of the right-hand side")
-        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=len(studies))
     return figure
 
 

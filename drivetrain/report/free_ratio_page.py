@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-from drivetrain.report.figures_free_ratio import figure_free_ratio
+from drivetrain.report.answer_charts import free_ratio_charts
 from drivetrain.report.quantities import DASH, number, percent, with_unit
-from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.sections import Chip, Section, SheetTable, captioned
 from drivetrain.report.sheet import sheet
-from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS, anchor
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.study.verdicts import Verdict
@@ -23,17 +22,15 @@ NO_USE = 1e6  # a ratio by formula beyond this says only that the load turns not
 
 def free_ratio_report(found: FreeRatios) -> str:
     """The best ratios as a page."""
-    with house_style("free-ratio"):
-        picture = svg_text(figure_free_ratio(found), f"{WORDS[found.goal]} over the ratio of every joint")
     caption = (
         "The goal of the whole arm over the ratio of one joint, the others at their best. Shaded: ratios that speed "
         "and voltage allow. Dots: gears of the catalogue in the place of the continuous one, with their own sheet."
     )
+    word = "every check holds" if found.feasible else "not every check holds or could be made"
+    css, charts = "pass" if found.feasible else "fail", captioned(free_ratio_charts(found), caption)
     first = Section(
-        "Best ratios", "ratios", "every check holds" if found.feasible else "not every check holds or could be made",
-        "pass" if found.feasible else "fail", (free_ratio_sentence(found),), ((picture, caption),), (_table(found),),
-        found.notes,
-    )  # fmt: skip
+        "Best ratios", "ratios", word, css, (free_ratio_sentence(found),), charts, (_table(found),), found.notes
+    )
     return sheet(found.study, "Gears as free ratios", [first, *(_joint(one) for one in found.joints)])
 
 

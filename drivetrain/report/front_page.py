@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from drivetrain.report.figures_front import figure_front, knee, unit_of
+from drivetrain.report.answer_charts import front_charts, knee
+from drivetrain.report.chart import Chart
 from drivetrain.report.json_text import json_text
-from drivetrain.report.quantities import DASH, number, percent
-from drivetrain.report.sections import Chip, Section, SheetTable
+from drivetrain.report.quantities import DASH, number, percent, printed_unit
+from drivetrain.report.sections import Chip, Section, SheetTable, captioned
 from drivetrain.report.sheet import sheet
-from drivetrain.report.svg import house_style, svg_text
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.front import Front
 from drivetrain.sizing.tolerance.monte_carlo import Chance
@@ -35,17 +35,18 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
     Args:
         chosen: The set that was selected, to be marked; None: none.
     """
-    figures: tuple[tuple[str, str], ...] = ()
+    figures: tuple[tuple[Chart, str], ...] = ()
     if found.points:
-        with house_style("front"):
-            picture = svg_text(figure_front(found, chosen=chosen), "sets of drives over " + " and ".join(found.names))
-        caption = "Each dot is a set of drives that holds every check and that no other set beats in all criteria."
+        caption = (
+            "Each dot is a set of drives that holds every check and that no other set beats in all criteria; point "
+        )
+        caption += "at it for its drives."
         bend = knee(found)
         if bend is not None:
             caption += f" The ring is the knee, set {bend + 1}: nearest to the best of all, each scaled to its span."
         if chosen is not None:
             caption += " The star is the chosen set."
-        figures = ((picture, caption),)
+        figures = captioned(front_charts(found, chosen), caption)
     word, css = ("complete", "pass") if found.complete else ("not complete", "marginal")
     tables = (_table(found, chosen), _drives(found)) if found.points else ()
     notes = (*(f"{name} is left out: {why}" for name, why in found.left_out.items()), *found.notes, _work(found))
@@ -66,6 +67,11 @@ def front_sentence(found: Front) -> str:
     count = len(found.points)
     sets = f"{count} set{'s' if count > 1 else ''} of drives"
     return f"{sets} that no other beats: {', '.join(spans)}. {found.proof[0].upper()}{found.proof[1:]}."
+
+
+def unit_of(name: str) -> str:
+    """The unit of a criterion, as it is printed."""
+    return printed_unit({"mass": "kg", "energy": "J", "utilisation": "%", "price": ""}[name])
 
 
 def front_lines(found: Front) -> list[str]:

@@ -7,12 +7,11 @@ from typing import Any
 
 from drivetrain.drive.amplifier import from_dc
 from drivetrain.drive.loop_design import MODULUS_MARGIN, LoopDesign, Margins
-from drivetrain.report.figures_bode import figure_bode, figure_steps
 from drivetrain.report.json_text import json_text
 from drivetrain.report.quantities import DASH, number
+from drivetrain.report.run_charts import bode_charts, step_chart
 from drivetrain.report.sections import Section, SheetTable
 from drivetrain.report.sheet import sheet
-from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import anchor
 from drivetrain.sizing.answers.loops import JointLoops, StudyLoops
 from drivetrain.study.model import Study
@@ -82,26 +81,19 @@ def _limited(one: JointLoops) -> str:
 
 def _section(one: JointLoops) -> Section:
     name, title = anchor(one.joint), one.joint
-    with house_style(f"bode-{name}"):
-        bode = svg_text(
-            figure_bode(
-                one.design,
-                f"{title}: open loops",
-                light=None if one.light is one.design else one.light,
-                name=f"bode-{name}",
-            ),
-            f"open loops of {one.joint}",
-        )
-    with house_style(f"steps-{name}"):
-        steps = svg_text(figure_steps(one, name=f"steps-{name}"), f"step responses of {one.joint}")
+    gain, phase = bode_charts(one.joint, one.design, None if one.light is one.design else one.light)
     word, css = ("settles", "pass") if one.stable else ("does not settle", "fail")
     lead = f"Limited by {_limited(one)}." if one.stable else f"No gains settle: {_limited(one)}."
     figures = (
+        (gain, ""),
         (
-            bode,
+            phase,
             "Open speed loop and open position loop, drawn with the heaviest load of the cycle; dots are crossovers.",
         ),
-        (steps, "Motor's angle after a step of its command, without speed fed forward and within the current's limit."),
+        (
+            step_chart(one),
+            "Motor's angle after a step of its command, without speed fed forward and within the current's limit.",
+        ),
     )
     tables: tuple[SheetTable, ...] = (_gains(one, one.design, "Gains"),)
     faster = one.design.with_notch

@@ -5,20 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-
-import jinja2
-from markupsafe import Markup
 
 from drivetrain.errors import Fault, InputError
-from drivetrain.report.figures_ratio import figure_ratio
+from drivetrain.report.answer_charts import ratio_charts
 from drivetrain.report.quantities import DASH, number, percent, with_unit
-from drivetrain.report.svg import house_style, share_glyphs, svg_text
+from drivetrain.report.sections import Chip, Section, SheetTable, captioned
+from drivetrain.report.sheet import sheet
 from drivetrain.report.views import CSS, anchor
-from drivetrain.sizing.answers.ratio import ClosedForms, NearGear, RatioStudy, RatioWindow
-from drivetrain.version import __version__
+from drivetrain.sizing.answers.ratio import ClosedForms, RatioStudy, RatioWindow
 
-HERE = Path(__file__).parent
+METHOD = (
+    "Motor torque at the ratio G is T/G + rotor inertia · G · acceleration, with the mesh's loss by the direction of "
+    "power, friction on both sides of the gear and the acceleration of the link that carries the motor. The RMS of it "
+    "is smallest where both parts weigh alike.",
+    "Matched inertia, √(load inertia / rotor inertia), is the answer for an inertia alone (Modern Robotics, exercise "
+    "8.9); weight and friction ask for more ratio.",
+    "α is what the motor has, rated torque² over rotor inertia; β is what the load takes at its best ratio. Where α is "
+    "smaller, no ratio will do. This method divides by the efficiency even where the load drives, so its range is "
+    "narrower than that of the checks.",
+    "A small ratio ends where torque, current or heat do, a large one where speed or voltage do.",
+)
 
 
 def ratio_report(studies: Sequence[RatioStudy]) -> str:
@@ -29,18 +35,8 @@ def ratio_report(studies: Sequence[RatioStudy]) -> str:
     """
     if not studies:
         raise InputError(Fault("joints", "none of them moves, so no ratio decides anything"))
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(HERE), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
-    page = environment.get_template("ratio.html.j2").render(
-        study=studies[0].study,
-        version=__version__,
-        style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
-        overview=[row for found in studies for row in ratio_rows(found)],
-        joints=[_joint(found) for found in studies],
-    )
-    return share_glyphs(page) + "\n"
+    method = Section("How to read this", "method", notes=METHOD)
+    return sheet(studies[0].study, "Gear ratios", [_overview(studies), *map(_joint, studies), method])
 
 
 @dataclass(frozen=True)
@@ -107,50 +103,45 @@ def _span(window: RatioWindow) -> str:
     return f"{low} {high}"
 
 
-@dataclass(frozen=True)
-class _GearRow:
-    """A gear of the catalogue as texts."""
-
-    key: str
-    ratio: str
-    verdict: str
-    css: str
-    used: str
-    binding: str
-
-
-@dataclass(frozen=True)
-class _Joint:
-    """One joint's section."""
-
-    name: str
-    anchor: str
-    word: str
-    css: str
-    sentence: str
-    figure: Markup
-    formulas: list[tuple[str, str]]
-    gears: list[_GearRow]
-    reaction: list[tuple[str, str]]
-    notes: tuple[str, ...]
+def _overview(studies: Sequence[RatioStudy]) -> Section:
+    """One table of all joints."""
+    headings = ("joint", "motor", "gear varied", "its ratio", "every check holds from", "to", "ended below by",
+                "ended above by", "least utilisation at", "utilisation there")  # fmt: skip
+    rows = tuple(
+        (row.joint, row.motor, row.gear, row.own, Chip(row.low, row.css), row.high, row.low_binding, row.high_binding,
+         row.best, row.used)
+        for found in studies for row in ratio_rows(found)
+    )  # fmt: skip
+    return Section("Every joint", "joints", tables=(SheetTable(headings, rows, "", (3, 4, 5, 8, 9)),))
 
 
-def _joint(found: RatioStudy) -> _Joint:
-    name = anchor(found.joint)
-    with house_style(name):
-        picture = svg_text(figure_ratio(found, name=name), f"{found.joint}: torque, speed and heat over the gear ratio")
-    return _Joint(
-        name=found.joint,
-        anchor=name,
-        word="fits" if found.feasible else "no ratio fits",
-        css="pass" if found.feasible else "fail",
-        sentence=ratio_sentence(found),
-        figure=Markup(picture),
-        formulas=_formulas(found.closed_forms, found.limits.continuous_torque),
-        gears=[_gear(gear) for gear in found.gears],
-        reaction=[(joint, _small_percent(share)) for joint, share in found.reaction.items()],
-        notes=found.notes,
+def _joint(found: RatioStudy) -> Section:
+    caption = (
+        "Everything on the gear's sheet but its ratio is kept. Shaded: ratios at which every check of the study holds; "
+        "dashed upright: the sheet's own ratio."
     )
+    charts = ratio_charts(found)
+    if not any("winding" in chart.y for chart in charts):
+        caption += " Winding temperature not computed: no thermal data in the catalogue row."
+    gears = tuple(
+        (one.key, number(one.ratio), Chip(str(one.verdict), CSS[one.verdict]), percent(one.utilisation), one.binding)
+        for one in found.gears
+    )
+    reaction = tuple((joint, _small_percent(share)) for joint, share in found.reaction.items())
+    headings = ("gear", "ratio", "verdict", "utilisation", "of")
+    felt = "What the joints before feel of it: change of their torque over the window, over their own peak"
+    tables = (
+        *(
+            [SheetTable(headings, gears, "Nearest gears of the catalogue, each with its own sheet", (1, 3))]
+            if gears
+            else []
+        ),
+        *([SheetTable(("joint", "change"), reaction, felt, (1,))] if reaction else []),
+    )
+    word, css = ("fits", "pass") if found.feasible else ("no ratio fits", "fail")
+    return Section(found.joint, anchor(found.joint), word, css, (ratio_sentence(found),),
+                   captioned(charts, caption), tables, found.notes,
+                   tuple(_formulas(found.closed_forms, found.limits.continuous_torque)))  # fmt: skip
 
 
 def _formulas(forms: ClosedForms, rated: float | None) -> list[tuple[str, str]]:
@@ -178,9 +169,3 @@ def _formulas(forms: ClosedForms, rated: float | None) -> list[tuple[str, str]]:
 def _small_percent(share: float) -> str:
     """A share that is small as a rule."""
     return f"{number(100.0 * share, 2)}\u00a0%" if share >= 1e-4 else "below 0.01\u00a0%"
-
-
-def _gear(gear: NearGear) -> _GearRow:
-    return _GearRow(
-        gear.key, number(gear.ratio), str(gear.verdict), CSS[gear.verdict], percent(gear.utilisation), gear.binding
-    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -76,6 +77,11 @@ class Extra:
 
     sections: tuple[Section, ...] = ()
     data: dict[str, Any] = field(default_factory=dict)
+
+
+def captioned(charts: Sequence[Chart], caption: str) -> tuple[tuple[Chart, str], ...]:
+    """Charts that belong together, what they show below the last."""
+    return tuple((chart, caption if chart is charts[-1] else "") for chart in charts)
 
 
 def with_markup(section: Section, pictures: Pictures | None = None) -> dict[str, object]:

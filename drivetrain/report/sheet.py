@@ -8,8 +8,8 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
+from drivetrain.report.chart import Pictures
 from drivetrain.report.sections import Section, with_markup
-from drivetrain.report.svg import share_glyphs
 from drivetrain.study.model import Study
 from drivetrain.version import __version__
 
@@ -22,11 +22,14 @@ def sheet(study: Study, kind: str, sections: Sequence[Section]) -> str:
         loader=jinja2.FileSystemLoader(HERE), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
+    pictures = Pictures()
+    placed = [with_markup(section, pictures) for section in sections]
     page = environment.get_template("sheet.html.j2").render(
         study=study,
         kind=kind,
         version=__version__,
         style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
-        sections=[with_markup(section) for section in sections],
+        sections=placed,
+        pictures=pictures.end(),
     )
-    return share_glyphs(page) + "\n"
+    return page + "\n"

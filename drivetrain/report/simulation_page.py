@@ -8,17 +8,10 @@ from dataclasses import dataclass
 
 from drivetrain.report.bode_section import bode_section
 from drivetrain.report.end import end_of
-from drivetrain.report.figures_simulation import (
-    FRICTION,
-    figure_electrics,
-    figure_energy,
-    figure_heat_and_friction,
-    figure_positions,
-)
 from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
+from drivetrain.report.run_charts import FRICTION, run_charts
 from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
-from drivetrain.report.svg import house_style, svg_text
 from drivetrain.report.views import CSS
 from drivetrain.report.words import common_unit, required_text
 from drivetrain.simulation.cost_results import Decision
@@ -82,23 +75,6 @@ def simulation_lines(found: SimulationFound) -> list[str]:
 
 def _run(found: SimulationFound) -> Section:
     recording, joints = found.recording, list(found.evaluation.joints)
-    figures = [("positions", figure_positions(recording, joints), "Positions, and how far from the command.")]
-    electrics = figure_electrics(recording, joints, found.limits)
-    figures.append(("electrics", electrics, "Currents and voltages; red: limits of amplifier and supply."))
-    if recording.kept:
-        heat = figure_heat_and_friction(recording, joints)
-        figures.append(("heat", heat, "Temperatures in the run, and the events of friction."))
-        figures.append(
-            (
-                "energy",
-                figure_energy(recording),
-                "Energies put in (electrical) and lost; below the audit.",
-            )
-        )
-    drawn = []
-    for name, figure, caption in figures:
-        with house_style(name):
-            drawn.append((svg_text(figure, caption), caption))
     told = found.decision
     word, css = ("", "") if told is None else (str(told.verdict), CSS[told.verdict])
     if recording.stopped_by is not None:
@@ -122,7 +98,7 @@ def _run(found: SimulationFound) -> Section:
     if events:
         rows = tuple((f"{event.time:.4f} s", event.name, event.detail) for event in events)
         tables.append(SheetTable(("time", "event", ""), rows, "Events", (0,)))
-    return Section("The run", "run", word, css, tuple(lead), tuple(drawn), tuple(tables))
+    return Section("The run", "run", word, css, tuple(lead), run_charts(recording, joints, found.limits), tuple(tables))
 
 
 def _decided(told: Decision) -> SheetTable:

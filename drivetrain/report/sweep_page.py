@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
+from drivetrain.report.answer_charts import OBJECTIVES, sweep_chart
 from drivetrain.report.best_sets import HEADINGS
-from drivetrain.report.figures_sweep import sweep_svg
 from drivetrain.report.quantities import DASH, number, percent
 from drivetrain.report.sections import Chip, Section, SheetTable
 from drivetrain.report.sheet import sheet
@@ -15,14 +15,13 @@ from drivetrain.study.model import Study
 
 MOST_ROWS = 500
 SAME = "as the last above"
-LABELS = {"mass": "mass of all drives [kg]", "price": "price of all drives", "energy": "energy a cycle [J]"}
 _CSS = {"PASS": "pass", "MARGINAL": "marginal", "FAIL": "fail"}
 
 
 def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> str:
     """The results of a sweep as one page that needs nothing from outside."""
-    label = LABELS.get(study.objective, "objective")
-    picture = sweep_svg(results, names, label)
+    label = OBJECTIVES.get(study.objective, "objective")
+    picture = sweep_chart(results, names, label)
     fits = int(results["feasible"].sum())
     lead = f"{fits} of {len(results)} points fit."
     shown = results.head(MOST_ROWS)
@@ -33,7 +32,9 @@ def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> s
     numeric = (len(names) + 1, len(names) + 2)
     table = SheetTable(headings, _rows(shown, names), numeric=numeric)
     notes = ("The shards hold every point; " + f"the first {MOST_ROWS} are shown here.",) * (len(results) > MOST_ROWS)
-    figures = ((picture, "Each mark is one point; crosses at the foot: no set fits there."),) if picture else ()
+    figures = (
+        ((picture, "Each mark is one point; crosses at the foot: no set fits there."),) if picture is not None else ()
+    )
     return sheet(
         study, "Sweep", [Section("Every point", "points", lead=(lead,), figures=figures, tables=(table,), notes=notes)]
     )

@@ -28,9 +28,8 @@ DRIVE_MASS = {
 
 OUTSIDE = (
     (
-        "emergency stop, a jammed output, power off: the gear's momentary peak torque is compared with the cycle only",
-        "the amplifier's peak current as a torque on the gear, from the worst state of the cycle; "
-        "`drivetrain simulate` with a limited amplifier and a wall",
+        "springs that swing against each other in a stop; a brake that slips with less than its static torque; impacts",
+        "`drivetrain simulate` with `FlexibleJoint`, `HoldingBrake` and walls",
     ),
     (
         "overshoot, control error, start-up: the motion counts as followed exactly",

@@ -22,7 +22,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.simulation import equations, jacobian
-from drivetrain.simulation.engine import Engine, Outcome, Wish, started
+from drivetrain.simulation.engine import Engine, Outcome, Wish
 from drivetrain.simulation.equations import (
     RIGHT_SIDE,
     account_at,
@@ -54,6 +54,7 @@ from drivetrain.simulation.records import (
     states_of,
     words_of,
 )
+from drivetrain.simulation.starting import started
 from drivetrain.solvers import records as at
 from drivetrain.solvers.compiled_problem import CompiledProblem, Events, Hooks
 from drivetrain.solvers.integrate_compiled import Checkpoint, CompiledSolution, integrate_compiled
@@ -241,7 +242,7 @@ class AdaptiveStep(Engine):
             InputError: What is to be resumed belongs to another scene; a solver that does not run compiled.
         """
         if wish.resume is None:
-            numbers, first, kept = started(plan), 0.0, None
+            numbers, first, kept = started(plan, wish.start), 0.0, None
         else:
             kept, size = wish.resume, plan.memory.moving
             sizes = {"run": at.RUN.itemsize // 8, "states": size * (at.STATE.itemsize // 8)}

@@ -147,11 +147,11 @@ class EffectCosts:
 
     Attributes:
         full: Decision of the full scene.
-        seconds: Wall time of one run of it [s].
+        seconds: Processor time of one run of it [s].
         solver: What ran it.
         counters: Its work.
         rows: One an effect, dearest first.
-        bare: Wall time without any of them over the full one's [-].
+        bare: Processor time without any of them over the full one's [-].
     """
 
     full: Decision
@@ -195,7 +195,7 @@ class Proof:
         numerical: How much of the measured change may be the step's, by halving it.
         steps: That were used [s].
         audit: Energy that is there and should not be, over what was put in and taken out [-].
-        seconds_chosen, seconds_full: Wall time of one run [s].
+        seconds_chosen, seconds_full: Processor time of one run [s].
         beyond: Whether the measured change is beyond the tolerance.
         proven: Whether it is within, and the numbers good enough to say so.
         why: In words.
@@ -249,7 +249,7 @@ class SolverRun:
         family: Such as ``fixed step``.
         setting: Its step [s] or tolerance [-].
         error: In the decision quantities, the largest share [-]; NaN where the run did not end.
-        seconds: Wall time, the median of some runs [s].
+        seconds: Processor time, the median of some runs [s].
         work: Evaluations of the right-hand side or solved steps.
         note: Why it did not end; empty where it did.
         where: The decision quantity that is furthest off, and its joint.

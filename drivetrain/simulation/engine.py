@@ -1,18 +1,14 @@
-"""The engines of forward simulation, as descriptions: where a run begins, and what each gives back to be recorded."""
+"""The engines of forward simulation, as descriptions: what is wanted of each, and what it gives back to be recorded."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from drivetrain.arrays import Array
-from drivetrain.effects.effect import Effect
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation import equations
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event, Series
 
@@ -27,11 +23,13 @@ class Wish:
         interval: Between two recorded instants [s].
         progress: Told how far the run has come; None: nobody.
         resume: What an earlier run kept, by name; None: from the start.
+        start: States at the start that are given, by name [their own units]; all others are in equilibrium.
     """
 
     interval: float
     progress: Progress | None = None
     resume: dict[str, Any] | None = None
+    start: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,71 +74,3 @@ class Engine(ABC):
     @abstractmethod
     def run(self, plan: Plan, wish: Wish) -> Outcome:
         """Run a plan."""
-
-
-PASSES = 4  # states that depend on states that depend on states
-
-
-def started(plan: Plan) -> Array:
-    """The numbers of a run at its start."""
-    memory, n = plan.memory, plan.body.n
-    numbers = memory.numbers.copy()
-    at, states = memory.view(numbers, "coordinates"), memory.view(numbers, "states")
-    position, speed = _motion(plan)
-    at["position"][:n], at["speed"][:n] = plan.body.coordinates_of(position), plan.body.coordinates_of(speed)
-    for i in plan.body.springs:
-        at["speed"][plan.body.motors[i]] = speed[i]
-    begun = [(one, [memory.states[name] for name in one.states]) for one in plan.instances if one.states]
-    bent = {i: shape.deflection for i, shape in plan.body.springs.items() if shape.deflection is not None}
-    known = _Known(memory.places, numbers)
-    for _ in range(PASSES if begun or bent else 0):
-        before = numbers[states["value"]]
-        equations.evaluate_signals(numbers)
-        for i, deflection in bent.items():
-            joint = plan.scene.joints[i]
-            load = known[f"{joint}.bias_torque"] - known[f"{joint}.joint_torque"]
-            at["position"][plan.body.motors[i]] = deflection(load)
-        for one, places in begun:
-            numbers[states["value"][places]] = one.effect.start(one.place, known)
-        if np.array_equal(numbers[states["value"]], before):
-            break
-    # Who slid while states did not fit yet would else go on sliding at no speed.
-    at["dry"]["mode"] = 0
-    found = equations.evaluate_rates(numbers, numbers[states["value"][: memory.moving]])
-    rate = found[plan.body.c : 2 * plan.body.c]
-    at["last"] = np.where(np.isfinite(rate), rate, 0.0)
-    return numbers
-
-
-class _Known(Mapping[str, float]):
-    """Signals by name, looked up one by one: of hundreds an effect asks for three."""
-
-    def __init__(self, places: Mapping[str, int], values: Array) -> None:
-        self._places, self._values = places, values
-
-    def __getitem__(self, name: str) -> float:
-        return float(self._values[self._places[name]])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
-
-    def __len__(self) -> int:
-        return len(self._places)
-
-
-def _motion(plan: Plan) -> tuple[Array, Array]:
-    """Positions and speeds at the start: the scene's own, else where a command begins."""
-    scene, n = plan.scene, plan.body.n
-    position, speed = np.zeros(n), np.zeros(n)
-    for one in plan.instances:
-        told: Effect = one.effect
-        begin = getattr(told, "begins_at", None)
-        if begin is not None:
-            joints, where, fast = begin(one.place)
-            position[joints], speed[joints] = where, fast
-    if scene.position is not None:
-        position = np.asarray(scene.position)
-        speed = np.zeros(n)
-    if scene.speed is not None:
-        speed = np.asarray(scene.speed)
-    return position, speed

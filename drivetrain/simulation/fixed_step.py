@@ -20,7 +20,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
-from drivetrain.simulation.engine import Engine, Outcome, Wish, started
+from drivetrain.simulation.engine import Engine, Outcome, Wish
 from drivetrain.simulation.equations import account_at, pass_payloads, put_row, solve_at, take_samples
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event
@@ -42,6 +42,7 @@ from drivetrain.simulation.records import (
     words_of,
     world_of,
 )
+from drivetrain.simulation.starting import started
 from drivetrain.solvers.solver import check_positive
 
 DONE, FULL, PAUSED, DIVERGED, JAMMED, ENDLESS = range(6)  # why the kernel came back
@@ -342,7 +343,7 @@ class FixedStep(Engine):
         clocks = np.zeros(1, CLOCK)
         clock: Any = clocks[0]
         if wish.resume is None:
-            numbers, clock["wanted"] = started(plan), np.inf
+            numbers, clock["wanted"] = started(plan, wish.start), np.inf
         else:
             numbers = resumed(wish.resume, plan, {"clock": clocks.itemsize // 8})
             clocks[:] = np.asarray(wish.resume["clock"]).view(CLOCK)

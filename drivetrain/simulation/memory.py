@@ -22,7 +22,7 @@ from drivetrain.records import fill, record_type
 from drivetrain.simulation import equations
 from drivetrain.simulation import records as r
 from drivetrain.simulation.mechanics import Mechanics
-from drivetrain.simulation.wiring import Directory, Group, Instance
+from drivetrain.simulation.wiring import Directory, Group, Instance, ranked
 
 ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
 SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES, named.PAYLOAD_ENERGY)
@@ -79,7 +79,8 @@ class _Block:
         flat, at = np.ascontiguousarray(values).reshape(-1), self.size
         dtype, block = flat.dtype, flat.view(np.float64)
         self.parts.append(block)
-        self.changing.append(np.resize(np.asarray(changing, dtype=np.bool_), len(block)))
+        mask = np.atleast_1d(np.asarray(changing, dtype=np.bool_))
+        self.changing.append(np.repeat(mask, len(block)) if len(mask) == 1 else np.tile(mask, len(block) // len(mask)))
         if name:
             self.sections[name] = (at, dtype, len(block))
         self.size += len(block)
@@ -264,8 +265,7 @@ def _put_coordinates(placed: _Placed, block: _Block, body: Mechanics, joints: Se
 def _states(instances: Sequence[Instance], placed: _Placed, body: Mechanics) -> tuple[Array, NDArray[np.bool_], Any]:
     """Errors that do not matter, which states are memory, and the records of all states, memory last."""
     told = {name: state for one in instances for name, state in zip(one.states, one.ports.states, strict=True)}
-    ranked = sorted(instances, key=lambda one: one.rank)
-    order = [name for one in ranked for name in one.states]
+    order = [name for one in ranked(instances) for name in one.states]
     order = [*(name for name in order if not told[name].memory), *(name for name in order if told[name].memory)]
     own = {name: placed.states[name] for name in order}
     kept = {name: at for name, at in placed.states.items() if name not in told}

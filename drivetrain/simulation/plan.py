@@ -15,6 +15,7 @@ from drivetrain.effects.effect import Place, Role, TimeScale
 from drivetrain.effects.signals import (
     JOINT_HOLD_FORWARD,
     KINETIC_ENERGY,
+    MESH_DRIVING,
     PAYLOAD_ENERGY,
     POTENTIAL_ENERGY,
     SURFACE_SPEED,
@@ -25,7 +26,17 @@ from drivetrain.simulation.mechanics import Mechanics, coupling_of, mechanics, r
 from drivetrain.simulation.memory import Memory, lay_out, recorded_signals
 from drivetrain.simulation.recording import Series
 from drivetrain.simulation.scene import WHOLE, Scene
-from drivetrain.simulation.wiring import MECHANICS, Directory, Group, Instance, directory, instance, ordered, unit_at
+from drivetrain.simulation.wiring import (
+    MECHANICS,
+    Directory,
+    Group,
+    Instance,
+    directory,
+    instance,
+    ordered,
+    ranked,
+    unit_at,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +180,11 @@ class Plan:
         return names
 
     @cached_property
+    def inertia(self) -> Array:
+        """Mass matrix of the coordinates at the start [kg m^2 or kg], (c, c)."""
+        return _inertia(self.memory, self.body, self.scene)[0]
+
+    @cached_property
     def layout(self) -> Layout:
         """What stands in the rows of its runs."""
         return layout_of(self.memory, self.signals, self.units)
@@ -206,8 +222,9 @@ def plan(scene: Scene) -> Plan:
     whole = Place(-1, WHOLE, scene.joints, ratios, scene.turning, body.c, coupling_of(scene))
     places = {WHOLE: whole} | {name: _at_joint(whole, i) for i, name in enumerate(scene.joints)}
     found = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
-    instances = sorted(found, key=lambda one: one.rank)  # so that the order of declaration leaves no trace
+    instances = ranked(found)
     _check_shafts(instances)
+    _check_meshes_alone(instances)
     known = directory(instances, whole, [i in body.springs for i in range(body.n)])
     groups, accounts = ordered(instances), ordered(instances, told=True)
     memory = lay_out(groups, accounts, body, known, scene.joints)
@@ -303,6 +320,22 @@ def _check_shafts(instances: Sequence[Instance]) -> None:
         if one.place.coupled and own and getattr(one.effect, "side", "joint") != "shaft":
             hint = "state its friction at the shaft behind the gear (side='shaft') or at the motor"
             faults.append(Fault(one.title, "rubs at a joint whose motor is coupled to others", None, hint))
+    if faults:
+        raise InputError(faults)
+
+
+def _check_meshes_alone(instances: Sequence[Instance]) -> None:
+    """That no joint has two meshes: of losses in series no sum of shares is the whole."""
+    kinds: dict[str, list[str]] = {}
+    for one in instances:
+        if any(signal.name == MESH_DRIVING.name for signal in one.ports.contributes):
+            kinds.setdefault(one.place.name, []).append(type(one.effect).__name__)
+    hint = "state one gear with the efficiency of both, the product"
+    faults = [
+        Fault(f"effects[{joint!r}]", f"has {len(listed)} mesh losses ({', '.join(listed)})", None, hint)
+        for joint, listed in kinds.items()
+        if len(listed) > 1
+    ]
     if faults:
         raise InputError(faults)
 

@@ -12,6 +12,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.adaptive_step import AdaptiveStep
+from drivetrain.simulation.doubts import doubts
 from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.passive import limit_events
@@ -19,10 +20,12 @@ from drivetrain.simulation.plan import Audit, Plan
 from drivetrain.simulation.plan import plan as planned
 from drivetrain.simulation.recording import Event, Recording, TableSeries
 from drivetrain.simulation.scene import Scene
+from drivetrain.simulation.starting import sinking, start_words
 from drivetrain.simulation.unaccounted import energy_event
 from drivetrain.solvers.solver import Solver, check_positive
 
 DEFAULT_INTERVAL = 0.01  # s
+EQUILIBRIUM = "equilibrium"
 MOST_ROWS = 1e8
 BEYOND = 1e30  # no number of an arm; its square is still one
 
@@ -35,6 +38,7 @@ def simulate(
     interval: float = DEFAULT_INTERVAL,
     resume: Recording | None = None,
     progress: Progress | None = None,
+    start: str | Mapping[str, float] = EQUILIBRIUM,
 ) -> Recording:
     """What happens when a scene runs.
 
@@ -43,6 +47,7 @@ def simulate(
             Rodas4(rtol=1e-6), stands for the adaptive engine with it.
         duration: Replaces that of the scene [s].
         interval: Between two recorded instants [s].
+        start: ``equilibrium``, or states that are given instead, by name [their own units].
 
     Raises:
         InputError: A scene that contradicts itself, or an earlier recording of another.
@@ -54,6 +59,7 @@ def simulate(
         hint = "load_recording reads one from its file"
         raise InputError(Fault("resume", "must be a recording", type(resume).__name__, hint))
     check_positive("interval", interval, "s")
+    given = _given(start, resume)
     ready = scene if isinstance(scene, Plan) else planned(scene)
     if duration is not None:
         check_positive("duration", duration, "s")
@@ -62,8 +68,8 @@ def simulate(
         problem = f"makes more than {MOST_ROWS:g} rows of {ready.scene.duration:g} s"
         raise InputError(Fault("interval", problem, interval, "record less often"))
     kept = None if resume is None else dict(resume.kept)
-    outcome = engine.run(ready, Wish(interval, progress, kept))
-    return _recording(ready, engine, outcome, kept or {})
+    outcome = engine.run(ready, Wish(interval, progress, kept, given))
+    return _recording(ready, engine, outcome, kept or {}, given)
 
 
 def engine_of(solver: Engine | Solver | None) -> Engine:
@@ -78,7 +84,23 @@ def engine_of(solver: Engine | Solver | None) -> Engine:
     return engine
 
 
-def _recording(plan: Plan, engine: Engine, outcome: Outcome, resumed: Mapping[str, Any]) -> Recording:
+def _given(start: object, resume: Recording | None) -> Mapping[str, float]:
+    """The states that are given."""
+    if isinstance(start, str) and start == EQUILIBRIUM:
+        return {}
+    if not isinstance(start, Mapping):
+        hint = "such as {'elbow.integrated_current': 0.0}"
+        raise InputError(Fault("start", f"must be {EQUILIBRIUM!r}, or states by name", start, hint))
+    if resume is not None:
+        raise InputError(
+            Fault("start", "cannot be given to a run that goes on from another", ", ".join(map(str, start)))
+        )
+    return start
+
+
+def _recording(
+    plan: Plan, engine: Engine, outcome: Outcome, resumed: Mapping[str, Any], given: Mapping[str, float]
+) -> Recording:
     about = {"scene": plan.scene.name, "solver": repr(engine), "duration": f"{plan.scene.duration:g} s"}
     if outcome.times is not None:
         return Recording(outcome.times, outcome.series, outcome.counters, outcome.events, outcome.stopped_by, about)
@@ -88,7 +110,13 @@ def _recording(plan: Plan, engine: Engine, outcome: Outcome, resumed: Mapping[st
     audit = Audit(plan.layout, balance)
     derived = {"stored_energy": ("J", audit.stored), "energy_error": ("J", audit.error)}
     series = TableSeries(rows, plan.layout.recorded, derived)
-    events = sorted((*outcome.events, *_limits(plan, rows), *_audited(plan, engine, rows, balance)), key=_instant)
+    events = [*outcome.events, *_limits(plan, rows), *_audited(plan, engine, rows, balance)]
+    events += doubts(plan, engine, rows)
+    if not resumed:
+        first = {name: float(rows[0, column]) for name, (column, _) in plan.layout.recorded.items()}
+        about["start"] = start_words(plan, first, given)
+        events += sinking(plan, first)
+    events.sort(key=_instant)
     kept = {**outcome.kept, "balance": np.array(balance)}
     return Recording(rows[:, 0], series, outcome.counters, tuple(events), stopped, about, kept)
 

@@ -36,7 +36,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.records import as_record, known
-from drivetrain.simulation.inverse import demanded
+from drivetrain.simulation.inverse_demand import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.study.model import JointTask, Study

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
@@ -35,11 +35,6 @@ class Instance:
     def title(self) -> str:
         """What to call it in messages."""
         return f"{type(self.effect).__name__} of {self.place.name}"
-
-    @property
-    def rank(self) -> tuple[str, int, str]:
-        """By which instances that may come in any order are put in one."""
-        return type(self.effect).__name__, self.place.joint, repr(self.effect)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +94,16 @@ def instance(effect: Effect, place: Place) -> Instance:
     return Instance(effect, place, ports, states, names(ports.needs), *written)
 
 
+def ranked(instances: Iterable[Instance]) -> list[Instance]:
+    """Instances that may come in any order, in one: by kind, joint and, of two of a kind there, what they say."""
+
+    def rank(one: Instance) -> tuple[str, int]:
+        return type(one.effect).__name__, one.place.joint
+
+    told = [list(same) for _, same in groupby(sorted(instances, key=rank), rank)]
+    return [one for same in told for one in (sorted(same, key=lambda x: repr(x.effect)) if len(same) > 1 else same)]
+
+
 def unit_at(unit: str, turning: bool) -> str:
     """The unit of a joint's quantity where the joint slides.
 
@@ -125,14 +130,15 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
         InputError: A signal set twice, set and added to, needed and set by nobody, or of two units: all of them.
     """
     known, faults = Directory(), Faults()
+    told = [*((signal, False) for signal in (*named.BEFORE, *named.AFTER)), *((signal, True) for signal in named.TAKEN)]
     for index, joint in enumerate(place.joints):
-        for signal in (*named.BEFORE, *named.AFTER, *named.TAKEN):
+        for signal, taken in told:
             if signal.name.startswith(("deflection", "gear_")) and not flexible[index]:
                 continue
             own = signal.name in MOTOR_SIDE
             name = f"{joint}.{signal.name}"
             known.units[name] = signal.unit if own else unit_at(signal.unit, place.turning[index])
-            if signal in named.TAKEN:
+            if taken:
                 known.adders[name] = []
             else:
                 known.givers[name] = MECHANICS
@@ -213,18 +219,23 @@ def _enter(one: Instance, known: Directory, faults: Faults) -> None:
 
 
 def ordered(instances: Sequence[Instance], *, told: bool = False) -> list[Group]:
-    """The effects in groups, each after all that set what it needs, whatever the order in which they were declared.
+    """The effects in groups, each after all that set what it needs.
+
+    Args:
+        instances: In the order of ``ranked``, so that how they were declared leaves no trace.
 
     Raises:
         InputError: A loop; it names the signals.
     """
-    ranked = sorted(instances, key=lambda one: one.rank)
-    sets = {name: [one for one in ranked if name in (one.outputs if told else (*one.provides, *one.contributes))]
-            for one in ranked for name in (one.outputs if told else (*one.provides, *one.contributes))}  # fmt: skip
+    sets: dict[str, list[Instance]] = {}
+    for one in instances:
+        for name in one.outputs if told else (*one.provides, *one.contributes):
+            sets.setdefault(name, []).append(one)
     before = {
-        id(one): {id(giver) for name in one.needs for giver in sets.get(name, ()) if giver is not one} for one in ranked
+        id(one): {id(giver) for name in one.needs for giver in sets.get(name, ()) if giver is not one}
+        for one in instances
     }
-    left, groups = list(ranked), []
+    left, groups = list(instances), []
     done: set[int] = set()
     while left:
         ready = [one for one in left if before[id(one)] <= done]

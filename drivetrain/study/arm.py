@@ -93,7 +93,7 @@ def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
     source = form.arm.source if form.arm is not None and form.arm.source is not None else ""
     named_file = Path(source).suffix.lower() in SUFFIXES
     if source not in builtin_names() and not named_file:
-        problem = "is neither a built-in arm nor a .urdf or .xacro file"
+        problem = "is neither a built-in arm nor a .urdf, .xacro, .xml (MJCF) or .sdf file"
         ledger.fault(("arm",), problem, source, nearest(source, builtin_names()))
         return None
     path = ledger.document.folder / source

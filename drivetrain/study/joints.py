@@ -146,7 +146,8 @@ def resolve_stop(around: Surroundings, form: JointForm, place: Place) -> Stop:
     if basis is None:
         problem = "needs amplifier.current_basis: dc, rms or peak; they differ by up to 41 %, so it is not guessed"
         where = (*place, "stop") if own is not None and given(own, "current") else ("stop",)
-        around.ledger.fault((*where, "current"), problem)
+        hint = "beside amplifiers of the catalogue: amplifier: {current_basis: rms} at the top of the study"
+        around.ledger.fault((*where, "current"), problem, hint=hint)
         return stop
     return replace(stop, current=to_dc(stop.current, basis))
 

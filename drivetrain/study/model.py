@@ -128,6 +128,8 @@ class Stop:
         stops_per_day: How many; None: the permitted number of momentary peaks is not judged.
         service_life: Of the arm [s]; None: the same.
         jam: Whether the gear must bear an output that is held fast at full speed; else that is told, not judged.
+        power_off: Whether gears and holding brakes must bear the power going off at any instant; false where the supply
+            outlives it, so that brakes bite at rest alone.
     """
 
     current: Current | None = None
@@ -136,6 +138,7 @@ class Stop:
     stops_per_day: Factor | None = None
     service_life: Duration | None = None
     jam: bool = False
+    power_off: bool = True
 
 
 @dataclass(frozen=True, eq=False)

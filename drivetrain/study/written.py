@@ -53,10 +53,10 @@ def plain(value: Any, place: str) -> Any:
     raise InputError(Fault(place, f"a study cannot hold a {type(value).__name__}"))
 
 
-def written(document: Document) -> str:
-    """The text of a study file; names of other files start from the folder in which this is called."""
+def written(document: Document, place: Path = Path()) -> str:
+    """The text of a study file; names of other files start from its place, left out: where this is called."""
     data = copy.deepcopy(document.data)
-    _relocate(data, document.folder)
+    _relocate(data, document.folder, place)
     ordered = {name: data[name] for name in ("schema_version", "name") if name in data} | data
     return yaml.dump(_with_units(ordered), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
 
@@ -71,12 +71,12 @@ def _with_units(value: Any) -> Any:
     return [_with_units(one) for one in value] if isinstance(value, list) else value
 
 
-def _relocate(data: dict[str, Any], folder: Path) -> None:
-    """Names of files, from those of the study's folder to those of the present one."""
+def _relocate(data: dict[str, Any], folder: Path, place: Path) -> None:
+    """Names of files, from those of the study's folder to those of another."""
 
     def moved(name: Any) -> Any:
         named = isinstance(name, str) and name != SHIPPED
-        return os.path.relpath(folder / name) if named and not Path(name).is_absolute() else name
+        return os.path.relpath(folder / name, place) if named and not Path(name).is_absolute() else name
 
     arm = data.get("arm")
     if isinstance(arm, str) and arm not in builtin_names() and Path(arm).suffix.lower() in SUFFIXES:

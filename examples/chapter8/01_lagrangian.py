@@ -6,14 +6,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from figures.mass_matrix import figure_velocity_accelerations
 
 import drivetrain as dt
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2r_torque
 from drivetrain.dynamics.book.symbolic import symbolic_dynamics
 from drivetrain.dynamics.coriolis import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy, power_balance
-from drivetrain.report.figures_mass_matrix import figure_velocity_accelerations
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

@@ -6,11 +6,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from figures.mass_matrix import figure_mass_ellipsoids
 
 from drivetrain.dynamics.book.ellipsoids import acceleration_ellipsoid, torque_ellipsoid
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
-from drivetrain.report.figures_mass_matrix import figure_mass_ellipsoids
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

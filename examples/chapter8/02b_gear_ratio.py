@@ -6,12 +6,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from figures.mass_matrix import figure_ratio_sweep
 
 import drivetrain as dt
 from drivetrain.dynamics.book.ratio_sweep import sweep_ratio, with_ratio
 from drivetrain.dynamics.book.symbolic import symbolic_dynamics
-from drivetrain.report.figures_mass_matrix import figure_ratio_sweep
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

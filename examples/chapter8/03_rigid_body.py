@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from figures.rigid_body import figure_free_motion
 
 from drivetrain.errors import InputError
-from drivetrain.report.figures_rigid_body import figure_free_motion
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.plotting import house_style, png_bytes
 from drivetrain.spatial.free_motion import free_motion, space_momentum
 from drivetrain.spatial.inertia import combined, cuboid, cylinder, ellipsoid
 from drivetrain.spatial.mesh_inertia import TriangleMesh, mesh_body

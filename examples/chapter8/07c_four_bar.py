@@ -6,12 +6,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from figures.constrained import figure_drift
 
 import drivetrain as dt
 from drivetrain.dynamics.constrained import closed_position, constrained_forward_dynamics, constraint_projectors
 from drivetrain.dynamics.constraints import Attachment, ClosingJoint, LoopClosure
-from drivetrain.report.figures_constrained import figure_drift
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import Baumgarte, Drifting, Projection, simulate_constrained
 from drivetrain.solvers.solver import RungeKutta4, SemiImplicitEuler
 from drivetrain.spatial.poses import pose

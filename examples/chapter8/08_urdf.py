@@ -9,12 +9,12 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+from figures.links import figure_links
 
 from drivetrain.arm.builtin import ROBOTS
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.export.urdf import write_urdf
-from drivetrain.report.figures_links import figure_links
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import inverse_pose, pose_from_xyz_rpy
 

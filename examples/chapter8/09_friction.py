@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from figures.friction import figure_friction
 
 from drivetrain.drive.friction import book_curves, breakaway_torque, friction_torque
-from drivetrain.report.figures_friction import figure_friction
 
 NAMES = {
     "a": "(a) viscous",

@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from figures.flexibility import figure_flexibility
 
 from drivetrain.arm.flexible_links import BendingLink, with_flexible_links
 from drivetrain.dynamics.flexibility import locked_frequencies
-from drivetrain.report.figures_flexibility import figure_flexibility
 from drivetrain.shipped import shipped
 from drivetrain.sizing.deflection import joint_stiffness, tip_deflection, vibration
 from drivetrain.sizing.judge.evaluate import evaluate

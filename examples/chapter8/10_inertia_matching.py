@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 from drivetrain.drive.matching import inertia_matching_ratio
-from drivetrain.report.figures_ratio import figure_ratio
+from drivetrain.report.answer_charts import ratio_charts
+from drivetrain.report.plotting import figure_of
 from drivetrain.report.ratio_page import ratio_sentence
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.ratio import ratio_study
@@ -42,7 +43,7 @@ def main(picture: Path) -> None:
     print("  every limit of the study: " + ratio_sentence(found))
     print(f"  least utilisation at {found.best.ratio:.0f}: voltage stops the ratio far short of the least torque")
     print("  nearest in the catalogue: " + ", ".join(f"{gear.key} {gear.verdict}" for gear in found.gears[:3]))
-    figure_ratio(found).savefig(picture, dpi=150, facecolor="white")
+    figure_of(ratio_charts(found)).savefig(picture, dpi=150, facecolor="white")
     print(f"drew {picture}")
 
 

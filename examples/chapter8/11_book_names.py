@@ -7,14 +7,14 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from figures.readings import figure_torque_from_positions
 from numpy.linalg import norm
 
 import drivetrain.modern_robotics as mr
 from drivetrain.arm.book_lists import book_lists
 from drivetrain.arm.load import load_arm
 from drivetrain.dynamics.from_positions import torque_from_positions
-from drivetrain.report.figures_readings import figure_torque_from_positions
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.plotting import house_style, png_bytes
 
 
 def main(picture: Path) -> None:

@@ -104,7 +104,7 @@ def test_no_more_voltage_than_there_is(make) -> None:
     cold = motor.torque_constant * (1.0 + motor.magnet_coefficient * (25.0 - motor.reference_temperature))
     for k in range(len(cycle.time)):
         commander.reset()
-        commander._axes["current"] = before
+        commander.axes["current"] = before
         current = commander(cycle.position[k], cycle.velocity[k], cycle.acceleration[k]).copy()
         resistance = motor.resistance
         asked = cold * -50.0 * cycle.velocity[k] + resistance * current + motor.inductance * (current - before) * 1e3
@@ -234,7 +234,7 @@ def test_ticks_that_are_none(make, wrong) -> None:
     before = commander([0.1, 0, 0], [0, 0, 0], [0, 0, 0]).copy()
     with pytest.raises(InputError, match="q"):
         commander(*wrong)
-    np.testing.assert_array_equal(commander._axes["current"], before)
+    np.testing.assert_array_equal(commander.axes["current"], before)
 
 
 def test_commanders_that_are_none(make) -> None:

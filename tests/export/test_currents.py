@@ -92,6 +92,7 @@ def read_header(path: Path, folder: Path) -> dict[str, np.ndarray]:
 
 CASES = [
     ("amperes", "dc", None), ("amperes", "rms", None), ("amperes", None, None), ("cia402", "rms", None),
+    ("cia402", None, None),
     ("cia402", "peak", 12.0), ("cia402", "torque", 0.9), ("analogue", "peak", 80.0), ("counts", "rms", 60.0),
     ("counts", None, None),
 ]  # fmt: skip
@@ -112,6 +113,14 @@ def test_currents_come_back(ur5, tmp_path: Path, scale: str, basis: str | None, 
             assert np.abs(current - wide.joints[name].series.current).max() <= 0.501 * count + 1e-7
             if scales[name].whole:
                 np.testing.assert_array_equal(numbers[name], np.rint(numbers[name]))
+
+
+def test_without_a_basis_the_study_says_it(make_one, make, ur5) -> None:
+    """Amplifiers in rms: the rated current in rms; in dc, where object 0x6075 has no such ampere, the rated torque."""
+    assert all("0x6075" in one.base and "rms" in one.base for one in current_scales(ur5, "cia402").values())
+    assert "torque constant" in current_scales(make_one, "cia402")["j1"].base
+    rated = 1e3 * make.motor.torque_constant * make.motor.nominal_current
+    assert f"0x6076 = {rated:.9g} mN m" in current_scales(make_one, "cia402")["j1"].base
 
 
 def test_the_head_names_study_hold_and_rate(ur5, tmp_path: Path) -> None:
@@ -155,7 +164,6 @@ def make_one(make):
     ("scale", "options", "told"),
     [
         ("cia401", {}, "cia402"),
-        ("cia402", {}, "must be chosen"),
         ("cia402", {"basis": "dc"}, "rms, peak, torque"),
         ("counts", {"basis": "rsm"}, "rms"),
         ("counts", {"full_scale": {"j9": 3.0}}, "j9"),
@@ -171,10 +179,11 @@ def test_full_scales_that_nobody_states(make) -> None:
     time = np.linspace(0.0, 1.0, 11)
     cycle = make.table_cycle(time, time, time, time)
     found = evaluate(make.study(cycle, joints=(make.task(amplifier=Amplifier()),)))
-    with pytest.raises(InputError, match="peak_current"):
-        current_scales(found, "counts")
-    motor = replace(found.joints["j1"].drive.motor, nominal_current=None)
+    assert "30 A" in current_scales(found, "counts")["j1"].base  # of the motor
+    motor = replace(found.joints["j1"].drive.motor, nominal_current=None, peak_current=None)
     joint = replace(found.joints["j1"], drive=replace(found.joints["j1"].drive, motor=motor))
+    with pytest.raises(InputError, match="peak_current"):
+        current_scales(replace(found, joints={"j1": joint}), "counts")
     with pytest.raises(InputError, match="nominal current"):
         current_scales(replace(found, joints={"j1": joint}), "cia402", basis="rms")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from pathlib import Path
@@ -26,6 +27,10 @@ PAIRS = ", ".join(
     f"{{motor: {motor}, gear: hd_CSG-17-{ratio}-2UH}}"
     for motor in ("AM_MF0060008_48V", "AM_MF0060020_48V") for ratio in (100, 120)
 )  # fmt: skip
+WAVES = [(0.01 * k, *(math.sin(r * 0.01 * k) for r in (2.0, 3.0, 2.5, 1.5))) for k in range(600)]
+RECORDING = "time [s],q1 [rad],q2 [rad],torque1 [N m],torque2 [N m]\n" + "\n".join(
+    ",".join(f"{x:.9g}" for x in row) for row in WAVES
+)
 SWEEP = "study: my_arm.yaml\nscale:\n  payload: [0.5, 1]\npoints_per_shard: 1\n"
 
 
@@ -49,6 +54,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     assert found is not None
     few = f"    candidates: {{pairs: [{PAIRS}]}}\n    free_ratio: {{ratio: [80, 160], motor: AM_MF0060020_48V}}\n"
     (tmp_path / "my_arm.yaml").write_text(text.replace(found.group(0), few), encoding="utf-8")
+    (tmp_path / "run.csv").write_text(RECORDING, encoding="utf-8")
     (tmp_path / "sweep.yaml").write_text(SWEEP, encoding="utf-8")
     return tmp_path
 

@@ -17,8 +17,8 @@ FLOORS = {
     "arm": 4, "catalog": 4, "effects": 4,
     "study": 5, "dynamics": 5,
     "sizing": 6, "simulation": 6,
-    "report": 7, "accuracy": 7, "export": 7, "sweep": 7, "control": 7,
-    "commands": 8, "modern_robotics": 8, "cli": 9, "__main__": 10,
+    "report": 7, "accuracy": 7, "export": 7, "sweep": 7, "identification": 8, "control": 7,
+    "commands": 9, "modern_robotics": 9, "cli": 10, "__main__": 11,
 }  # fmt: skip
 
 SIZING = {

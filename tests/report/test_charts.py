@@ -19,6 +19,7 @@ from drivetrain.report.figures_overview import overview_png
 from drivetrain.report.motion_data import FOLLOWS, kept_samples, motion_data
 from drivetrain.report.page import html_report
 from drivetrain.report.planes import regions, temperatures
+from drivetrain.report.plotting import figure_of
 from drivetrain.report.quantities import convert
 from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
@@ -217,3 +218,24 @@ def test_nothing_known_still_draws(without_data: Evaluation) -> None:
 def test_overview_is_one_png(evaluation: Evaluation) -> None:
     data = overview_png(evaluation)
     assert data.startswith(b"\x89PNG") and data == overview_png(evaluation)
+
+
+def test_a_long_line_keeps_its_peaks() -> None:
+    x = np.arange(100_000)
+    y = np.sin(x / 500.0)
+    y[77_777] = 9.0
+    pictures = Pictures()
+    pictures.add(Chart("", "", "", [Mark("line", x, y), Mark("points", x[:3], y[:3])]))
+    line = pictures.charts[0]["marks"][0]
+    assert len(line["y"]) < 900 and max(line["y"]) == 9.0 and line["x"][line["y"].index(9.0)] == 77_777
+    assert line["x"][0] == 0 and line["x"][-1] == 99_999
+
+
+def test_matplotlib_draws_the_same(evaluation: Evaluation) -> None:
+    charts = [chart for chart in (margin_chart(evaluation), power_chart(evaluation), heat_chart(evaluation)) if chart]
+    figure = figure_of(charts)
+    for chart, axes in zip(charts, figure.axes, strict=True):
+        assert (axes.get_xlabel(), axes.get_ylabel()) == (chart.x, chart.y)
+    line = next(mark for mark in charts[1].marks if mark.kind == "line")
+    assert any(np.array_equal(drawn.get_ydata(), line.y) for drawn in figure.axes[1].lines)
+    assert [text.get_text() for text in figure.axes[2].get_yticklabels()] == list(charts[2].rows)

@@ -9,8 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
+from drivetrain.report.answer_charts import colour_of, curve_charts
 from drivetrain.report.curve_page import curve_lines, curve_report, curve_sentence
-from drivetrain.report.figures_curve import colour_of, figure_curve
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.curve import CurvePiece, CurvePoint, OptimumCurve
 from drivetrain.sizing.judge.vary import Vary
@@ -61,11 +61,14 @@ def test_page_holds_every_piece(curve):
 
 
 def test_picture_has_a_line_a_piece_and_shades_what_does_not_fit(curve):
-    figure = figure_curve(curve)
-    top = figure.axes[0]
-    colours = {line.get_color() for line in top.lines}
-    assert {colour_of(curve, curve.pieces[1]), colour_of(curve, curve.pieces[2])} <= colours
-    assert len(top.patches) == 2
+    charts = curve_charts(curve)
+    lines = [mark for mark in charts[0].marks if mark.kind == "line"]
+    held = [piece for piece in curve.pieces if piece.drives]
+    assert [line.colour for line in lines] == [colour_of(curve, piece) for piece in held]
+    assert [list(line.y) for line in lines] == [[point.objective for point in piece.points] for piece in held]
+    spans = [(mark.x[0], mark.to[0]) for mark in charts[0].marks if mark.kind == "span"]
+    assert spans == [(piece.low, piece.high) for piece in curve.pieces if not piece.drives] and len(spans) == 2
+    assert len({chart.joined for chart in charts}) == 1 and charts[2].y == "highest utilisation [%]"
 
 
 def test_command_tells_a_wrong_unit(tmp_path):

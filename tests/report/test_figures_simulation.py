@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from figures.constrained import figure_drift, figure_held_arm
+from figures.steps import figure_step_study
+from figures.task_space import figure_task_space
 
 from drivetrain.arm.load import load_arm
 from drivetrain.arm.rotors import RotorLevel
@@ -11,10 +14,8 @@ from drivetrain.arm.with_rotors import at_level
 from drivetrain.dynamics.constraints import Attachment, Plane, PointOnSurface
 from drivetrain.dynamics.kinematics import tip_pose
 from drivetrain.dynamics.task_space import Damped, TipVelocity, task_space_dynamics
-from drivetrain.report.figures_constrained import figure_drift, figure_held_arm
-from drivetrain.report.figures_recording import figure_recording, figure_step_study
-from drivetrain.report.figures_task_space import figure_task_space
-from drivetrain.report.svg import house_style, png_bytes
+from drivetrain.report.figures_recording import figure_recording
+from drivetrain.report.plotting import house_style, png_bytes
 from drivetrain.simulation.constrained import simulate_constrained
 from drivetrain.simulation.passive import simulate_passive, step_study
 from drivetrain.simulation.recording import Event, Recording, Series
@@ -34,7 +35,7 @@ def test_recording_over_time(falling: Recording) -> None:
     position, speed, energy, error = figure_recording(falling).axes  # no torques: they are zero
     assert position.get_ylabel() == "position [rad]"
     assert speed.get_ylabel() == "speed [rad/s]"
-    np.testing.assert_array_equal(curves(position)["elbow joint"], falling["elbow_joint.position"])
+    np.testing.assert_array_equal(curves(position)["elbow_joint"], falling["elbow_joint.position"])
     assert set(curves(energy)) == {"kinetic energy", "potential energy"}
     assert error.get_ylabel() == "energy error [J]"
     assert position.get_legend() is not None

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
-from drivetrain.report.figures_free_ratio import figure_free_ratio
+from drivetrain.report.answer_charts import free_ratio_charts
 from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_report, free_ratio_sentence
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.free_ratio import free_ratios
@@ -42,10 +43,11 @@ def test_page_and_picture(found):
     page = free_ratio_report(found)
     assert page == free_ratio_report(found)
     assert not re.search(r"https?://(?!www\.w3\.org)", page)
-    figure = figure_free_ratio(found)
-    assert figure.axes[0].get_xscale() == "log" and len(figure.axes[0].lines) >= 2
-    two = replace(found, joints=(found.joints[0],) * 3)
-    assert sum(axes.get_visible() for axes in figure_free_ratio(two).axes) == 3
+    (chart,), one = free_ratio_charts(found), found.joints[0]
+    best = next(mark for mark in chart.marks if mark.label.startswith("best for the arm"))
+    assert chart.log_x and (best.x, best.y) == ([one.best], [found.value])
+    line = next(mark for mark in chart.marks if mark.kind == "line")
+    assert np.nanmin(line.y) >= found.value * (1.0 - 1e-6)
 
 
 def test_command_tells_what_is_missing(tmp_path):

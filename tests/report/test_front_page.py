@@ -8,11 +8,10 @@ import re
 from dataclasses import replace
 
 import pytest
-from matplotlib.collections import PathCollection
 from typer.testing import CliRunner
 
 from drivetrain.cli import app
-from drivetrain.report.figures_front import figure_front
+from drivetrain.report.answer_charts import front_charts
 from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
 from drivetrain.shipped import shipped
 from drivetrain.sizing.results import DriveSet
@@ -70,10 +69,15 @@ def test_page_holds_every_set_and_what_is_left_out(study):
     ("names", "panels"), [(("mass", "energy"), 1), (("mass", "energy", "utilisation"), 3), (("mass",), 1)]
 )
 def test_picture_has_a_panel_for_every_two_criteria(study, names, panels):
-    figure = figure_front(front(study, names), chosen=front(study).points[0])
-    shown = [axes for axes in figure.axes if any(type(one) is PathCollection for one in axes.collections)]
-    assert len(shown) == panels
-    assert all(len(axes.collections[0].get_offsets()) == 3 for axes in shown)
+    found = front(study, names)
+    charts = front_charts(found, found.points[0])
+    assert len(charts) == panels
+    for chart in charts:
+        points = next(mark for mark in chart.marks if mark.kind == "points")
+        assert len(points.x) == len(points.tips) == 3
+        for tip, point in zip(points.tips, found.points, strict=True):  # a point shows its drives
+            assert all(motor in tip for motor, _ in point.drives.values())
+        assert any(mark.label == "chosen" for mark in chart.marks)
 
 
 def test_json_is_read_by_machines(study):

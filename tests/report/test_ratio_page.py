@@ -18,7 +18,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.report.figures_ratio import figure_ratio
+from drivetrain.report.answer_charts import ratio_charts
 from drivetrain.report.ratio_json import ratio_json
 from drivetrain.report.ratio_page import ratio_report, ratio_rows, ratio_sentence
 from drivetrain.sizing.answers.ratio import RatioStudy, ratio_studies, ratio_study
@@ -110,32 +110,31 @@ def test_no_ratio_fits() -> None:
     (row,) = ratio_rows(weak)
     assert (row.low, row.css) == ("no ratio", "fail")
     assert "no ratio fits" in ratio_report([weak])
-    figure_ratio(weak)
+    assert not any(mark.kind == "span" for chart in ratio_charts(weak) for mark in chart.marks)
 
 
 def test_missing_data_can_be_drawn() -> None:
     blind = replace(MOTOR, resistance_winding_housing=None, nominal_current=None, max_winding_temperature=None)
     found = ratio_study(one_axis(blind), "hinge")
-    texts = [text.get_text() for axes in figure_ratio(found).axes for text in axes.texts]
-    assert "not computed: no thermal data in the catalogue row" in texts
-    assert "RMS torque within" not in ratio_report([found])
+    page = ratio_report([found])
+    assert "Winding temperature not computed: no thermal data in the catalogue row" in page
+    assert len(ratio_charts(found)) == 4 and "RMS torque within" not in page
     unknown = ratio_study(one_axis(replace(MOTOR, rotor_inertia=None)), "hinge")
     assert "not checked at any ratio: motor RMS current" in ratio_report([unknown])
 
 
 def test_picture_shades_the_window(found) -> None:
-    figure = figure_ratio(found)
+    charts = ratio_charts(found)
     (window,) = found.windows
-    for axes in figure.axes:
-        shade = axes.patches[0].get_extents().transformed(axes.transData.inverted())
-        assert (shade.x0, shade.x1) == (pytest.approx(window.low), pytest.approx(window.high))
-    torque = figure.axes[1].lines
-    drawn = {line.get_label(): line.get_data() for line in torque}
-    ratios, rms = drawn["RMS"]
-    for ratio, value in zip(ratios, rms, strict=True):
+    for chart in charts:
+        shade = next(mark for mark in chart.marks if mark.kind == "span")
+        assert (shade.x[0], shade.to[0]) == (pytest.approx(window.low), pytest.approx(window.high))
+    rms = next(mark for mark in charts[1].marks if mark.label == "RMS")
+    scale = 1e3 if "mN m" in charts[1].y else 1.0
+    for ratio, value in zip(rms.x, rms.y, strict=True):
         point = found.points[int(np.argmin(np.abs(found.ratios - ratio)))]
-        assert value == pytest.approx(point.rms_torque * (1e3 if max(rms) > 20 else 1.0))
-    assert figure.axes[2].get_ylabel() == "motor speed [rpm]"
+        assert value == pytest.approx(point.rms_torque * scale)
+    assert charts[2].y == "motor speed [rpm]" and charts[4].y == "utilisation [%]"
 
 
 def test_data_are_the_study(found) -> None:

@@ -42,7 +42,8 @@ from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.inverse import Inverse, demanded
+from drivetrain.simulation.inverse import Inverse
+from drivetrain.simulation.inverse_demand import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Scene

@@ -46,12 +46,12 @@ from drivetrain.effects.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation import adaptive_step, equations, jacobian
 from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.engine import started
 from drivetrain.simulation.jacobian import dependence
 from drivetrain.simulation.plan import Plan, plan
 from drivetrain.simulation.records import parts_of
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
+from drivetrain.simulation.starting import started
 from drivetrain.solvers.compiled_function import evaluate
 from drivetrain.solvers.linear import column_groups
 from drivetrain.solvers.solver import Rodas4

@@ -12,7 +12,8 @@ from drivetrain.effects.motor_current import MotorCurrent
 from drivetrain.effects.tip_contact import TipContact
 from drivetrain.errors import InputError
 from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.inverse import Inverse, demanded
+from drivetrain.simulation.inverse import Inverse
+from drivetrain.simulation.inverse_demand import demanded
 from drivetrain.simulation.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene

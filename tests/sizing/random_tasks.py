@@ -94,6 +94,7 @@ def random_brakes(rng, torque, silent):
         rows.append(Brake(
             f"b{i}", "motor", static_torque=float(size * torque), inertia=float(1e-6 * size),
             power=float(5.0 + 5.0 * size), mass=mass, energy_per_stop=energy, price=float(20.0 + 30.0 * size),
+            engage_time=None if size * 1e6 % 1.0 < 0.2 else 0.03,
         ))  # fmt: skip
     return tuple(rows)
 

@@ -14,6 +14,7 @@ from drivetrain.drive.motor import braked
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.sizing.answers.why_not import why_not
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import joint_demand, workload
 from drivetrain.sizing.judge.evaluate import evaluate
@@ -114,6 +115,14 @@ def test_the_energy_of_a_stop_is_that_of_a_simulated_one(make):
     assert found[ENERGY].required == pytest.approx(expected, rel=1e-9)
     weak = checks_of(evaluate(study, {"j2": ("m1+weak", "g1")}))
     assert weak[TORQUE].verdict is Verdict.FAIL and "energy per stop is not in the catalogue row" in weak[ENERGY].remark
+
+
+def test_why_not_takes_a_motor_for_one_with_any_brake_of_the_joint(make):
+    study = held_study(make)
+    found = why_not(study, "j2", motor="m1", cost=False)
+    assert found.answers[0].motor in ("m1+weak", "m1+strong")
+    both = why_not(study, "j2", motor="m1", gear="g1", cost=False)
+    assert both.answers[0].partners == 2
 
 
 def test_selection_takes_the_lightest_brake_that_holds(make):

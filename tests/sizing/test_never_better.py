@@ -42,7 +42,8 @@ ALONE = (
 # So only what changes no temperature, no winding and no torque is held against it.
 # A motor brakes and pushes less with a smaller current: a stop and a jam ask less of the gear then.
 STOPS = ("gear momentary peak torque", "gear momentary peaks", "gear torque in a jam", "gear ratcheting in a jam",
-         "gear buckling in a jam")  # fmt: skip
+         "gear buckling in a jam", "arm stop at full current")  # fmt: skip
+POWER_OFF = "arm power failure"  # a weaker brake asks less of the gear
 HEAT, VOLTS = "winding temperature", "motor voltage"
 
 
@@ -196,5 +197,12 @@ def test_worse_data_never_make_a_verdict_better(make, change):
                     continue
                 if check.verdict in (Verdict.FAIL, Verdict.NOT_CHECKED):
                     assert later[check.name].verdict not in GOOD, (seed, name, check, later[check.name])
+        together = {check.name: check for check in now.shared}
+        for check in was.shared:
+            eased = (change is weaker_amplifier and check.name in STOPS) or (
+                change is weaker_brakes and check.name == POWER_OFF
+            )
+            if check.name.startswith("arm") and check.verdict in (Verdict.FAIL, Verdict.NOT_CHECKED) and not eased:
+                assert together[check.name].verdict not in GOOD, (seed, check, together[check.name])
     assert changed > 1 or change is a_start_from_the_cold  # which adds checks alone
     assert runaways > 5 or change is not a_mounting_worse_than_all

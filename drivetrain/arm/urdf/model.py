@@ -13,7 +13,7 @@ from drivetrain.arm.checks import checked_inertia
 from drivetrain.arm.urdf.drives import UrdfCoupling, UrdfDrive, read_drives
 from drivetrain.arm.urdf.xml import Reader, read_document
 from drivetrain.arrays import Array
-from drivetrain.errors import nearest
+from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.spatial.inertia import RigidBody
 from drivetrain.spatial.poses import pose_from_xyz_rpy
 
@@ -97,6 +97,8 @@ def read_model(path: Path) -> UrdfModel:
     """The contents of a URDF or xacro file."""
     root = read_document(path)
     reader = Reader(str(path))
+    if root.tag != "robot":
+        raise InputError(Fault("root", "must be a <robot> element", f"<{root.tag}>", file=str(path)))
     reader.count_ignored(root, ("link", "joint", "transmission", "ros2_control"), ("name", "version"))
     links = _by_name(reader, root, "link")
     joints = _by_name(reader, root, "joint")
@@ -104,7 +106,7 @@ def read_model(path: Path) -> UrdfModel:
         reader.faults.add("robot", "has no <link>")
     model_links = {name: _link(reader, name, element) for name, element in links.items()}
     model_joints = {name: _joint(reader, name, element) for name, element in joints.items()}
-    _check_names(reader, model_links, model_joints)
+    check_names(reader, model_links, model_joints)
     drives, couplings, drive_notes = read_drives(
         reader, root, {n: joints[n] for n, j in model_joints.items() if j.movable}
     )
@@ -229,7 +231,7 @@ def _limits(reader: Reader, element: ElementTree.Element, kind: str, place: str)
     return lower, upper, speed, ""
 
 
-def _check_names(reader: Reader, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint]) -> None:
+def check_names(reader: Reader, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint]) -> None:
     """Joints name links that are there, and no link hangs on two joints."""
     holder: dict[str, str] = {}
     for joint in joints.values():

@@ -24,11 +24,12 @@ LONGEST_WAIT = 60.0  # s, however busy the machine is: the process itself stops 
 TRUSTED = "DRIVETRAIN_TRUST_XACRO"  # set: xacro files may run anything
 REFUSALS = ("is not evaluated", "is not below", "is not allowed")
 TRUST = f"for a file you trust: drivetrain --trust-xacro, or {TRUSTED}=1 in the environment"
+ROOTS = ("robot", "sdf", "mujoco")
 UNLIMITED = sys.float_info.max  # how files say "no limit" where a number must stand: most readers know no "inf"
 
 
 def read_document(path: Path) -> ElementTree.Element:
-    """The root element of a URDF file, or of a xacro file once expanded.
+    """The root element of a robot's file, of a xacro file once expanded: <robot>, <sdf> or <mujoco>.
 
     Tags keep their prefix as written (``drake:gear_ratio``), whether or not the file declares it: many do not.
     """
@@ -48,8 +49,9 @@ def read_document(path: Path) -> ElementTree.Element:
         place = f"line {error.lineno}, column {error.offset}"
         raise InputError(Fault(place, f"malformed XML: {expat.ErrorString(error.code)}", file=str(path))) from None
     root = builder.close()
-    if root.tag != "robot":
-        raise InputError(Fault("root", "must be a <robot> element", f"<{root.tag}>", file=str(path)))
+    if root.tag not in ROOTS:
+        problem = "must be a <robot> element, or that of another known format: <sdf>, <mujoco>"
+        raise InputError(Fault("root", problem, f"<{root.tag}>", file=str(path)))
     return root
 
 

@@ -207,7 +207,8 @@ def _named(study: Study, joint: str | None, motor: str | None, gear: str | None)
     if motor is None and gear is None:
         hint = "keys of the catalogue: --motor KEY, --gear KEY"
         faults.append(Fault("part", "name a motor, a gear or both", hint=hint))
-    key = None if motor is None else _key("motor", motor, study.catalog.motors, faults)
+    bare = {key: row for key, row in study.catalog.motors.items() if not row.brake.key}
+    key = motor if motor in study.catalog.motors or motor is None else _key("motor", motor, bare, faults)
     wheel = "" if gear in NO_GEAR and gear is not None else gear
     if wheel:
         wheel = _key("gear", wheel, study.catalog.gears, faults)
@@ -261,16 +262,20 @@ def _answer(question: _Question, joint: int, cost: bool) -> PairAnswer:
 def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
     """The pairs that are asked after at a joint: as the study allows them, else as the catalogue does."""
     motor, gear, catalog = question.motor, question.gear, question.study.catalog
+    braked = [key for brake in task.brakes if (key := f"{motor}+{brake.key}") in catalog.motors]
+    named = braked or (
+        [] if motor is None else [motor]
+    )  # where a brake must hold the joint a motor is meant with any of its brakes
     if motor is not None and gear is not None:
-        return ((motor, gear),)
+        return tuple((key, gear) for key in named)
 
     def meant(pairs: Iterable[Pair]) -> tuple[Pair, ...]:
-        return tuple(pair for pair in pairs if motor in (None, pair[0]) and gear in (None, pair[1]))
+        return tuple(pair for pair in pairs if (motor is None or pair[0] in named) and gear in (None, pair[1]))
 
     allowed = meant(task.pairs if task.drive is None else (*task.pairs, task.drive))
     if allowed or gear == "":
         return allowed
-    motors = sorted({pair[0] for pair in task.pairs}) if motor is None else [motor]
+    motors = sorted({pair[0] for pair in task.pairs}) if motor is None else named
     gears = sorted({pair[1] for pair in task.pairs if pair[1]}) if gear is None else [gear]
     return tuple(compatible_pairs(catalog, motors or None, gears or None))
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import JointBasis, load_basis
 from drivetrain.study.model import Study
 
@@ -37,15 +38,18 @@ class StopBasis:
     joints: tuple[JointBasis, ...]
 
 
+def stop_starts(cycle: Cycle, among: Indices) -> Indices:
+    """Of some samples those from which stops are looked at: STARTS evenly, and where each joint is fastest."""
+    some, fastest = among[:: max(1, -(-len(among) // STARTS))], np.abs(cycle.velocity).argmax(axis=0)
+    return np.intersect1d(among, np.union1d(some, fastest))
+
+
 @lru_cache(maxsize=2)
 def stop_basis(study: Study) -> StopBasis | None:
     """The loads of the stops of a study; None where no joint has a ramp, nothing moves, or there is no arm."""
     ramps = np.array([np.nan if task.stop.ramp is None else task.stop.ramp for task in study.joints])
     cycle = study.cycle
-    moving = np.flatnonzero(cycle.velocity.any(axis=1))
-    fastest = np.abs(cycle.velocity).argmax(axis=0)  # of each joint
-    some = moving[:: max(1, -(-len(moving) // STARTS))]
-    moving = np.intersect1d(moving, np.union1d(some, fastest))
+    moving = stop_starts(cycle, np.flatnonzero(cycle.velocity.any(axis=1)))
     if study.arm is None or np.isnan(ramps).all() or not len(moving):
         return None
     longest = np.nanmax(ramps)

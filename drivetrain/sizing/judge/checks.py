@@ -18,9 +18,9 @@ from drivetrain.sizing.judge import words
 from drivetrain.sizing.judge.cases import CASE
 from drivetrain.study.model import Safety
 
-GEAR, SPEED, TORQUE, HEAT, SUPPLY, ARM = np.arange(6)
-"""Stages: what needs no motor, no torque, no temperature, the rest of one drive; what needs all drives, one supply or
-the arm behind them.
+GEAR, SPEED, TORQUE, HEAT, SUPPLY, ARM, STOP = np.arange(7)
+"""Stages: what needs no motor, no torque, no temperature, the rest of one drive; what needs all drives, one supply,
+the arm behind them, or a stop of all at once.
 
 Numpy's integers, as compiled code is made anew for each plain one."""
 
@@ -33,7 +33,8 @@ class Requirement:
         name, unit: As told.
         required, limit: Fields of the case; where one is NaN nothing is checked. Of stage SUPPLY what all joints ask
             together (``verdicts.supply_figures``) and a field of the study's supply; of stage ARM a figure
-            (``stiffness.FIGURES``) and a field of what the study wishes, made only where it does.
+            (``stiffness.FIGURES``) and a field of what the study wishes, made only where it does; of stage STOP told by
+            ``stop_checks``.
         stage: After which it can be made.
         sheet: What the limit is called where a sheet or the study prints it.
         factor: On what is required.
@@ -67,6 +68,10 @@ class Requirement:
 
 
 JAM = "G^2 J w^2 / 2 + G kt i phi(T) = U(T), lossless, w the top speed, the gear 30 % stiffer than printed"
+MARCHED = (
+    "largest T of all gears while all joints stop from any state of the cycle: M q'' + h = tau, P = f T + R at every "
+    "drive, with the swing of its spring; P: "
+)
 
 REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
@@ -272,12 +277,25 @@ REQUIREMENTS: tuple[Requirement, ...] = (
         formula="lowest root of det(K - w^2 M) over the cycle: M with rotors riding along, held still by their motors; "
         "K: K1 of every gear less the scatter",
     ),
+    Requirement(
+        "arm stop at full current", "N m", "torque", "gear.momentary_torque", STOP, "momentary peak torque",
+        "safety.peak_torque", formula=f"{MARCHED} G kt i + drag",
+    ),
+    Requirement(
+        "arm power failure", "N m", "torque", "gear.momentary_torque", STOP, "momentary peak torque",
+        "safety.peak_torque", formula=f"{MARCHED} drag alone, and from its engage time on the brake's static torque",
+    ),
+    Requirement(
+        "arm power failure heat", "J", "energy", "motor.brake.energy_per_stop", STOP, "energy per stop of the brake",
+        formula="integral of brake torque times motor speed in such stops, gears and shafts lossless",
+    ),
 )  # fmt: skip
 """In the order in which they are told."""
 
 CHECKS = tuple(row for row in REQUIREMENTS if row.stage < SUPPLY)
 SUPPLY_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == SUPPLY)
 ARM_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == ARM)
+STOP_CHECKS = tuple(row for row in REQUIREMENTS if row.stage == STOP)
 
 
 def factors(safety: Safety) -> dict[str, float]:

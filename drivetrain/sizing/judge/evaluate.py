@@ -17,6 +17,7 @@ from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
 from drivetrain.sizing.judge.stiffness import arm_checks
+from drivetrain.sizing.judge.stop_checks import stop_checks
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
@@ -235,6 +236,8 @@ def shared_checks(study: Study, results: Mapping[str, JointResult]) -> tuple[Che
     found = tuple(placed(study.cycle, check) for check in told)
     torque, drives = np.column_stack([one.gear_torque for one in every]), {k: one.drive for k, one in results.items()}
     found += tuple(placed(study.cycle, check) for check in arm_checks(study, drives, torque))
+    if len(drives) == len(study.joints):
+        found += tuple(placed(study.cycle, check) for check in stop_checks(study, drives))
     unknown = massless(study, results)
     if unknown:
         remark = f"unknown at {', '.join(unknown)}: the joints before are checked with too little load"

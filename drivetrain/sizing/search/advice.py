@@ -14,6 +14,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.missing import gaps, missing_words
+from drivetrain.sizing.judge.stop_checks import asks_stops
 from drivetrain.sizing.judge.vary import Vary, first_edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.asked import satisfied
@@ -53,7 +54,8 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
 def _place(near: Nearest) -> str:
     if near.joint == SUPPLY:
         soft = ", or are not as stiff as wished" if near.study.stiffness.asked else ""
-        return f"Every joint has a drive that meets its limits; together they need too much of the supply{soft}."
+        hard = ", or load their gears too much as all stop at once" if asks_stops(near.study) else ""
+        return f"Every joint has a drive that meets its limits; together they need too much of the supply{soft}{hard}."
     name = near.study.joints[near.joint].name
     motor, gear = near.keys[name]
     return f"No candidate at {name} meets all limits; the closest is {motor} with {gear or 'no gear'}."

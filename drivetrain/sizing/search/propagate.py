@@ -26,8 +26,10 @@ from drivetrain.arrays import Array
 from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
+from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.fill import Shelf
 from drivetrain.sizing.judge.stiffness import arm_checks, unsprung
+from drivetrain.sizing.judge.stop_checks import asks_stops, stop_checks
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
 from drivetrain.sizing.search.bounds import power_ends
 from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains, Mask
@@ -176,12 +178,12 @@ def supply_use(problem: Problem, power: Array) -> float:
 
 
 def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
-    """The largest utilisation of what is wished of the arm by a set; 0 where nothing is.
+    """The largest utilisation of what is wished of the arm by a set, and of its stops; 0 where nothing is asked.
 
     Infinite where a check lacks a number of a drive that the study does not give: such a drive is not chosen.
     """
     study, work = problem.candidates.study, problem.candidates.work
-    if not study.stiffness.asked:
+    if not (study.stiffness.asked or asks_stops(study)):
         return 0.0
     shelf, keys = Shelf(study), problem.keys(dict(enumerate(pairs)))
     mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
@@ -193,7 +195,11 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
     for check in arm_checks(study, drives, torque):
         used = max(used, check.utilisation or 0.0)
         if used > 1.0:  # the rest costs much and changes nothing
-            break
+            return used
+    if asks_stops(study):
+        if any(task.amplifiers for task in study.joints):
+            study = evaluated(work, keys).study  # with the amplifiers that were chosen, whose peak current brakes
+        used = max([used, *(check.utilisation or 0.0 for check in stop_checks(study, drives))])
     return used
 
 

@@ -1,0 +1,232 @@
+"""Arms from MuJoCo's files: bodies, hinges and slides; what their geoms weigh is not computed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from drivetrain.arm.checks import checked_inertia
+from drivetrain.arm.urdf.drives import UrdfDrive
+from drivetrain.arm.urdf.model import UrdfJoint, UrdfLink, UrdfModel, check_names
+from drivetrain.arm.urdf.xml import Reader, read_document
+from drivetrain.arrays import Array
+from drivetrain.spatial.inertia import RigidBody
+from drivetrain.spatial.poses import pose
+from drivetrain.spatial.rotations import exp_rotation, unit
+
+BASE = "world"
+KINDS = {"hinge": "revolute", "slide": "prismatic", "free": "floating", "ball": "floating"}
+SAVED = "let MuJoCo write it out: mujoco.mj_saveLastXML puts an <inertial> into every body"
+DROPPED = ("include", "replicate", "attach", "frame")
+
+
+@dataclass
+class _Reading:
+    """One file on its way to a model."""
+
+    reader: Reader
+    turn: float
+    euler: str
+    autolimits: bool
+    defaults: dict[str, dict[str, dict[str, str]]]
+    links: dict[str, UrdfLink] = field(default_factory=dict)
+    joints: dict[str, UrdfJoint] = field(default_factory=dict)
+    drives: dict[str, UrdfDrive] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
+    """The contents of an MJCF file, and its gravity [m/s^2].
+
+    Raises:
+        InputError: Everything that cannot be read as an arm: balls, bodies whose inertia only their geoms tell, parts
+            in other files.
+
+    Reference: MuJoCo, XML reference.
+    """
+    root = read_document(path)
+    reader = Reader(str(path))
+    compiler = next(iter(root.findall("compiler")), ElementTree.Element("compiler"))
+    option = next(iter(root.findall("option")), ElementTree.Element("option"))
+    for tag in DROPPED:
+        if root.find(f".//{tag}") is not None:
+            reader.faults.add(f"<{tag}>", "is not read", hint=SAVED)
+    turn = 1.0 if compiler.get("angle", "degree") == "radian" else math.pi / 180.0
+    defaults: dict[str, dict[str, dict[str, str]]] = {}
+    for one in root.findall("default"):
+        _defaults(one, "main", {}, defaults)
+    limits = compiler.get("autolimits", "true") == "true"
+    reading = _Reading(reader, turn, compiler.get("eulerseq", "xyz"), limits, defaults)
+    reading.links[BASE] = UrdfLink(BASE, None)
+    for world in root.findall("worldbody"):
+        for body in world.findall("body"):
+            _body(reading, body, BASE, np.eye(4), "main")
+    _actuators(reading, root)
+    check_names(reader, reading.links, reading.joints)
+    reader.faults.raise_any()
+    for tag in ("tendon", "equality", "keyframe"):
+        if root.find(tag) is not None:
+            reading.notes.append(f"ignored: <{tag}>")
+    gravity = reader.numbers(option, "gravity", "option", [0.0, 0.0, -9.81])
+    name = root.get("model", path.stem)
+    drives = {joint: reading.drives.get(joint, UrdfDrive()) for joint in reading.joints}
+    return UrdfModel(name, str(path), reading.links, reading.joints, drives, (), tuple(reading.notes)), gravity
+
+
+def _defaults(
+    element: ElementTree.Element,
+    name: str,
+    above: dict[str, dict[str, str]],
+    found: dict[str, dict[str, dict[str, str]]],
+) -> None:
+    """Of a class and those below it, by tag."""
+    own = {tag: dict(values) for tag, values in above.items()}
+    for child in element:
+        if child.tag != "default":
+            own.setdefault(child.tag, {}).update(child.attrib)
+    found[name] = own
+    for child in element.findall("default"):
+        _defaults(child, child.get("class", ""), own, found)
+
+
+def _filled(reading: _Reading, element: ElementTree.Element, inherited: str) -> ElementTree.Element:
+    """An element with the attributes of its class."""
+    known = reading.defaults.get(element.get("class", inherited), {}).get(element.tag, {})
+    return ElementTree.Element(element.tag, {**known, **element.attrib})
+
+
+def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: Array, inherited: str) -> None:
+    """A body with its joints, in the frame of the link that carries it; then what it carries."""
+    name = element.get("name") or f"body_{len(reading.links)}"
+    inherited, place = element.get("childclass", inherited), f"body {name}"
+    frame = above @ _pose(reading, element, place)
+    joints = [*element.findall("joint"), *element.findall("freejoint")]
+    for i, written in enumerate(joints or [None]):
+        link = name if i + 1 == max(len(joints), 1) else f"{name}_{i + 1}"
+        if link in reading.links:
+            reading.reader.faults.add(place, "the name of a body must not be used twice")
+            return
+        frame = _joint(reading, written, parent, link, frame, inherited)
+        reading.links[link] = UrdfLink(link, None)
+        parent = link
+    reading.links[name] = UrdfLink(name, _inertial(reading, element, frame, place))
+    for child in element.findall("body"):
+        _body(reading, child, name, frame, inherited)
+
+
+def _joint(
+    reading: _Reading, written: ElementTree.Element | None, parent: str, link: str, frame: Array, inherited: str
+) -> Array:
+    """Add a joint that carries a link; the body's frame as seen from the link's, which sits on the joint."""
+    if written is None:
+        held = UrdfJoint(f"{link}_fixed", "fixed", parent, link, frame, np.eye(3)[2], 0.0, 0.0, math.inf, "", "")
+        reading.joints[held.name] = held
+        return np.eye(4)
+    element, reader = _filled(reading, written, inherited), reading.reader
+    kind = "free" if written.tag == "freejoint" else element.get("type", "hinge")
+    name = element.get("name") or f"{link}_joint"
+    place = f"joint {name}"
+    if name in reading.joints:
+        reader.faults.add(place, "the name of a joint must not be used twice")
+    if float(reader.numbers(element, "ref", place, [0.0])[0]) != 0.0:
+        reader.faults.add(place, "has a ref other than zero, which is not read")
+    anchor = reader.numbers(element, "pos", place, [0.0] * 3)
+    axis = _direction(reader, reader.numbers(element, "axis", place, [0.0, 0.0, 1.0]), element, place)
+    limited = element.get("limited", "auto")
+    bounded = limited == "true" or (limited == "auto" and reading.autolimits and "range" in element.attrib)
+    low, high = -math.inf, math.inf
+    if bounded:
+        low, high = reader.numbers(element, "range", place, [0.0, 0.0]) * (reading.turn if kind == "hinge" else 1.0)
+    reading.joints[name] = UrdfJoint(
+        name, KINDS.get(kind, kind), parent, link, frame @ pose(point=anchor), axis, float(low), float(high),
+        math.inf, "", "",
+    )  # fmt: skip
+    numbers = {one: float(reader.numbers(element, one, place, [0.0])[0]) for one in ("damping", "frictionloss")}
+    reading.drives[name] = UrdfDrive(numbers["damping"] or None, numbers["frictionloss"] or None)
+    if float(reader.numbers(element, "armature", place, [0.0])[0]):
+        reading.notes.append(f"joint {name}: armature not used, as no ratio tells the rotor's inertia")
+    return pose(point=-anchor)
+
+
+def _inertial(reading: _Reading, element: ElementTree.Element, frame: Array, place: str) -> RigidBody | None:
+    """Of a body, in the frame of its link."""
+    found = element.find("inertial")
+    reader = reading.reader
+    if found is None:
+        if element.find("geom") is not None:
+            reader.faults.add(place, "has no <inertial>, and what its geoms weigh is not computed", hint=SAVED)
+        return None
+    mass, tensor = reader.number(found, "mass", place), np.zeros((3, 3))
+    if mass < 0.0:
+        reader.faults.add(place, "its mass must not be negative [kg]", mass)
+    if "fullinertia" in found.attrib:
+        xx, yy, zz, xy, xz, yz = reader.numbers(found, "fullinertia", place, [0.0] * 6)
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    else:
+        tensor = np.diag(reader.numbers(found, "diaginertia", place, [0.0] * 3))
+    checked = reader.faults.attempt(checked_inertia, tensor, f"{place}, <inertial>")
+    own = RigidBody(max(mass, 0.0), np.zeros(3), tensor if checked is None else checked)
+    return own.seen_from(frame @ _pose(reading, found, place))
+
+
+def _pose(reading: _Reading, element: ElementTree.Element, place: str) -> Array:
+    """Where an element stands: pos, and one of five ways to turn it."""
+    reader = reading.reader
+    point = reader.numbers(element, "pos", place, [0.0] * 3)
+    if "quat" in element.attrib:
+        w, x, y, z = reader.numbers(element, "quat", place, [1.0, 0.0, 0.0, 0.0])
+        sine = math.sqrt(x * x + y * y + z * z)  # of whatever length
+        angle = 2.0 * math.atan2(sine, w)
+        return pose(exp_rotation(np.array([x, y, z]) * (angle / sine if sine else 0.0)), point)
+    if "axisangle" in element.attrib:
+        *axis, angle = reader.numbers(element, "axisangle", place, [0.0, 0.0, 1.0, 0.0])
+        return pose(exp_rotation(_direction(reader, axis, element, place) * angle * reading.turn), point)
+    if "euler" in element.attrib:
+        rotation = np.eye(3)
+        for letter, angle in zip(
+            reading.euler, reader.numbers(element, "euler", place, [0.0] * 3) * reading.turn, strict=True
+        ):
+            step = exp_rotation(np.eye(3)["xyz".index(letter.lower())] * angle)
+            rotation = rotation @ step if letter.islower() else step @ rotation  # capitals turn about fixed axes
+        return pose(rotation, point)
+    if "xyaxes" in element.attrib:
+        numbers = reader.numbers(element, "xyaxes", place, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+        x = _direction(reader, numbers[:3], element, place)
+        y = _direction(reader, numbers[3:] - float(x @ numbers[3:]) * x, element, place)
+        return pose(np.column_stack([x, y, np.cross(x, y)]), point)
+    if "zaxis" in element.attrib:
+        reader.faults.add(place, "its zaxis is not read", hint=SAVED)
+    return pose(point=point)
+
+
+def _direction(reader: Reader, vector: Any, element: ElementTree.Element, place: str) -> Array:
+    """A unit vector; where there is none, any."""
+    if not np.linalg.norm(vector) > 1e-12:
+        reader.faults.add(place, "an axis must have a direction", dict(element.attrib))
+        return np.array([0.0, 0.0, 1.0])
+    return unit(vector)
+
+
+def _actuators(reading: _Reading, root: ElementTree.Element) -> None:
+    """Ratio and rotor of the motors that drive one joint each."""
+    for section in root.findall("actuator"):
+        for written in section:
+            element = _filled(reading, written, "main")
+            joint, place = element.get("joint", ""), f"actuator {element.get('name', '')}"
+            inertia = float(reading.reader.numbers(element, "armature", place, [0.0])[0])
+            words = element.get("gear", "1").split()
+            if joint in reading.drives and inertia:
+                drive = reading.drives[joint]
+                try:
+                    ratio = float(words[0])
+                except (ValueError, IndexError):
+                    reading.reader.faults.add(place, "its gear must be numbers", element.get("gear"))
+                    continue
+                reading.drives[joint] = UrdfDrive(drive.damping, drive.friction, ratio, inertia)
+            elif element.get("tendon") and inertia:
+                reading.notes.append(f"{place}: drives a tendon, which is not read")

@@ -1,0 +1,173 @@
+"""Arms from SDFormat files, as Gazebo and Drake write them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from drivetrain.arm.checks import checked_inertia
+from drivetrain.arm.urdf.drives import UrdfDrive
+from drivetrain.arm.urdf.model import UrdfJoint, UrdfLink, UrdfModel, check_names
+from drivetrain.arm.urdf.xml import UNLIMITED, Reader, read_document
+from drivetrain.arrays import Array
+from drivetrain.errors import nearest
+from drivetrain.spatial.inertia import RigidBody
+from drivetrain.spatial.poses import inverse_pose, pose_from_xyz_rpy
+from drivetrain.spatial.rotations import unit
+
+WORLD, MODEL = "world", "__model__"
+KINDS = {
+    "revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic", "fixed": "fixed", "ball": "floating",
+    "universal": "floating", "revolute2": "floating", "screw": "floating", "gearbox": "floating",
+}  # fmt: skip
+
+
+def read_sdf(path: Path) -> UrdfModel:
+    """The contents of an SDF file with one model. A link's frame is put where its joint sits.
+
+    Raises:
+        InputError: Everything that cannot be read as an arm: included or nested models, joints of other kinds, frames
+            that lead nowhere.
+
+    Reference: SDFormat, http://sdformat.org/spec, and its document on pose frame semantics.
+    """
+    root = read_document(path)
+    reader = Reader(str(path))
+    models = [*root.findall("model"), *root.findall("world/model")]
+    if len(models) != 1:
+        reader.faults.add("sdf", "must hold one <model>", len(models))
+        reader.faults.raise_any()
+    model = models[0]
+    for tag in ("include", "model"):
+        if model.find(tag) is not None:
+            reader.faults.add(f"<{tag}>", "inside a model is not read")
+    places = _Places(reader, model)
+    joints, drives, own = dict[str, UrdfJoint](), dict[str, UrdfDrive](), dict[str, Array]()
+    elements = {_name(reader, one): one for one in model.findall("joint")}
+    for name, element in elements.items():
+        own[_text(element, "child")] = places.of(name)
+    for name, element in elements.items():
+        joints[name], drives[name] = _joint(reader, places, own, name, element)
+    links = {_name(reader, one): one for one in model.findall("link")}
+    found = {name: _link(reader, places, own, name, one) for name, one in links.items()}
+    if any(joint.parent == WORLD for joint in joints.values()):
+        found = {WORLD: UrdfLink(WORLD, None), **found}
+    check_names(reader, found, joints)
+    reader.faults.raise_any()
+    drives = {name: drives[name] for name, joint in joints.items() if joint.movable}
+    return UrdfModel(model.get("name", path.stem), str(path), found, joints, drives, (), ())
+
+
+class _Places:
+    """Poses of links, joints and frames in the model's frame."""
+
+    def __init__(self, reader: Reader, model: ElementTree.Element):
+        self._reader = reader
+        self._elements = {one.get("name", ""): one for tag in ("link", "joint", "frame") for one in model.findall(tag)}
+        self._known = {MODEL: np.eye(4), WORLD: np.eye(4), "": np.eye(4)}
+        self._open: set[str] = set()
+
+    def of(self, name: str) -> Array:
+        """Pose of something by its name, (4, 4); translation [m]."""
+        if name in self._known:
+            return self._known[name]
+        element = self._elements.get(name)
+        if element is None or name in self._open:
+            problem = "is no link, joint or frame" if element is None else "stands relative to itself"
+            self._reader.faults.add("pose", problem, name, nearest(name, self._elements))
+            return np.eye(4)
+        self._open.add(name)
+        written = element.find("pose")
+        usual = {"joint": _text(element, "child"), "frame": element.get("attached_to", MODEL)}.get(element.tag, MODEL)
+        relative = usual if written is None else written.get("relative_to", usual)
+        self._known[name] = self.of(relative) @ _pose(self._reader, written, name)
+        return self._known[name]
+
+
+def _name(reader: Reader, element: ElementTree.Element) -> str:
+    return reader.text(element, "name", element.tag)
+
+
+def _text(element: ElementTree.Element, tag: str) -> str:
+    return (element.findtext(tag) or "").strip()
+
+
+def _numbers(reader: Reader, text: str, place: str, default: list[float]) -> Array:
+    """Numbers that stand as the text of an element."""
+    held = ElementTree.Element("value", {"text": text} if text else {})
+    return reader.numbers(held, "text", place, default)
+
+
+def _number(reader: Reader, element: ElementTree.Element | None, tag: str, place: str, default: float) -> float:
+    text = "" if element is None else _text(element, tag)
+    if text.lower().lstrip("-+") in ("inf", "infinity"):
+        return -math.inf if text.startswith("-") else math.inf
+    value = float(_numbers(reader, text, f"{place}, <{tag}>", [default])[0]) if text else default
+    return math.copysign(math.inf, value) if abs(value) >= 1e16 or abs(value) >= UNLIMITED else value
+
+
+def _pose(reader: Reader, written: ElementTree.Element | None, place: str) -> Array:
+    if written is None:
+        return np.eye(4)
+    if written.get("rotation_format", "euler_rpy") != "euler_rpy":
+        reader.faults.add(place, "its pose must be six numbers: x y z roll pitch yaw", written.get("rotation_format"))
+        return np.eye(4)
+    numbers = _numbers(reader, (written.text or "").strip(), f"{place}, <pose>", [0.0] * 6)
+    turn = math.pi / 180.0 if written.get("degrees") in ("true", "1") else 1.0
+    return pose_from_xyz_rpy(numbers[:3], numbers[3:] * turn)
+
+
+def _link(reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element) -> UrdfLink:
+    inertial, place = element.find("inertial"), f"link {name}"
+    if inertial is None:
+        return UrdfLink(name, None)
+    mass = _number(reader, inertial, "mass", place, 1.0)
+    if mass < 0.0:
+        reader.faults.add(place, "its mass must not be negative [kg]", mass)
+    tensor, written = np.zeros((3, 3)), inertial.find("inertia")
+    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        usual = 1.0 if i == j else 0.0
+        tensor[i, j] = tensor[j, i] = _number(reader, written, f"i{'xyz'[i]}{'xyz'[j]}", place, usual)
+    checked = reader.faults.attempt(checked_inertia, tensor, f"{place}, <inertia>")
+    body = RigidBody(max(mass, 0.0), np.zeros(3), tensor if checked is None else checked)
+    here = inverse_pose(own.get(name, places.of(name))) @ places.of(name)
+    return UrdfLink(name, body.seen_from(here @ _pose(reader, inertial.find("pose"), place)))
+
+
+def _joint(
+    reader: Reader, places: _Places, own: dict[str, Array], name: str, element: ElementTree.Element
+) -> tuple[UrdfJoint, UrdfDrive]:
+    place, kind = f"joint {name}", reader.text(element, "type", f"joint {name}")
+    if kind and kind not in KINDS:
+        reader.faults.add(place, f"its type must be one of {', '.join(KINDS)}", kind, nearest(kind, KINDS))
+    parent, child = _text(element, "parent"), _text(element, "child")
+    axis_element, here = element.find("axis"), places.of(name)
+    limit = None if axis_element is None else axis_element.find("limit")
+    dynamics = None if axis_element is None else axis_element.find("dynamics")
+    axis = np.array([0.0, 0.0, 1.0])
+    written = None if axis_element is None else axis_element.find("xyz")
+    if written is not None:
+        axis = _numbers(reader, (written.text or "").strip(), f"{place}, <xyz>", [0.0, 0.0, 1.0])
+        if written.get("expressed_in"):
+            axis = here[:3, :3].T @ places.of(written.get("expressed_in", ""))[:3, :3] @ axis
+    if not axis.any():
+        reader.faults.add(place, "its axis must have a direction")
+        axis = np.array([0.0, 0.0, 1.0])
+    known = {
+        "damping": _number(reader, dynamics, "damping", place, 0.0) or None,
+        "friction": _number(reader, dynamics, "friction", place, 0.0) or None,
+        "ratio": _number(reader, element, "drake:gear_ratio", place, math.nan),
+        "rotor_inertia": _number(reader, element, "drake:rotor_inertia", place, math.nan),
+    }
+    drive = UrdfDrive(**{key: None if value is None or math.isnan(value) else value for key, value in known.items()})
+    before = own.get(parent, places.of(parent))
+    speed = _number(reader, limit, "velocity", place, math.inf)
+    joint = UrdfJoint(
+        name, KINDS.get(kind, kind), parent, child, inverse_pose(before) @ here, unit(axis),
+        _number(reader, limit, "lower", place, -math.inf), _number(reader, limit, "upper", place, math.inf),
+        speed if speed > 0.0 else math.inf, "", "",
+    )  # fmt: skip
+    return joint, drive

@@ -1,0 +1,63 @@
+"""The command that identifies an arm from a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drivetrain.commands.shared import FITS, Together, say, told, working, writable
+
+app = typer.Typer(rich_markup_mode="rich")
+
+
+@app.command("identify")
+def _identify(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file with an arm.")],
+    recording: Annotated[
+        Path,
+        typer.Argument(metavar="RECORDING", help="Positions and torques or currents: .csv, .npz, .parquet, .mat, or a "
+                       "ROS bag."),
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where study, arm, tables and report go.")] = Path(
+        "identified"
+    ),
+    column: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=MEANING", help="What a column of the recording is, such as \"phi=q [deg]\"; may be "
+                     "given several times.", show_default=False),
+    ] = None,
+    load_friction: Annotated[
+        bool, typer.Option("--load-friction", help="Look for friction in proportion to the load as well.")
+    ] = False,
+) -> None:  # fmt: skip
+    """Find bodies and friction of the arm from a recording, and write the study with them."""
+    with told():
+        from drivetrain.errors import Fault, InputError
+        from drivetrain.identification.identify import identify
+        from drivetrain.identification.outputs import write_identification
+        from drivetrain.motion.recording import read_recording
+        from drivetrain.study.read import load_study
+
+        together = Together()
+        with together:
+            writable(out)
+        names = dict(pair.split("=", 1) for pair in column or () if "=" in pair)
+        together.faults += [Fault("--column", "must be NAME=MEANING", pair) for pair in column or () if "=" not in pair]
+        with together:
+            loaded = load_study(study)
+        together.tell()
+        if loaded.arm is None:
+            raise InputError(Fault("study", "has no arm to identify", str(study)))
+        measured = read_recording(recording, loaded.arm.joint_names, columns=names)
+        with working("identifying"):
+            found = identify(loaded, measured, load_friction=load_friction)
+            files = write_identification(found, out)
+        say("RMS torque on data held out [N m or N]: measured, error of the study's model, error of the identified one")
+        for joint, row in found.errors.iterrows():
+            say(f"  {joint}: {row['measured']:.4g}, {row['given']:.4g}, {row['identified']:.4g}")
+        for note in found.notes:
+            say(f"note: {note}")
+        say(f"written: {', '.join(str(path) for path in files.values())}")
+        raise typer.Exit(FITS)

@@ -1,0 +1,106 @@
+"""Motions that show an arm's parameters: sums of sines within its limits, the best conditioned of many."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array, checked_numbers
+from drivetrain.dynamics.regressor import torque_regressor
+from drivetrain.errors import Fault, InputError
+from drivetrain.identification.least_squares import base_parameters
+from drivetrain.motion.motion import Motion
+
+ROOM = 0.9  # share of the limits that is used
+UNLIMITED = {"position": np.pi, "speed": 2.0}  # rad and rad/s where the arm tells no limit of a turning joint
+LOOKED_AT = 150  # samples that a candidate is judged by
+
+
+def exciting_motion(
+    arm: Arm,
+    *,
+    duration: float = 10.0,
+    rate: float = 250.0,
+    harmonics: int = 5,
+    acceleration: float = 10.0,
+    candidates: int = 40,
+    seed: int = 0,
+) -> Motion:
+    """A motion for identification: periodic, at rest at its ends, within the arm's limits.
+
+    Each joint runs a sum of sines of the period's multiples, drawn at random and scaled to nine tenths of its limits of
+    position, speed and acceleration; of so many the one is taken whose base parameters are conditioned best.
+
+    Args:
+        arm: With position and speed limits; a turning joint without takes half a turn either way, 2 rad/s. Whether it
+            hits itself or its surroundings is not looked at.
+        duration: Of a period [s].
+        rate: Samples a second [Hz].
+        harmonics: How many multiples, 2 or more.
+        acceleration: Limit of every joint [rad/s^2 or m/s^2].
+        candidates: How many are drawn.
+        seed: Of the random numbers: the same seed, the same motion.
+
+    Returns:
+        The motion, its condition number in the notes.
+
+    Raises:
+        InputError: Numbers out of range, or a prismatic joint without position and speed limits.
+
+    Reference: J. Swevers, C. Ganseman, D. Tuekel, J. De Schutter, H. Van Brussel, Optimal robot excitation and
+        identification, IEEE Transactions on Robotics and Automation 13 (1997) 730-740.
+    """
+    named = {"duration": (duration, "s"), "rate": (rate, "Hz"), "acceleration": (acceleration, "rad/s^2")}
+    duration, rate, acceleration = checked_numbers(named, above=0.0)
+    if harmonics < 2 or candidates < 1 or duration * rate < 10 * harmonics:
+        problem = "needs 2 harmonics, 1 candidate, and 10 samples a harmonic"
+        raise InputError(Fault("exciting_motion", problem, [harmonics, candidates, duration * rate]))
+    low, high, speed = _limits(arm)
+    time = np.arange(round(duration * rate) + 1) / rate
+    omega = 2.0 * np.pi / duration * np.arange(1.0, harmonics + 1.0, dtype=np.float64)
+    rng, some = np.random.default_rng(seed), slice(None, None, max(1, len(time) // LOOKED_AT))
+    best: tuple[float, list[Array]] | None = None
+    for _ in range(candidates):
+        motion = _series(time, omega, rng.normal(size=(2, harmonics, arm.n)), (low, high, speed, acceleration))
+        condition = _condition(arm, [values[some] for values in motion])
+        if best is None or condition < best[0]:
+            best = condition, motion
+    assert best is not None
+    note = f"best conditioned of {candidates} sums of {harmonics} sines: condition {best[0]:.3g} of the base parameters"
+    q, qd, qdd = best[1]
+    return Motion("exciting", arm.joint_names, time, q, qd, qdd, (note,))
+
+
+def _limits(arm: Arm) -> tuple[Array, Array, Array]:
+    turning = arm.screws[:, :3].any(axis=1)
+    known = np.isfinite(arm.lower) & np.isfinite(arm.upper) & np.isfinite(arm.speed_limits)
+    if not (turning | known).all():
+        name = arm.joint_names[int(np.argmin(turning | known))]
+        raise InputError(Fault(f"joint {name}", "slides: it needs limits of position [m] and speed [m/s]"))
+    low = np.where(np.isfinite(arm.lower), arm.lower, -UNLIMITED["position"])
+    high = np.where(np.isfinite(arm.upper), arm.upper, np.maximum(UNLIMITED["position"], low + 1.0))
+    return low, high, np.where(np.isfinite(arm.speed_limits), arm.speed_limits, UNLIMITED["speed"])
+
+
+def _series(time: Array, omega: Array, factors: Array, limits: tuple[Array, Array, Array, float]) -> list[Array]:
+    """Position, speed and acceleration of sums of sines that start at rest, as large as the limits let them be."""
+    low, high, fastest, most = limits
+    sines, cosines = factors / omega[:, None]
+    sines = sines - omega[:, None] * (omega @ sines) / (omega @ omega)  # no speed at the start
+    square = omega**2
+    cosines = cosines - square[:, None] * (square @ cosines) / (square @ square)  # and no acceleration
+    s, c = np.sin(time[:, None] * omega), np.cos(time[:, None] * omega)
+    q, qd = s @ sines + c @ cosines, (c * omega) @ sines - (s * omega) @ cosines
+    qdd = -(s * square) @ sines - (c * square) @ cosines
+    middle, span = 0.5 * (q.max(axis=0) + q.min(axis=0)), np.ptp(q, axis=0)
+    size = ROOM * np.minimum.reduce(
+        [(high - low) / span, fastest / np.abs(qd).max(axis=0), most / np.abs(qdd).max(axis=0)]
+    )
+    return [0.5 * (low + high) + size * (q - middle), size * qd, size * qdd]
+
+
+def _condition(arm: Arm, motion: list[Array]) -> float:
+    rows = torque_regressor(arm, *motion)
+    flat = rows.reshape(-1, rows.shape[2])
+    chosen = flat[:, base_parameters(flat).leading]
+    return float(np.linalg.cond(chosen / np.sqrt(np.sum(chosen**2, axis=0))))

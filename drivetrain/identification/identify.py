@@ -1,0 +1,446 @@
+"""The parameters of an arm from a recording: bodies, rotors and friction, how sure they are, and what they explain.
+
+What the given arm and friction do not explain of the measured torques is put down to their deviations, by weighted
+least squares with a prior at what was given; how strong the prior is, cross-validation decides. Every part of the
+recording is held out once, so that the errors told are those on data that took no part.
+
+Reference: J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control
+    Systems Magazine 27 (2007) 58-71; base parameters and consistency as told beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import rotor_turns
+from drivetrain.arm.rotors import MountedRotor
+from drivetrain.arrays import Array, checked_array
+from drivetrain.drive.friction import FRICTIONLESS, Friction
+from drivetrain.dynamics.from_positions import rates_from_positions
+from drivetrain.dynamics.inverse import inverse_dynamics
+from drivetrain.dynamics.regressor import COLUMN, ROW, parameter_names, torque_parameters, torque_regressor
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.identification.consistency import nearest_consistent
+from drivetrain.identification.least_squares import Problem, base_parameters, problem_of
+from drivetrain.motion.recording import MeasuredMotion
+from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.study.model import Study
+from drivetrain.study.mounting import loaded_arm
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FOLDS = 10
+MOST_SAMPLES = 20_000  # of longer recordings every second, third, ... is used
+GAP = 0.04  # s, left out at either end of a part that is held out: smoothing reaches over it
+SLOW = 0.01  # of a joint's highest speed, over which Coulomb friction changes its sign
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """An arm identified from a recording.
+
+    Attributes:
+        arm: The arm given, with the parameters found.
+        friction: At each joint, (n,).
+        study: The study given, with arm and friction in place: it can be evaluated; None where an arm was given.
+        parameters: By name: ``prior``, ``identified``, ``deviation`` (standard, by data and prior), ``share`` (of the
+            prior's uncertainty that is left: near 1 where the recording says nothing). A DataFrame.
+        base: Combinations that torques can tell apart: ``value``, ``deviation`` (standard, by the data alone) and
+            ``combination`` in words. A DataFrame.
+        errors: By joint, on data held out: RMS torque ``measured``, RMS error of the model ``given`` and
+            ``identified`` [N m or N], ``correlation``; a DataFrame.
+        contributions: By joint and cause (links, rotors, each friction, unexplained): RMS torque [N m or N], as a
+            DataFrame.
+        condition: Of the base parameters' scaled regressor [-]; above some 100 the motion excites too little.
+        torque_constant: Of each motor, where torque and current were both measured [N m/A], (n,); else None.
+        time: Of the samples used [s], (N,).
+        measured, modelled: Torque at the joints, by the model identified from all data [N m or N], (N, n).
+        notes: What was done, and what cannot be told apart.
+    """
+
+    arm: Arm
+    friction: tuple[Friction, ...]
+    study: Study | None
+    parameters: pd.DataFrame
+    base: pd.DataFrame
+    errors: pd.DataFrame
+    contributions: pd.DataFrame
+    condition: float
+    torque_constant: Array | None
+    time: Array
+    measured: Array
+    modelled: Array
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        better = int((self.errors["identified"] < self.errors["given"]).sum())
+        return f"<Identification: {len(self.base)} base parameters, better on {better} of {len(self.errors)} joints>"
+
+    def plot(self, path: Any = None) -> Any:
+        """Measured and modelled torque of every joint over time.
+
+        Args:
+            path: Of a .png or .svg file to write; None: none.
+
+        Returns:
+            The matplotlib figure.
+        """
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(9.0, 1.8 * self.arm.n), layout="constrained")
+        axes = figure.subplots(self.arm.n, 1, sharex=True, squeeze=False)[:, 0]
+        for i, (axis, name) in enumerate(zip(axes, self.arm.joint_names, strict=True)):
+            axis.plot(self.time, self.measured[:, i], color="0.6", label="measured")
+            axis.plot(self.time, self.modelled[:, i], color="C0", linewidth=0.9, label="identified")
+            axis.set_ylabel(f"{name}\n[{'N m' if self.arm.screws[i, :3].any() else 'N'}]")
+        axes[0].legend(loc="upper right")
+        axes[-1].set_xlabel("time [s]")
+        if path is not None:
+            figure.savefig(path)
+        return figure
+
+
+def identify(
+    study: Study | Arm,
+    recording: MeasuredMotion,
+    *,
+    friction: Sequence[Friction] | None = None,
+    known_torque: Any = None,
+    torque_constant: Any = None,
+    links: Sequence[str] | None = None,
+    load_friction: bool = False,
+) -> Identification:
+    """Bodies, rotors and friction of an arm, from what it was measured to do.
+
+    Args:
+        study: A study with an arm, whose drives and friction are the prior; or the arm alone. Rotors that the drives
+            of a study bring stay as their sheets say; those of an arm are identified, about their axes.
+        recording: Positions and, at the joints or motors, torques or currents. Without speeds and accelerations they
+            are found as ``torque_from_positions`` does.
+        friction: At the joints, as a prior; None: the study's, and none for an arm.
+        known_torque: Of what is no part of arm and friction, such as a counterbalance, at the joints [N m or N],
+            (N, n): taken off the measured torques.
+        torque_constant: Of the motors [N m/A], one or (n,), read where only currents were measured; None: of the
+            study's drives.
+        links: Names of the links whose parameters are sought; None: all. The last link alone, of an arm that is
+            known: its payload is what is found more there.
+        load_friction: Whether friction in proportion to the load is sought too, ``load`` [-]: that of a gear whose
+            efficiency is 1 / (1 + load). It is told, and not put into the study.
+
+    Returns:
+        The arm, and how sure it is.
+
+    Raises:
+        InputError: No arm, joints that are not the arm's, no torque, wrong shapes, or too few samples.
+
+    Example: ``dt.identify(dt.load_study("arm.yaml"), dt.read_recording("run.csv", names)).errors``
+    """
+    prior = _prior(study, friction)
+    arm = prior.arm
+    thin = -(-len(recording.time) // MOST_SAMPLES)
+    motion = [values[::thin] for values in _motion(recording, arm)]
+    time, measured = recording.time[::thin], _joint_torque(recording, prior, torque_constant)[::thin]
+    known = np.zeros(measured.shape)
+    if known_torque is not None:
+        known = checked_array(known_torque, recording.position.shape, "known_torque")[::thin]
+    laws = _friction_columns(motion[1])
+    given = inverse_dynamics(arm, *motion) + known + _friction_torque(prior.friction, motion[1], laws)
+    columns = _columns(prior, motion, laws, links, load_friction)
+    spread = np.sqrt(np.mean((measured - given) ** 2, axis=0))
+    spread = np.maximum(spread, 1e-6 * np.maximum(np.abs(measured).max(axis=0), 1.0))
+    gap = round(GAP / float(np.median(np.diff(time))))
+    if len(time) < FOLDS * (2 * gap + 10):
+        raise InputError(Fault("recording", f"needs at least {FOLDS * (2 * gap + 10)} samples", len(time)))
+    weighted = columns.matrix / spread[:, None]
+    problem = problem_of(weighted, (measured - given) / spread, columns.friction, FOLDS, gap)
+    everything = list(range(FOLDS))
+    weights = problem.best_weights(everything)
+    hessian, moment = problem.system(everything, weights)
+    metric = hessian * np.outer(problem.scale, problem.scale)
+    found = nearest_consistent(
+        columns.prior + np.linalg.solve(hessian, moment) / problem.scale, metric, len(columns.links), columns.prior
+    )
+    change = found - columns.prior
+    left = (measured - given) / spread - weighted @ change
+    inflation = _correlated_samples(left)
+    new_arm = _with_bodies(prior, columns, found)
+    new_friction = _with_friction(prior.friction, change[columns.laws : columns.laws + 2 * arm.n])
+    whole = study if isinstance(study, Study) else None
+    if whole is not None:
+        joints = tuple(replace(task, friction=f) for task, f in zip(whole.joints, new_friction, strict=True))
+        whole = replace(whole, arm=new_arm, joints=joints)
+    base, condition = _base_table(columns, weighted, found, inflation)
+    notes = (
+        *recording.notes,
+        f"prior held at {weights.bodies:g} for bodies and {weights.friction:g} for friction, by cross-validation",
+        f"{len(columns.names)} parameters in {len(base)} combinations that the motion tells apart",
+        f"condition of their regressor {condition:.3g}",
+    )
+    return Identification(
+        new_arm, new_friction, whole, _parameter_table(columns, found, hessian, problem, inflation), base,
+        _error_table(problem, spread, measured, arm), _contributions(columns, found, measured, given, arm), condition,
+        _torque_constants(recording, prior), time, measured, given + columns.matrix @ change, notes,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _Prior:
+    """What is known before: the arm as it moves, the arm whose links are sought, friction, constants of the motors."""
+
+    arm: Arm
+    own: Arm
+    friction: tuple[Friction, ...]
+    constants: Array | None
+    rotors: tuple[int, ...]  # whose inertia is sought
+
+
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """The regressor of what is sought: ten a link, then what must not be negative: rotors, viscous, Coulomb, load."""
+
+    matrix: Array
+    prior: Array
+    names: list[str]
+    links: tuple[int, ...]
+    laws: int  # where friction begins
+
+    @property
+    def friction(self) -> np.ndarray:
+        return np.arange(len(self.prior)) >= self.laws
+
+
+def _prior(study: Study | Arm, friction: Sequence[Friction] | None) -> _Prior:
+    if isinstance(study, Arm):
+        rotors = tuple(i for i, rotor in enumerate(study.rotors) if rotor is not None)
+        own, arm, constants, laws = study, study, None, (FRICTIONLESS,) * study.n
+    else:
+        if study.arm is None:
+            raise InputError(Fault("study", "has no arm to identify", study.name))
+        own = arm = study.arm
+        constants, rotors, laws = None, (), tuple(task.friction for task in study.joints)
+        keys = {task.name: task.drive for task in study.joints if task.drive is not None}
+        if len(keys) == arm.n:
+            shelf = Shelf(study)
+            drives = {task.name: shelf.drive(task, *keys[task.name]) for task in study.joints}
+            arm = loaded_arm(study, drives, -1)
+            constants = np.array([drive.motor.torque_constant for drive in drives.values()])
+    if friction is not None:
+        if len(friction) != arm.n:
+            raise InputError(Fault("friction", f"must be one a joint: {arm.n}", len(friction)))
+        laws = tuple(friction)
+    return _Prior(arm, own, laws, constants, rotors)
+
+
+def _motion(recording: MeasuredMotion, arm: Arm) -> list[Array]:
+    """Positions, speeds and accelerations, (N, n) each."""
+    if recording.joint_names != arm.joint_names:
+        problem = f"must be of the joints {', '.join(arm.joint_names)}"
+        raise InputError(Fault("recording", problem, ", ".join(recording.joint_names)))
+    if recording.velocity is not None and recording.acceleration is not None:
+        return [recording.position, recording.velocity, recording.acceleration]
+    return rates_from_positions(recording.time, recording.position, [None] * arm.n)[0]
+
+
+def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any) -> Array:
+    """What was measured, at the joints, (N, n)."""
+    if recording.torque is not None:
+        return recording.torque
+    turns = rotor_turns(prior.arm)
+    if recording.motor_torque is not None:
+        return np.asarray(recording.motor_torque @ turns)
+    if recording.current is None:
+        raise InputError(Fault("recording", "has neither torque nor motor_torque nor current of all joints"))
+    constants = prior.constants
+    if torque_constant is not None:
+        constants = checked_array(np.broadcast_to(torque_constant, (prior.arm.n,)), (prior.arm.n,), "torque_constant")
+    if constants is None:
+        raise InputError(Fault("torque_constant", "is needed: only currents were measured [N m/A]"))
+    return np.asarray((recording.current * np.asarray(constants)) @ turns)
+
+
+def _friction_columns(speed: Array) -> Array:
+    """What viscous and Coulomb friction of 1 give, (2, N, n)."""
+    slow = np.maximum(SLOW * np.abs(speed).max(axis=0), 1e-12)
+    return np.stack([speed, np.tanh(speed / slow)])
+
+
+def _friction_torque(friction: Sequence[Friction], speed: Array, laws: Array) -> Array:
+    """By laws that may differ by direction, (N, n); breakaway and Stribeck's fall are not in it."""
+    forward = np.array([(f.viscous, f.coulomb) for f in friction])
+    back = [(_other(f.viscous_negative, f.viscous), _other(f.coulomb_negative, f.coulomb)) for f in friction]
+    factors = np.where(speed[:, :, None] >= 0.0, forward, np.array(back))
+    return np.asarray(factors[..., 0] * laws[0] + factors[..., 1] * laws[1])
+
+
+def _other(negative: float | None, positive: float) -> float:
+    return positive if negative is None else negative
+
+
+def _columns(
+    prior: _Prior, motion: list[Array], laws: Array, links: Sequence[str] | None, load_friction: bool
+) -> _Columns:
+    """What is sought, and what of it was known."""
+    arm, n = prior.arm, prior.arm.n
+    unknown = [name for name in links or () if name not in arm.link_names]
+    if unknown:
+        raise InputError(
+            [Fault("links", "is no link of the arm", name, nearest(name, arm.link_names)) for name in unknown]
+        )
+    sought = tuple(i for i in range(n) if links is None or arm.link_names[i] in links)
+    mounted = [i for i, rotor in enumerate(arm.rotors) if rotor is not None]
+    inertial = np.concatenate([*(np.arange(10 * i, 10 * i + 10) for i in sought), np.empty(0, np.int64)]).astype(int)
+    spinning = np.array([10 * (n + mounted.index(i)) + 9 for i in prior.rotors if links is None], int)
+    matrix, every = torque_regressor(arm, *motion), parameter_names(arm, friction=True)
+    if load_friction:
+        laws = np.concatenate([laws, [laws[1] * np.abs(inverse_dynamics(arm, *motion))]])
+    extra = np.zeros((len(matrix), n, n * len(laws)))
+    for k, law in enumerate(laws):
+        extra[:, range(n), range(k * n, (k + 1) * n)] = law
+    chosen = np.concatenate([inertial, spinning])
+    known = np.concatenate([
+        torque_parameters(prior.own)[inertial], torque_parameters(arm)[spinning],
+        [f.viscous for f in prior.friction], [f.coulomb for f in prior.friction], np.zeros(n * (len(laws) - 2)),
+    ])  # fmt: skip
+    bodies = len(every) - 2 * n
+    names = [every[i] for i in chosen] + every[bodies:]
+    names += [f"{name}.load [-]" for name in arm.joint_names if load_friction]
+    return _Columns(np.concatenate([matrix[:, :, chosen], extra], axis=2), known, names, sought, len(chosen))
+
+
+def _with_bodies(prior: _Prior, columns: _Columns, found: Array) -> Arm:
+    """The arm with the links, and rotors, that were found."""
+    arm = prior.own
+    home, masses, inertias = arm.home.copy(), arm.masses.copy(), arm.inertias.copy()
+    for place, i in enumerate(columns.links):
+        mass, first, tensor = found[10 * place], found[10 * place + 1 : 10 * place + 4], np.zeros((3, 3))
+        tensor[ROW, COLUMN] = tensor[COLUMN, ROW] = found[10 * place + 4 : 10 * place + 10]
+        centre = first / mass if mass > 0.0 else np.zeros(3)
+        central = tensor - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+        turn = home[i, :3, :3]
+        home[i, :3, 3] = arm.joint_points[i] + centre
+        masses[i], inertias[i] = mass, turn.T @ central @ turn
+    rotors = list(arm.rotors)
+    for place, i in enumerate(prior.rotors if columns.laws > 10 * len(columns.links) else ()):
+        rotor = rotors[i]
+        assert isinstance(rotor, MountedRotor)
+        axis = rotor.home[:3, :3].T @ rotor.screw[:3]
+        more = found[10 * len(columns.links) + place] - rotor.axial_inertia
+        rotors[i] = replace(rotor, inertia=rotor.inertia + more * np.outer(axis, axis))
+    for array in (home, masses, inertias):
+        array.setflags(write=False)
+    return replace(arm, home=home, masses=masses, inertias=inertias, rotors=tuple(rotors))
+
+
+def _with_friction(friction: Sequence[Friction], change: Array) -> tuple[Friction, ...]:
+    """The laws with what viscous and Coulomb friction turned out more or less, the same in both directions."""
+    n, result = len(friction), []
+    for i, law in enumerate(friction):
+        more = {"viscous": change[i], "coulomb": change[n + i]}
+        new = {key: max(getattr(law, key) + value, 0.0) for key, value in more.items()}
+        for key, value in more.items():
+            back = getattr(law, f"{key}_negative")
+            new[f"{key}_negative"] = None if back is None else max(back + value, 0.0)
+        if law.static is not None:
+            new["static"] = max(law.static, new["coulomb"], new["coulomb_negative"] or 0.0)
+        result.append(replace(law, **new))
+    return tuple(result)
+
+
+def _correlated_samples(left: Array) -> float:
+    """How many samples count as one, because what is left unexplained changes slowly: the mean over the joints."""
+    counts = []
+    for column in (left - left.mean(axis=0)).T:
+        size = 2 ** int(np.ceil(np.log2(2 * len(column))))
+        spectrum = np.abs(np.fft.rfft(column, size)) ** 2
+        correlation = np.fft.irfft(spectrum)[: len(column) // 2]
+        correlation = correlation / max(correlation[0], 1e-300)
+        end = int(np.argmax(correlation < 0.0)) or len(correlation)
+        counts.append(1.0 + 2.0 * float(correlation[1:end].sum()))
+    return float(np.mean(counts))
+
+
+def _base_table(columns: _Columns, weighted: Array, found: Array, inflation: float) -> tuple[pd.DataFrame, float]:
+    """The base parameters with their standard deviations by the data alone, and the condition of their regressor."""
+    import pandas as pd
+
+    rows = weighted.reshape(-1, weighted.shape[2])
+    base = base_parameters(rows)
+    regressor = rows[:, base.leading]
+    size = np.sqrt(np.sum(regressor**2, axis=0))
+    values = np.linalg.svd(regressor / size, compute_uv=False)
+    covariance = np.linalg.inv((regressor / size).T @ (regressor / size)) * inflation
+    words = [
+        " + ".join(f"{factor:.3g} {columns.names[j].split(' [')[0]}" for j, factor in enumerate(row) if factor)
+        for row in base.combined
+    ]
+    table = pd.DataFrame(
+        {
+            "value": base.combined @ found,
+            "deviation": np.sqrt(np.diag(covariance)) / size,
+            "combination": [text.replace("+ -", "- ") for text in words],
+        },
+        index=[columns.names[i] for i in base.leading],
+    )
+    return table, float(values[0] / values[-1])
+
+
+def _parameter_table(
+    columns: _Columns, found: Array, hessian: Array, problem: Problem, inflation: float
+) -> pd.DataFrame:
+    """Every parameter: before, after, how sure, and how much of that is the prior's."""
+    import pandas as pd
+
+    gram = np.sum([fold.gram for fold in problem.folds], axis=0)
+    before = np.diag(hessian) - np.diag(gram)  # the prior's weight
+    after = np.diag(np.linalg.inv(gram / inflation + np.diag(before)))
+    values = {"prior": columns.prior, "identified": found, "deviation": np.sqrt(after) / problem.scale}
+    return pd.DataFrame({**values, "share": np.sqrt(after * before)}, index=columns.names)
+
+
+def _error_table(problem: Problem, spread: Array, measured: Array, arm: Arm) -> pd.DataFrame:
+    """By joint, on the parts held out."""
+    import pandas as pd
+
+    given = np.concatenate([fold.wanted for fold in problem.folds]) * spread
+    identified = np.concatenate(problem.held_out()) * spread
+    gap = (len(measured) - len(given)) // (2 * len(problem.folds))
+    edges = np.linspace(0, len(measured), len(problem.folds) + 1).astype(int)
+    used = np.concatenate([measured[a + gap : b - gap] for a, b in pairwise(edges)])
+    still = used.std(axis=0) == 0.0
+    correlation = [
+        np.nan if still[i] else float(np.corrcoef(used[:, i], used[:, i] - identified[:, i])[0, 1])
+        for i in range(arm.n)
+    ]
+    rms = {"measured": used, "given": given, "identified": identified}
+    columns = {name: np.sqrt(np.mean(values**2, axis=0)) for name, values in rms.items()}
+    return pd.DataFrame({**columns, "correlation": correlation}, index=arm.joint_names)
+
+
+def _contributions(columns: _Columns, found: Array, measured: Array, given: Array, arm: Arm) -> pd.DataFrame:
+    """RMS torque of each cause, by joint."""
+    import pandas as pd
+
+    links = 10 * len(columns.links)
+    parts = {"links": slice(0, links), "rotors": slice(links, columns.laws)}
+    for k, name in enumerate(("viscous", "coulomb", "load")[: (len(found) - columns.laws) // arm.n]):
+        parts[name] = slice(columns.laws + k * arm.n, columns.laws + (k + 1) * arm.n)
+    torque = {name: columns.matrix[:, :, part] @ found[part] for name, part in parts.items()}
+    torque["unexplained"] = measured - given - columns.matrix @ (found - columns.prior)
+    rms = {name: np.sqrt(np.mean(values**2, axis=0)) for name, values in torque.items()}
+    return pd.DataFrame(rms, index=arm.joint_names)
+
+
+def _torque_constants(recording: MeasuredMotion, prior: _Prior) -> Array | None:
+    """Torque constants where torque and current were both measured [N m/A], (n,)."""
+    if recording.current is None or (recording.torque is None and recording.motor_torque is None):
+        return None
+    torque = np.linalg.solve(rotor_turns(prior.arm).T, _joint_torque(recording, prior, None).T).T
+    square = np.sum(recording.current**2, axis=0)
+    return np.asarray(np.sum(torque * recording.current, axis=0) / np.where(square > 0.0, square, np.nan))

@@ -1,0 +1,130 @@
+"""Weighted least squares towards a prior: one sum of squares a fold, so that any part can be held out at no cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from drivetrain.arrays import Array
+
+ROUNDING = 1e-10  # of the largest column: what the motion does not move
+
+
+class Fold(NamedTuple):
+    """Sums of squares of a part of the recording: X^T X, X^T y, and the rows themselves."""
+
+    gram: Array
+    moment: Array
+    rows: Array  # (samples, n, p), weighted
+    wanted: Array  # (samples, n), weighted
+
+
+class Weights(NamedTuple):
+    """How strongly parameters are held at their prior: of bodies, and of friction, over the mean sum of squares."""
+
+    bodies: float
+    friction: float
+
+
+BODIES, FRICTION = (1e-7, 1e-5, 1e-3, 0.1, 1.0, 3.0, 10.0, 30.0), (1e-7, 1e-4, 1e-2, 0.1)
+GRID = tuple(Weights(bodies, friction) for bodies in BODIES for friction in FRICTION)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A recording as a problem of least squares in deviations from the prior, each times its column's scale.
+
+    Attributes:
+        folds: Contiguous parts of it.
+        scale: Of each column, its RMS over the recording, (p,); 1 for a column of nothing but rounding.
+        friction: Which columns are friction, (p,).
+    """
+
+    folds: tuple[Fold, ...]
+    scale: Array
+    friction: np.ndarray
+
+    def system(self, kept: list[int], weights: Weights) -> tuple[Array, Array]:
+        """The normal equations of some folds with the prior, ``H d = g``."""
+        gram, moment = (sum(np.asarray(self.folds[k][part]) for k in kept) for part in (0, 1))
+        count = sum(len(self.folds[k].rows) for k in kept)
+        held = np.where(self.friction, weights.friction, weights.bodies) * count
+        return gram + np.diag(held), np.asarray(moment)
+
+    def deviation(self, kept: list[int], weights: Weights) -> Array:
+        """What some folds say of the parameters, less the prior."""
+        return np.asarray(np.linalg.solve(*self.system(kept, weights)))
+
+    def best_weights(self, kept: list[int]) -> Weights:
+        """The strongest prior that explains each fold from the others as well as the best, to one standard error.
+
+        Reference: T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning (2009), section 7.10.
+        """
+        missed = np.array([[self._missed(kept, k, weights) for k in kept] for weights in GRID])
+        more = missed - missed[np.argmin(missed.sum(axis=1))]
+        error = more.std(axis=1, ddof=1) * np.sqrt(len(kept))
+        as_good = more.sum(axis=1) <= error
+        return max(weights for weights, good in zip(GRID, as_good, strict=True) if good)
+
+    def _missed(self, kept: list[int], left_out: int, weights: Weights) -> float:
+        fold = self.folds[left_out]
+        found = self.deviation([k for k in kept if k != left_out], weights)
+        return float(found @ fold.gram @ found - 2.0 * found @ fold.moment)
+
+    def held_out(self) -> list[Array]:
+        """Of each fold what the others, their own weights too, leave unexplained, weighted, (samples, n)."""
+        everything, left = list(range(len(self.folds))), []
+        for k, fold in enumerate(self.folds):
+            others = [j for j in everything if j != k]
+            left.append(fold.wanted - fold.rows @ self.deviation(others, self.best_weights(others)))
+        return left
+
+
+def problem_of(rows: Array, wanted: Array, friction: np.ndarray, folds: int, gap: int) -> Problem:
+    """The problem of weighted rows (N, n, p) and what they should give (N, n); folds lose a gap at either end."""
+    scale = np.sqrt(np.mean(np.sum(rows**2, axis=1), axis=0))
+    scale = np.where(scale > ROUNDING * scale.max(), scale, np.inf)
+    parts = []
+    for first, last in pairwise(np.linspace(0, len(rows), folds + 1).astype(int)):
+        some = rows[first + gap : last - gap] / scale
+        flat, target = some.reshape(-1, rows.shape[2]), wanted[first + gap : last - gap]
+        parts.append(Fold(flat.T @ flat, flat.T @ target.ravel(), some, target))
+    return Problem(tuple(parts), np.where(np.isfinite(scale), scale, 1.0), friction)
+
+
+class BaseParameters(NamedTuple):
+    """The combinations of parameters that torques can tell apart.
+
+    Attributes:
+        leading: Column that each combination is named after, (r,).
+        combined: Factors of all parameters in it, (r, p).
+    """
+
+    leading: np.ndarray
+    combined: Array
+
+
+def base_parameters(rows: Array, tolerance: float = 1e-8) -> BaseParameters:
+    """The base parameters of a regressor, rows (m, p), by the rank-revealing QR decomposition.
+
+    Reference: M. Gautier, Numerical calculation of the base inertial parameters of robots, Journal of Robotic Systems
+        8 (1991) 485-506.
+    """
+    from scipy.linalg import qr, solve_triangular
+
+    size = np.sqrt(np.sum(rows**2, axis=0))
+    moved = size > tolerance * size.max()
+    scaled = rows / np.where(moved, size, 1.0) * moved
+    triangle, order = qr(scaled, mode="r", pivoting=True)
+    diagonal = np.abs(np.diag(triangle))
+    rank = int(np.sum(diagonal > tolerance * diagonal[0]))
+    combined = np.zeros((rank, rows.shape[1]))
+    combined[:, order[:rank]] = np.eye(rank)
+    rest = order[rank:]
+    combined[:, rest] = solve_triangular(triangle[:rank, :rank], triangle[:rank, rank : len(size)])
+    combined *= np.where(moved, size, 0.0) / size[order[:rank], None]
+    combined[np.abs(combined) < 1e-7 * np.abs(combined).max(axis=1, keepdims=True)] = 0.0
+    return BaseParameters(order[:rank], combined)

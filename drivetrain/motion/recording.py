@@ -1,0 +1,228 @@
+"""Recordings of a real arm: positions over its clock, and torques or currents beside them, from many kinds of file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.motion.columns import Kind, assigned_columns
+from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY
+from drivetrain.motion.table import Column, Table, read_table
+from drivetrain.units import split_header
+
+TORQUE = Kind("torque", ("torque", "tau", "effort"), ("N m", "N"), needed=False)
+MOTOR_TORQUE = Kind("motor_torque", ("motor_torque", "tau_motor"), ("N m",), needed=False)
+CURRENT = Kind("current", ("current", "i"), ("A",), needed=False)
+RATES = (VELOCITY, ACCELERATION, TORQUE, MOTOR_TORQUE, CURRENT)
+SUFFIXES = (".csv", ".npz", ".parquet", ".mat", ".bag", ".db3", ".mcap")
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredMotion:
+    """What was measured of an arm; None where the file has it not for every joint.
+
+    Attributes:
+        name: What to call it.
+        joint_names: (n,).
+        time: Increasing [s], (N,).
+        position: [rad or m], (N, n).
+        velocity: [rad/s or m/s], (N, n).
+        acceleration: [rad/s^2 or m/s^2], (N, n).
+        torque: At the joints, ``ratio`` times the motor's where there is a gear [N m or N], (N, n).
+        motor_torque: At the motors' shafts [N m], (N, n).
+        current: Of the motors, in the ampere of their torque constant [A], (N, n).
+        notes: Where it comes from, and what was passed over.
+    """
+
+    name: str
+    joint_names: tuple[str, ...]
+    time: Array
+    position: Array
+    velocity: Array | None = None
+    acceleration: Array | None = None
+    torque: Array | None = None
+    motor_torque: Array | None = None
+    current: Array | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        time, n = checked_array(self.time, (None,), "time"), len(self.joint_names)
+        if len(time) < 3 or (np.diff(time) <= 0.0).any():
+            raise InputError(Fault("time", "must be at least 3 instants that increase [s]", time.tolist()[:8]))
+        object.__setattr__(self, "time", time)
+        for kind in (POSITION, *RATES):
+            values = getattr(self, kind.name)
+            if values is not None:
+                object.__setattr__(self, kind.name, checked_array(values, (len(time), n), kind.name))
+
+
+def read_recording(
+    path: str | Path, joint_names: Sequence[str], *, columns: Mapping[str, str] | None = None, name: str = ""
+) -> MeasuredMotion:
+    """What a file holds of a measured motion.
+
+    Columns, or arrays: ``time [s]``; of each joint ``q_<joint> [deg]`` and, where measured, ``qd_<joint> [rad/s]``,
+    ``qdd_<joint> [rad/s^2]``, ``torque_<joint> [N m]`` (at the joint), ``motor_torque_<joint> [N m]``,
+    ``current_<joint> [A]``; by the joints' names, or by number in their order. An array of n columns (``q [rad]``)
+    stands for all joints in their order. A ROS bag gives time, position, velocity and effort of its
+    ``sensor_msgs/JointState``, by the joints' names, in SI.
+
+    Args:
+        path: A .csv, .npz, .parquet, .mat (by scipy, not version 7.3), or a ROS 1 or 2 bag (.bag, .db3, .mcap or its
+            folder; needs ``pip install drivetrain[bags]``).
+        joint_names: (n,), in the order wanted.
+        columns: What columns of the file are, where its own names do not say: ``{"t": "time [ms]", "phi": "q [deg]"}``.
+        name: What to call it; empty: the file's name.
+
+    Returns:
+        The recording, in SI; its clock as recorded: ``torque_from_positions`` and ``identify`` see whether it jitters.
+
+    Raises:
+        InputError: A file that cannot be read, columns, units or positions that are missing, cells that are no
+            numbers, time that goes back; all of them listed.
+    """
+    file, joints = Path(path), tuple(joint_names)
+    if not file.exists():
+        raise InputError(Fault("file", "no such file", str(path)))
+    suffix = file.suffix.lower()
+    if suffix == ".csv":
+        table = read_table(file)
+        table = Table(table.file, tuple(_renamed(c, columns or {}) for c in table.columns), table.rows, table.faults)
+    elif suffix in (".bag", ".db3", ".mcap") or file.is_dir():
+        table = _table(file, _bag(file, joints), {})
+    elif suffix in SUFFIXES:
+        reader = {".npz": _npz, ".parquet": _parquet, ".mat": _mat}[suffix]
+        table = _table(file, reader(file), columns or {})
+    else:
+        raise InputError(Fault("file", f"must be one of {', '.join(SUFFIXES)}", file.name, nearest(suffix, SUFFIXES)))
+    found = assigned_columns(table, joints, (POSITION, *RATES))
+    faults = [*table.faults, *found.faults]
+    if found.time is None or faults:
+        raise InputError(faults)
+    notes = [f"{len(table.rows)} samples from {file.name}", *found.notes]
+    values: dict[str, Array] = {}
+    for kind in (POSITION, *RATES):
+        present = [found.found[kind.name, joint].values for joint in joints if (kind.name, joint) in found.found]
+        if len(present) == len(joints):
+            values[kind.name] = np.stack(present, axis=1)
+        elif present:
+            notes.append(f"{kind.name} is not used: only {len(present)} of {len(joints)} joints have it")
+    time, kept = np.unique(found.time.values, return_index=True)
+    if (np.diff(found.time.values) < 0.0).any():
+        back = int(np.argmax(np.diff(found.time.values) < 0.0)) + 1
+        raise InputError(
+            Fault(f"row {table.rows[back]}", "time goes back [s]", float(found.time.values[back]), "", file.name)
+        )
+    if len(kept) < len(found.time.values):
+        notes.append(f"{len(found.time.values) - len(kept)} samples at an instant that another has are left out")
+    return MeasuredMotion(
+        name or file.stem, joints, time, **{kind: rows[kept] for kind, rows in values.items()}, notes=tuple(notes)
+    )
+
+
+def _renamed(column: Column, columns: Mapping[str, str]) -> Column:
+    header = columns.get(column.header, columns.get(column.name, column.header))
+    return Column(header, *split_header(header), column.values)
+
+
+def _table(file: Path, arrays: Mapping[str, Any], columns: Mapping[str, str]) -> Table:
+    """Arrays of a file as columns: one of n columns becomes n, numbered."""
+    found: list[Column] = []
+    held = {key: _numbers(value) for key, value in arrays.items()}
+    lengths = [len(values) for values in held.values() if values is not None]
+    rows = max(lengths, key=lengths.count) if lengths else 0
+    for key, values in held.items():
+        if values is None or len(values) != rows:
+            continue
+        name, unit = split_header(columns.get(key, key))
+        for number, column in enumerate(values.T, 1):
+            title = name if values.shape[1] == 1 else f"{name}{number}"
+            found.append(Column(f"{title} [{unit}]" if unit else title, title, unit, column))
+    faults = tuple(
+        Fault(f"column {c.header}", "must hold finite numbers", None, "", file.name)
+        for c in found
+        if not np.isfinite(c.values).all()
+    )
+    return Table(file.name, tuple(found), tuple(range(1, rows + 1)), faults)
+
+
+def _numbers(value: Any) -> Array | None:
+    """As (N, columns); None for what is no table of numbers."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2) or array.size < 3:
+        return None
+    if array.ndim == 2 and array.shape[0] == 1:
+        array = array.T
+    return np.asarray(array if array.ndim == 2 else array[:, None], dtype=np.float64)
+
+
+def _npz(file: Path) -> Mapping[str, Any]:
+    try:
+        with np.load(file) as held:
+            return {key: held[key] for key in held.files}
+    except (OSError, ValueError, EOFError) as error:
+        raise InputError(Fault("file", f"cannot be read as .npz: {error}", file.name)) from None
+
+
+def _parquet(file: Path) -> Mapping[str, Any]:
+    import pandas as pd
+
+    try:
+        frame = pd.read_parquet(file)
+    except ImportError:
+        raise InputError(Fault("file", "needs pyarrow", file.name, "pip install drivetrain[sweep]")) from None
+    except (OSError, ValueError) as error:
+        raise InputError(Fault("file", f"cannot be read as Parquet: {error}", file.name)) from None
+    return {str(key): frame[key].to_numpy() for key in frame.columns}
+
+
+def _mat(file: Path) -> Mapping[str, Any]:
+    from scipy.io import loadmat
+
+    try:
+        return {key: value for key, value in loadmat(file).items() if not key.startswith("__")}
+    except NotImplementedError:
+        raise InputError(Fault("file", "is a .mat of version 7.3", file.name, "save it with -v7")) from None
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(Fault("file", f"cannot be read as .mat: {error}", file.name)) from None
+
+
+def _bag(file: Path, joints: tuple[str, ...]) -> Mapping[str, Any]:
+    """Of the joint states in a ROS bag."""
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise InputError(Fault("file", "needs rosbags", file.name, "pip install drivetrain[bags]")) from None
+    folder = file.parent if file.suffix in (".db3", ".mcap") else file
+    rows: dict[str, list[float]] = {}
+    try:
+        with AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as reader:
+            topics = [one for one in reader.connections if one.msgtype.endswith("/JointState")]
+            for connection, _, raw in reader.messages(connections=topics):
+                message: Any = reader.deserialize(raw, connection.msgtype)
+                if not set(joints) <= set(message.name):
+                    continue
+                stamp = message.header.stamp
+                rows.setdefault("time [s]", []).append(stamp.sec + 1e-9 * stamp.nanosec)
+                for joint in joints:
+                    at = list(message.name).index(joint)
+                    states = (message.position, message.velocity, message.effort)
+                    for prefix, unit, values in zip(
+                        ("q", "qd", "effort"), ("rad", "rad/s", "N m"), states, strict=True
+                    ):
+                        if len(values):
+                            rows.setdefault(f"{prefix}_{joint} [{unit}]", []).append(float(values[at]))
+    except Exception as error:  # of many kinds, by the kind of the bag
+        raise InputError(Fault("file", f"cannot be read as a ROS bag: {error}", file.name)) from None
+    if not rows:
+        raise InputError(Fault("file", f"holds no JointState of {', '.join(joints)}", file.name))
+    start = rows["time [s]"][0]
+    rows["time [s]"] = [instant - start for instant in rows["time [s]"]]
+    return rows

@@ -1,0 +1,94 @@
+"""What a run was not made for: temperatures that no motor stands, steps that see nothing of what they pass over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.motor import Motor, copper_coefficient
+from drivetrain.effects.commanded_motion import CommandedMotion
+from drivetrain.effects.lugre_friction import LuGreFriction
+from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.simulation.engine import Engine
+from drivetrain.simulation.plan import Plan
+from drivetrain.simulation.recording import Event
+
+HOTTEST_MAGNETS = 150.0  # C, ASSUMED: above it the usual sintered magnets stay weaker for good
+FEWEST_STEPS = 10  # of a motion
+STIFFEST = 3.0  # swings of the load on its bristles, in radians a step
+FINEST = 1e-6  # rad or m: a bend of the bristles, over the relative tolerance that resolves it
+
+
+def doubts(plan: Plan, engine: Engine, rows: Array) -> tuple[Event, ...]:
+    """Events of a run that ended well and yet tells little.
+
+    Args:
+        rows: Of the run, (N, columns of its layout).
+    """
+    step = float(getattr(engine, "step", 0.0))
+    return (*_heat(plan, rows), *_long_step(plan, step), *_bristles(plan, engine.tolerance, step))
+
+
+def _heat(plan: Plan, rows: Array) -> Iterator[Event]:
+    """Windings and magnets above what they stand, and heat that would run away."""
+    told, time = plan.layout.recorded, rows[:, 0]
+    for joint, effects in plan.scene.effects.items():
+        heat = next((one for one in effects if isinstance(one, WindingHeat)), None)
+        sheets = [getattr(one, "motor", None) for one in effects]
+        motor = next((one for one in sheets if isinstance(one, Motor)), None)
+        if heat is None:
+            continue
+        limits = {"housing_temperature": ("magnets", HOTTEST_MAGNETS, "ASSUMED for the magnets it holds")}
+        if motor is not None and motor.max_winding_temperature is not None:
+            limits["winding_temperature"] = ("winding", motor.max_winding_temperature, f"the limit of {motor.key}")
+        for name, (kind, limit, whose) in limits.items():
+            values = rows[:, told[f"{joint}.{name}"][0]]
+            if values.max() > limit:
+                at = float(time[int(np.argmax(values > limit))])
+                hottest = f"{joint}.{name} reaches {values.max():.4g} °C, above {limit:g} °C, {whose}"
+                yield Event(at, kind, hottest)
+        if motor is None or f"{joint}.current_command" not in told or f"{joint}.current" not in told:
+            continue
+        square = _mean(time, rows[:, told[f"{joint}.current"][0]] ** 2)
+        resistance = heat.network.resistance_winding_housing + heat.network.resistance_housing_ambient
+        gain = motor.resistance * copper_coefficient(motor.reference_temperature) * resistance * square
+        winding = rows[:, told[f"{joint}.winding_temperature"][0]]
+        if gain >= 1.0 and winding[-1] > winding[0]:
+            detail = f"{joint}: were {math.sqrt(square):.3g} A RMS to last, the winding would warm without end"
+            yield Event(float(time[-1]), "runaway", detail)
+
+
+def _mean(time: Array, values: Array) -> float:
+    span = float(time[-1] - time[0])
+    return float(np.trapezoid(values, time)) / span if span > 0.0 else float(values[0])
+
+
+def _long_step(plan: Plan, step: float) -> Iterator[Event]:
+    """A fixed step of which few fit into the motion."""
+    moves = [one.effect.motion.time for one in plan.instances if isinstance(one.effect, CommandedMotion)]
+    lasts = min([plan.scene.duration, *(float(time[-1] - time[0]) for time in moves)])
+    if FEWEST_STEPS * step > lasts:
+        detail = f"a step of {step:g} s sees little of a motion of {lasts:g} s; {lasts / 100.0:.2g} s would do"
+        yield Event(0.0, "step", detail)
+
+
+def _bristles(plan: Plan, tolerance: float, step: float) -> Iterator[Event]:
+    """Bristles stiffer than a step or a tolerance resolves."""
+    inertia = np.diag(plan.inertia)
+    for one in plan.instances:
+        law = one.effect
+        if not isinstance(law, LuGreFriction):
+            continue
+        joint, bend = one.place.joint, law.coulomb / law.stiffness
+        moved = float(inertia[joint]) / (one.place.ratio**2 if law.side == "motor" else 1.0)
+        swing = math.sqrt(law.stiffness / moved)
+        if step * swing > STIFFEST:
+            told = f"swings at {swing:.3g} rad/s, which a step of {step:g} s passes over; {1.0 / swing:.2g} s would do"
+        elif bend < FINEST * tolerance:
+            told = f"bends by {bend:.3g} before it slips, less than a tolerance of {tolerance:g} resolves"
+        else:
+            continue
+        yield Event(0.0, "bristles", f"{one.title} {told}; DryFriction sticks exactly at any step")

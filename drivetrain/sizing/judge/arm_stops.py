@@ -1,0 +1,249 @@
+"""Stops of all joints at once: rigid links marched from states of the cycle while drives or brakes slow them down.
+
+For every drive P = f T + R: T = A s'' + b crosses its gear, R = B s'' + r turns its rotor, P brakes it, all at the
+gear's output, s its angle; f is 1/eta or eta_back as power crosses the mesh. ``drive.stops.braked`` solves one joint
+alone, here all joints share s''.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arrays import Array
+from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
+from drivetrain.drive.friction import friction_curve
+from drivetrain.drive.gear import complete, mesh_of
+from drivetrain.drive.gear_loss import drag_factor
+from drivetrain.drive.stops import braking_push, overshoot, stiff_spring, struck
+from drivetrain.dynamics.inverse import drive_torques
+from drivetrain.motion.duty_cycle import Indices
+from drivetrain.records import as_record
+from drivetrain.sizing.judge.stiffness import joint_travels, loaded_arms
+from drivetrain.study.model import Study
+
+STEP, GROWTH = 0.01, 0.2  # s, and of the time since the start; a step ends where a joint rests or a brake bites
+NEAR = 5e-4  # s before a joint's rest; to there half of the way at once, as its torque may still change
+LONGEST, FASTEST = 5.0, 300.0  # s and rad/s, beyond which a stop is said to have no end
+INSTANT = 1e-12  # s: rounding of sums of steps
+ROUNDS = 8  # in which the directions of power through the meshes are found
+SLIPPING = 1e-9  # rad/s: of a joint that is about to
+
+
+@dataclass(frozen=True, eq=False)
+class Braking:
+    """With what the n joints of an arm are stopped.
+
+    Attributes:
+        torque: At the motors' shafts [N m], (n,); 0: nothing brakes.
+        delay: From the start until it comes [s], (n,).
+        ramp: Time in which the speed falls to 0 on a straight line instead [s], (n,); NaN: as the torque allows.
+    """
+
+    torque: Array
+    delay: Array
+    ramp: Array
+
+    @property
+    def ends(self) -> Any:
+        """Which joints come to rest, (n,)."""
+        return (self.torque > 0.0) | np.isfinite(self.ramp)
+
+
+@dataclass(frozen=True, eq=False)
+class Stops:
+    """What stops from S states of the cycle ask of n joints.
+
+    Attributes:
+        first: Sample from which each starts, (S,).
+        torque: Largest at the gears' outputs, the swing of their springs included [N m], (S, n).
+        travel: Way of the gears' outputs [rad], (S, n); infinite of what does not come to rest though it is braked.
+        energy: That each brake turns into heat [J], (S, n); the same.
+        duration: Until all that is braked rests [s], (S,); infinite where that has no end.
+    """
+
+    first: Indices
+    torque: Array
+    travel: Array
+    energy: Array
+    duration: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Driven:
+    """An arm with one payload and its drives, its joints told by the angles s of their gears' outputs; n joints.
+
+    Attributes:
+        arm: With rotors.
+        turns: What a radian of each gear's output does to each joint [rad or m], (n, n).
+        travels: Of each joint a radian of its gear's output [rad or m], (n,).
+        ratio: (n,).
+        rotor: Inertia at the output [kg m^2], (n,).
+        gears, meshes, shafts: Records, one a joint.
+        stiffest: Slope of each spring at most [N m/rad], NaN where it is unknown.
+        drag: Factor of each gear's drag, by its temperature.
+        driving, driven: Factors of the meshes, (n,).
+        rises: Time in which each braking torque comes [s].
+    """
+
+    arm: Arm
+    turns: Array
+    travels: Array
+    ratio: Array
+    rotor: Array
+    gears: tuple[Any, ...]
+    meshes: tuple[Any, ...]
+    shafts: tuple[Any, ...]
+    stiffest: tuple[float, ...]
+    drag: tuple[float, ...]
+    driving: Array
+    driven: Array
+    rises: tuple[float, ...]
+
+    def torques(self, q: Array, speed: Array, acceleration: Array) -> tuple[Array, Array]:
+        """At the gears' outputs, and what turns the rotors beside that [N m], (S, n) each."""
+        found = drive_torques(self.arm, q, speed @ self.turns.T, acceleration @ self.turns.T)
+        gear = found.gear * self.travels
+        return gear, found.motor * self.ratio - gear
+
+    def equations(self, q: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
+        """A, b, B and r, (S, n, n) and (S, n)."""
+        count, n = speed.shape
+        units = np.tile(np.concatenate([np.zeros((1, n)), np.eye(n)]), (count, 1))
+        every = self.torques(np.repeat(q, n + 1, axis=0), np.repeat(speed, n + 1, axis=0), units)
+        gear, rotor = (part.reshape(count, n + 1, n) for part in every)
+        first, second = ((part[:, 1:] - part[:, :1]).swapaxes(1, 2) for part in (gear, rotor))
+        return first, gear[:, 0], second, rotor[:, 0]
+
+    def push(self, speed: Array, limit: Array, free: Any) -> Array:
+        """What slows the rotors, at the output [N m], (S, n); free: states that lose nothing, (S, 1)."""
+        parts = zip(self.meshes, self.shafts, self.drag, limit.T, speed.T, strict=True)
+        lossy = np.column_stack([braking_push(*laws, 0.0, most, now, 0.0) for *laws, most, now in parts])
+        return np.where(free, -np.sign(speed) * np.abs(self.ratio) * limit, lossy)
+
+    def swings(self, inertia: Array) -> Array:
+        """By what share of a step each spring swings beyond it, (S, n), over the inertia of the load [kg m^2]."""
+        shares = np.ones(inertia.shape)
+        for k, rise in enumerate(self.rises):
+            if rise > 0.0:
+                shares[:, k] = [overshoot(self.gears[k].stiffness_1, one, self.rotor[k], rise) for one in inertia[:, k]]
+        return shares
+
+    def most(self, inertia: Array, speed: Array, static: Array, torque: Array) -> Array:
+        """Most that each spring bears, (S, n)."""
+        parts = zip(self.stiffest, inertia.T, speed.T, static.T, torque.T, strict=True)
+        return np.column_stack([struck(*series) + 0.0 * series[1] for series in parts])
+
+
+def march(study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices) -> tuple[Stops, Stops]:
+    """Stops of an arm from some samples of its cycle.
+
+    Args:
+        drives: Of every joint, by name, with known inertia and losses.
+        first: Samples, (S,).
+
+    Returns:
+        With the losses of the sheets, when gears bear most, and without any, when stops take longest.
+    """
+    twice = np.concatenate([first, first])
+    torque, travel, energy = np.zeros((3, len(twice), len(study.joints)))
+    found = Stops(twice, torque, travel, energy, np.full(len(twice), math.inf))
+    for arm, chosen in loaded_arms(study, drives):
+        rows = np.flatnonzero(chosen[twice])
+        if len(rows):
+            _march(_driven(study, arm, drives), study, braking, found, rows, (rows >= len(first))[:, None])
+    halves = zip(*(np.split(getattr(found, field.name), 2) for field in fields(found)), strict=True)
+    lossy, lossless = (Stops(*half) for half in halves)
+    return lossy, lossless
+
+
+def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
+    every, travels = [drives[task.name] for task in study.joints], joint_travels(study)
+    shafts = np.eye(arm.n) if arm.coupling is None else np.linalg.inv(arm.coupling)
+    gears = tuple(as_record(complete(one.gear)) for one in every)
+    meshes = tuple(mesh_of(one) for one in gears)
+    cold, ratio = study.cold_start, np.array([one.gear.ratio for one in every])
+    coldest = min(float(study.drag_temperature(study.ambient)), math.inf if cold is None else cold)
+    driving, driven = (np.array([getattr(one, way) for one in meshes]) for way in ("driving", "driven"))
+    return _Driven(
+        arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
+        meshes, tuple(friction_curve(as_record(shaft_friction(one))) for one in every),
+        tuple(stiff_spring(one).slope_3 for one in gears), tuple(float(drag_factor(one, coldest)) for one in meshes),
+        driving, driven, tuple(task.stop.rise for task in study.joints),
+    )  # fmt: skip
+
+
+def _march(driven: _Driven, study: Study, braking: Braking, found: Stops, rows: Indices, free: Any) -> None:
+    """Fill some rows of what is found: those of one payload; free: which lose nothing, (S, 1)."""
+    cycle, back = study.cycle, np.linalg.inv(driven.turns).T
+    start = found.first[rows]
+    q, speed, time = cycle.position[start], cycle.velocity[start] @ back, np.zeros(len(rows))
+    before, _ = driven.torques(q, speed, cycle.acceleration[start] @ back)
+    slowing, ramped, swings = -speed / braking.ramp, np.isfinite(braking.ramp), None
+    while len(rows):
+        bitten = time[:, None] >= braking.delay - INSTANT
+        limit = braking.torque * bitten
+        first, constant, rotor, rest = driven.equations(q, speed)
+        way, acceleration, torque = _slowed(driven, (first, constant, rotor, rest), speed, limit, slowing, ramped, free)
+        own = np.diagonal(first, axis1=1, axis2=2)
+        swings = driven.swings(own) if swings is None else swings
+        swung = np.abs(torque + swings * (torque - before))
+        locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0  # as ``braked`` has it
+        most = driven.most(own, speed, torque - own * acceleration, before)
+        swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, most))
+        found.torque[rows] = np.maximum(found.torque[rows], np.where(ramped, np.abs(torque), swung))
+        moving = ((way != 0.0) & braking.ends).any(axis=1) | (~bitten & braking.ends).any(axis=1)
+        found.duration[rows[~moving]] = time[~moving]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            own_end = np.where((acceleration * speed < 0.0) & ~ramped, -speed / acceleration, np.inf)
+        ramp_end = np.where(ramped & (speed != 0.0), np.maximum(braking.ramp - time[:, None], 0.0), np.inf)
+        bite = np.where(bitten, np.inf, braking.delay - time[:, None])
+        rests = np.minimum(np.where(own_end <= NEAR, own_end, np.inf), ramp_end)
+        ends = np.concatenate([np.where(own_end <= NEAR, own_end, 0.5 * own_end), ramp_end, bite], axis=1)
+        step = np.minimum(ends.min(axis=1), np.maximum(STEP, GROWTH * time))[:, None]
+        after = np.where(rests <= step + INSTANT, 0.0, speed + acceleration * step)
+        moved = 0.5 * (speed + after) * step
+        found.travel[rows] += np.abs(moved)
+        found.energy[rows] += limit * np.abs(driven.ratio * moved)
+        q, speed, time, before = q + moved @ driven.turns.T, after, time + step[:, 0], torque
+        lost = moving & (~(time < LONGEST) | (np.abs(speed) > FASTEST).any(axis=1))
+        endless, kept = lost[:, None] & (speed != 0.0) & braking.ends, moving & ~lost
+        found.travel[rows] += np.where(endless, np.inf, 0.0)
+        found.energy[rows] += np.where(endless, np.inf, 0.0)
+        rows, q, speed, time, before, slowing, swings, free = (
+            part[kept] for part in (rows, q, speed, time, before, slowing, swings, free)
+        )
+
+
+def _slowed(
+    driven: _Driven, equations: tuple[Array, ...], speed: Array, limit: Array, slowing: Array, ramped: Any,
+    free: Any,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """How the joints go on: their directions, 0 for those that are held; accelerations; torques at the outputs.
+
+    A joint at rest slips where motor or brake and the friction of its mesh do not hold it.
+    """
+    first, constant, rotor, rest = equations
+    way, given, unit = np.sign(speed), np.where(ramped & (speed != 0.0), slowing, 0.0), np.eye(len(driven.ratio))
+    up, down = (np.where(free, 1.0, factor) for factor in (driven.driving, driven.driven))
+    push = driven.push(np.where(speed != 0.0, speed, SLIPPING), limit, free)
+    strength, driving = np.abs(push), np.zeros(speed.shape, dtype=bool)
+    for _ in range(ROUNDS):
+        factor, fixed = np.where(driving, up, down), ramped | (way == 0.0)
+        braked = np.where(speed != 0.0, push, push * way)
+        matrix = np.where(fixed[..., None], unit, factor[..., None] * first + rotor)
+        wanted = np.where(fixed, given, braked - factor * constant - rest)
+        acceleration = np.linalg.solve(matrix, wanted[..., None])
+        torque, turning = constant + (first @ acceleration)[..., 0], rest + (rotor @ acceleration)[..., 0]
+        acceleration, one, other = acceleration[..., 0], down * torque + turning, up * torque + turning
+        held = np.clip(0.0, np.minimum(one, other), np.maximum(one, other))  # the least that holds, the mesh helping
+        slips, now = (way == 0.0) & ~ramped & (np.abs(held) > strength), torque * way > 0.0
+        if not slips.any() and (now == driving)[~fixed].all():
+            break
+        way, driving = np.where(slips, -np.sign(held), way), now
+    return way, np.where((speed == 0.0) & (acceleration * way < 0.0), 0.0, acceleration), torque

@@ -1,0 +1,156 @@
+"""Arms from MJCF and SDF files, against MuJoCo's and Drake's own reading of the same file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from drivetrain.arm.builtin import ROBOTS
+from drivetrain.arm.load import load_arm
+from drivetrain.dynamics.inverse import inverse_dynamics
+from drivetrain.dynamics.kinematics import tip_pose
+from drivetrain.dynamics.mass_matrix import mass_matrix
+from drivetrain.errors import InputError
+
+MJCF = """<mujoco model="crane"><compiler angle="{angle}" eulerseq="{sequence}"/><option gravity="0 1 -9"/>
+<default><joint damping="0.3"/>
+<default class="big"><joint axis="0 1 0" range="-90 90" frictionloss="2"/></default></default>
+<worldbody><geom type="plane" size="1 1 1"/>
+<body name="post" pos="0.1 0 0.2" euler="10 20 -30" childclass="big">
+ <inertial pos="0.1 0.02 0" quat="0.9 0.1 -0.2 0.3" mass="3" diaginertia="0.03 0.02 0.025"/>
+ <joint name="swing" pos="0 0.05 0.02"/><joint name="out" type="slide" axis="1 0 0.5" range="-0.1 0.4"/>
+ <body name="plate" pos="0.2 0 0" axisangle="0 1 1 25"><inertial pos="0 0 0.1" mass="1" diaginertia="0.01 0.01 0.01"/>
+  <body name="boom" pos="0.3 0 0.1" xyaxes="0 1 0 -1 0.1 0">
+   <inertial pos="0 0.1 0.2" mass="2" fullinertia="0.02 0.03 0.04 0.001 0.002 -0.003"/>
+   <joint name="lift" class="main" axis="0.3 0 1" pos="0.01 0 0"/><geom size="0.1"/>
+   <body name="hook" pos="0 0 0.4"/></body></body></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("sequence", ["xyz", "ZYX", "zyx"])
+@pytest.mark.parametrize("angle", ["degree", "radian"])
+def test_mujoco_reads_the_same_arm(tmp_path: Path, angle: str, sequence: str) -> None:
+    """Torques at random motions, gravity as the file says; limits and frictions too."""
+    path = tmp_path / "crane.xml"
+    path.write_text(MJCF.format(angle=angle, sequence=sequence))
+    arm, model = load_arm(path), mujoco.MjModel.from_xml_path(str(path))
+    assert arm.joint_names == ("swing", "out", "lift")
+    np.testing.assert_allclose(np.stack([arm.lower, arm.upper], axis=1)[:2], model.jnt_range[:2], rtol=1e-12)
+    assert np.isinf(arm.upper[2])
+    data, rng = mujoco.MjData(model), np.random.default_rng(4)
+    model.dof_damping[:] = 0.0
+    model.dof_frictionloss[:] = 0.0
+    for q, qd, qdd in rng.uniform(-2.0, 2.0, (6, 3, 3)):
+        q[1] *= 0.1
+        data.qpos[:], data.qvel[:], data.qacc[:] = q, qd, qdd
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONTACT
+        mujoco.mj_inverse(model, data)
+        np.testing.assert_allclose(inverse_dynamics(arm, q, qd, qdd), data.qfrc_inverse, rtol=1e-10, atol=1e-10)
+        np.testing.assert_allclose(tip_pose(arm, q)[:3, 3], data.body("hook").xpos, atol=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore::drivetrain.errors.PhysicsWarning")  # of the published UR5's wrists
+@pytest.mark.parametrize("name", ["ur5", "panda"])
+def test_a_file_that_mujoco_wrote(tmp_path: Path, name: str) -> None:
+    """A URDF through MuJoCo's compiler and its own writer comes back as the same arm."""
+    tip = {"ur5": "wrist_3_link", "panda": "panda_hand_tcp"}[name]
+    text = re.sub(r"<(visual|collision)>.*?</\1>", "", (ROBOTS / f"{name}.urdf").read_text(), flags=re.S)
+    model = mujoco.MjModel.from_xml_string(
+        text.replace("<robot ", '<robot xmlns:z="z" ', 1).replace(
+            "</robot>", '<mujoco><compiler balanceinertia="false" fusestatic="false"/></mujoco></robot>'
+        )
+    )
+    path = tmp_path / "saved.xml"
+    mujoco.mj_saveLastXML(str(path), model)
+    arm, data, rng = load_arm(path, tip=tip), mujoco.MjData(model), np.random.default_rng(5)
+    for q in rng.uniform(-1.5, 1.5, (4, model.nq)):
+        if name == "panda":
+            q[7:] = 0.0  # the fingers, which are held
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        whole = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, whole)
+        # Six digits are what MuJoCo's writer prints.
+        np.testing.assert_allclose(mass_matrix(arm, q[: arm.n]), whole[: arm.n, : arm.n], atol=2e-5)
+
+
+SDF = """<?xml version="1.0"?><sdf version="1.9" xmlns:drake="http://drake.mit.edu"><model name="crane">
+<link name="base"><pose>0.1 0 0 0 0 0.3</pose></link>
+<frame name="mark" attached_to="base"><pose>0 0.2 0.3 0.1 0 0</pose></frame>
+<link name="post"><pose relative_to="mark">0.1 0 0.2 0.3 0.2 0.1</pose>
+ <inertial><pose>0.1 0 0.2 0.1 0.2 0.3</pose><mass>3</mass>
+ <inertia><ixx>0.03</ixx><iyy>0.02</iyy><izz>0.025</izz><ixy>0.001</ixy><ixz>0</ixz><iyz>-0.002</iyz></inertia></inertial></link>
+<link name="boom"><pose relative_to="lift">0.05 0 0 0 0.4 0</pose><inertial><pose>0 0.1 0.2 0 0 0</pose><mass>2</mass>
+ <inertia><ixx>0.03</ixx><iyy>0.03</iyy><izz>0.02</izz></inertia></inertial></link>
+<joint name="hold" type="fixed"><parent>world</parent><child>base</child></joint>
+<joint name="swing" type="revolute"><pose>0.01 0.02 0.03 0.1 0 0</pose><parent>base</parent><child>post</child>
+ <axis><xyz expressed_in="__model__">0 0.6 0.8</xyz>
+ <limit><lower>-1</lower><upper>2</upper><velocity>3</velocity><effort>50</effort></limit>
+ <dynamics><damping>0.4</damping></dynamics></axis>
+ <drake:rotor_inertia>2e-5</drake:rotor_inertia><drake:gear_ratio>100</drake:gear_ratio></joint>
+<joint name="lift" type="prismatic"><pose relative_to="post">0 0 0.3 0 0.5 0</pose>
+ <parent>post</parent><child>boom</child>
+ <axis><xyz>1 0 0</xyz><limit><lower>-1e16</lower><upper>1e16</upper></limit></axis></joint>
+</model></sdf>"""
+
+
+def test_drake_reads_the_same_arm(tmp_path: Path) -> None:
+    """Mass matrices; ours with the rotor as a body, whose own inertia Drake leaves away."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    path = tmp_path / "crane.sdf"
+    path.write_text(SDF)
+    arm, plant = load_arm(path), MultibodyPlant(time_step=0.0)
+    Parser(plant).AddModels(str(path))
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    assert arm.joint_names == ("swing", "lift") and arm.upper.tolist() == [2.0, np.inf] and arm.speed_limits[0] == 3.0
+    for q in np.random.default_rng(6).uniform(-1.0, 1.0, (5, 2)):
+        plant.SetPositions(context, q)
+        np.testing.assert_allclose(mass_matrix(arm, q), plant.CalcMassMatrix(context), atol=1e-12)
+        gravity = -plant.CalcGravityGeneralizedForces(context)
+        np.testing.assert_allclose(inverse_dynamics(arm, q, [0, 0], [0, 0]), gravity, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("file", "change", "told"),
+    [
+        ("a.xml", ('name="lift"', 'type="ball" name="lift"'), "floating"),
+        ("a.xml", ('<inertial pos="0 0 0.1" mass="1" diaginertia="0.01 0.01 0.01"/>', '<geom size="1"/>'), "geoms"),
+        ("a.xml", ('pos="0 0 0.4"', 'pos="0 0"'), "3 finite"),
+        ("a.xml", ("<worldbody>", '<include file="x.xml"/><worldbody>'), "include"),
+        ("a.xml", ('mass="2"', 'mass="-2"'), "negative"),
+        ("a.xml", ('name="plate"', 'name="post"'), "twice"),
+        ("a.sdf", ('relative_to="mark"', 'relative_to="mrak"'), "mark"),
+        ("a.sdf", ('relative_to="lift"', 'relative_to="boom"'), "itself"),
+        ("a.sdf", ('type="prismatic"', 'type="universal"'), "floating"),
+        ("a.sdf", ("<mass>2</mass>", "<mass>two</mass>"), "finite"),
+        ("a.sdf", ("<parent>base</parent>", "<parent>bse</parent>"), "base"),
+        ("a.sdf", ('<model name="crane">', "<world>"), "malformed|one <model>"),
+    ],
+)
+def test_files_that_hold_no_arm(tmp_path: Path, file: str, change: tuple[str, str], told: str) -> None:
+    text = MJCF.format(angle="degree", sequence="xyz") if file.endswith("xml") else SDF
+    assert change[0] in text
+    (tmp_path / file).write_text(text.replace(*change))
+    with pytest.raises(InputError, match=told):
+        load_arm(tmp_path / file)
+
+
+def test_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """ROS 1 and ROS 2 places, and a package that is nowhere."""
+    folder = tmp_path / "share" / "crane_description"
+    folder.mkdir(parents=True)
+    (folder / "crane.sdf").write_text(SDF)
+    address = "package://crane_description/crane.sdf"
+    for name, value in (("ROS_PACKAGE_PATH", tmp_path / "share"), ("AMENT_PREFIX_PATH", tmp_path)):
+        with monkeypatch.context() as patch:
+            patch.setenv(name, str(value))
+            assert load_arm(address).joint_names == ("swing", "lift")
+    with pytest.raises(InputError, match="crane_description"):
+        load_arm(address)

@@ -1,0 +1,83 @@
+"""Recordings from every kind of file: names, units, clock; what is wrong is told by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from drivetrain.errors import InputError
+from drivetrain.motion.recording import MeasuredMotion, read_recording
+
+JOINTS = ("shoulder", "elbow")
+TIME = 0.01 * np.arange(20)
+DEGREES = np.column_stack([30.0 * np.sin(TIME), 5.0 * TIME])
+TORQUE = np.column_stack([TIME, 2.0 * TIME])
+
+
+def check(found: MeasuredMotion) -> None:
+    assert found.joint_names == JOINTS
+    np.testing.assert_allclose(found.time, TIME, atol=1e-12)
+    np.testing.assert_allclose(found.position, np.deg2rad(DEGREES))
+    np.testing.assert_allclose(found.torque, TORQUE)
+    assert found.velocity is None and found.current is None
+
+
+def test_csv(tmp_path: Path) -> None:
+    rows = "\n".join(
+        f"{1e3 * t!r},{q[0]!r},{q[1]!r},{m[0]!r},{m[1]!r}" for t, q, m in zip(TIME, DEGREES, TORQUE, strict=True)
+    ).replace("np.float64(", "").replace(")", "")  # fmt: skip
+    file = tmp_path / "run.csv"
+    file.write_text(f"time [ms],q_shoulder [deg],q_elbow [deg],tau_shoulder [N m],tau_elbow [N m]\n{rows}\n")
+    check(read_recording(file, JOINTS))
+
+
+def test_npz_mat_and_parquet(tmp_path: Path) -> None:
+    import pandas as pd
+
+    arrays = {"time [s]": TIME, "q [deg]": DEGREES, "torque [N m]": TORQUE, "label": np.array("x")}
+    np.savez(tmp_path / "run.npz", **arrays)
+    check(read_recording(tmp_path / "run.npz", JOINTS))
+    savemat(tmp_path / "run.mat", {"t": TIME, "phi": DEGREES, "moment": TORQUE, "label": "x"})
+    columns = {"t": "time [s]", "phi": "q [deg]", "moment": "torque [N m]"}
+    check(read_recording(tmp_path / "run.mat", JOINTS, columns=columns))
+    frame = pd.DataFrame({"time [s]": TIME, "q1 [deg]": DEGREES[:, 0], "q2 [deg]": DEGREES[:, 1]})
+    frame[["torque_shoulder [N m]", "torque_elbow [N m]"]] = TORQUE
+    frame.to_parquet(tmp_path / "run.parquet")
+    check(read_recording(tmp_path / "run.parquet", JOINTS))
+
+
+def test_what_one_joint_alone_has_is_noted(tmp_path: Path) -> None:
+    np.savez(tmp_path / "run.npz", **{"time [s]": TIME, "q [rad]": DEGREES, "current_elbow [A]": TIME})
+    found = read_recording(tmp_path / "run.npz", JOINTS)
+    assert found.current is None and any("current is not used" in note for note in found.notes)
+
+
+def test_samples_at_one_instant(tmp_path: Path) -> None:
+    twice = np.r_[TIME[:5], TIME[4:]]
+    np.savez(tmp_path / "run.npz", **{"time [s]": twice, "q [rad]": np.column_stack([twice, twice])})
+    found = read_recording(tmp_path / "run.npz", JOINTS)
+    assert len(found.time) == 20 and any("1 samples at an instant" in note for note in found.notes)
+
+
+def test_wrong_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_recording(tmp_path / "none.csv", JOINTS)
+    (tmp_path / "run.txt").write_text("x")
+    with pytest.raises(InputError, match="must be one of"):
+        read_recording(tmp_path / "run.txt", JOINTS)
+    for name in ("bad.npz", "bad.mat", "bad.parquet"):
+        (tmp_path / name).write_bytes(b"nonsense" * 50)
+        with pytest.raises(InputError, match="cannot be read"):
+            read_recording(tmp_path / name, JOINTS)
+    np.savez(tmp_path / "short.npz", **{"time [s]": TIME, "q_shoulder [deg]": TIME})
+    with pytest.raises(InputError, match="elbow"):
+        read_recording(tmp_path / "short.npz", JOINTS)
+    np.savez(tmp_path / "bare.npz", **{"time": TIME, "q": DEGREES})
+    with pytest.raises(InputError, match="needs a unit"):
+        read_recording(tmp_path / "bare.npz", JOINTS)
+    np.savez(tmp_path / "back.npz", **{"time [s]": TIME[::-1], "q [rad]": DEGREES})
+    with pytest.raises(InputError, match="goes back"):
+        read_recording(tmp_path / "back.npz", JOINTS)

@@ -1,0 +1,43 @@
+"""Pictures of a run: limits with their values, and an audit that does not magnify rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drivetrain.report.run_charts import energy_charts, run_charts
+from drivetrain.simulation.recording import Recording, Series
+
+TIME = np.linspace(0.0, 1.0, 11)
+
+
+def run(error: float) -> Recording:
+    return Recording(TIME, {
+        "a.current": Series("A", 8.0 * TIME),
+        "a.voltage": Series("V", -6.0 * TIME),
+        "a.electrical_energy": Series("J", 50.0 * TIME),
+        "energy_error": Series("J", error * TIME),
+    })  # fmt: skip
+
+
+def test_a_limit_is_drawn_with_its_value_or_told_as_a_share():
+    told = dict((chart.y, (chart, caption)) for chart, caption in run_charts(
+        run(0.0), ["a"], {"a": {"current": 8.0, "voltage": 48.0}}
+    ))  # fmt: skip
+    current, caption = told["current [A]"]
+    (rule,) = (mark for mark in current.marks if mark.kind == "rule")  # the current never goes below zero
+    assert rule.y == [8.0] and rule.label == "limit of a 8.00\u00a0A" and "100\u00a0% of 8.00\u00a0A" in caption
+    voltage, caption = told["voltage [V]"]
+    assert not any(mark.kind == "rule" for mark in voltage.marks) and "a 12\u00a0% of 48.0\u00a0V" in caption
+    line = next(mark for mark in voltage.marks if mark.kind == "line")
+    assert line.y == pytest.approx(-6.0 * TIME)
+
+
+@pytest.mark.parametrize(("error", "top"), [(1e-12, 0.05), (0.2, None)])
+def test_rounding_of_the_audit_is_not_magnified(error, top):
+    below = energy_charts(run(error))[1]
+    assert "[mJ]" in below.y
+    if top is None:
+        assert below.y_range == () and below.marks[0].y[-1] == pytest.approx(200.0)
+    else:
+        assert below.y_range == pytest.approx((-top, top))  # a millionth of 50 J

@@ -1,0 +1,94 @@
+"""What a run was not made for is said by the run itself, or refused before it begins."""
+
+import math
+
+import pytest
+
+import drivetrain as dt
+from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.effects.effect import Effect
+from drivetrain.errors import InputError
+from drivetrain.simulation.engine import Engine
+from drivetrain.simulation.recording import Event
+
+MOTOR = dt.Motor("m", 0.3, 0.03, max_winding_temperature=155.0)
+
+
+def named(run: dt.Recording, name: str) -> list[Event]:
+    return [event for event in run.events if event.name == name]
+
+
+def heated(current: float, duration: float, resistance: float = 2.0, housing: float = 25.0) -> dt.Recording:
+    network = ThermalNetwork(resistance, 3.0, 10.0, 200.0, 25.0)
+    effects = [
+        dt.GivenCurrent([0.0], [current]), dt.MotorCurrent(MOTOR), dt.WindingHeat(network, housing=housing),
+        dt.ViscousFriction(dt.Friction(viscous=1.0)),
+    ]  # fmt: skip
+    return dt.simulate(dt.joint_scene(1.0, effects, duration), solver=dt.FixedStep(1e-2), interval=0.1)
+
+
+def test_winding_above_its_limit() -> None:
+    assert not named(heated(6.0, 5.0), "winding")
+    (event,) = named(hot := heated(20.0, 20.0), "winding")
+    above = hot.time[hot["joint.winding_temperature"] > 155.0]
+    assert event.time == above[0] > 0.0
+    assert "155" in event.detail and "the limit of m" in event.detail
+
+
+def test_magnets_above_what_they_stand() -> None:
+    assert named(heated(1.0, 1.0, housing=151.0), "magnets") and not named(heated(1.0, 1.0, housing=149.0), "magnets")
+
+
+def test_runaway_where_no_temperature_lasts() -> None:
+    # Without end where alpha R Rth I^2 reaches 1: at 13 A of 0.3 ohm and 5 K/W with copper's 0.0039 1/K at 25 C.
+    limit = math.sqrt(1.0 / (0.0039 * 0.3 * 5.0))
+    assert named(heated(1.02 * limit, 5.0), "runaway")
+    assert not named(heated(0.98 * limit, 5.0), "runaway")
+
+
+def test_a_joint_has_one_mesh() -> None:
+    gears = [dt.MeshLoss(dt.Gear(key, 50.0, efficiency=0.9)) for key in "ab"]
+    with pytest.raises(InputError, match="2 mesh losses"):
+        dt.plan(dt.joint_scene(1.0, [*gears, dt.FullRotor(1e-5, 50.0)], 1.0))
+
+
+@pytest.mark.parametrize("what", ["winding", "housing"])
+def test_nothing_is_colder_than_absolute_zero(what: str) -> None:
+    network = ThermalNetwork(1.0, 3.0, 10.0, 200.0, 25.0)
+    with pytest.raises(InputError, match="absolute zero"):
+        dt.WindingHeat(network, **{what: -300.0})
+    with pytest.raises(InputError, match="absolute zero"):
+        dt.GearDrag(dt.Gear("g", 50.0), -300.0)
+
+
+def test_a_step_longer_than_the_motion() -> None:
+    scene = dt.joint_scene(1.0, [dt.WallSpring(1.0)], 0.5, position=0.1)
+    (event,) = named(dt.simulate(scene, solver=dt.FixedStep(1.0)), "step")
+    assert "0.5 s" in event.detail
+    assert not named(dt.simulate(scene, solver=dt.FixedStep(0.01)), "step")
+
+
+@pytest.mark.parametrize(
+    ("engine", "stiffness", "told"),
+    [
+        (dt.FixedStep(), 1e6, False), (dt.FixedStep(), 1e8, True), (dt.FixedStep(1e-4), 1e8, False),
+        (dt.AdaptiveStep(), 1e10, False), (dt.AdaptiveStep(), 1e14, True),
+        (dt.AdaptiveStep(dt.Rodas5P(1e-4)), 1e11, True),
+    ],
+)  # fmt: skip
+def test_bristles_too_stiff_to_be_seen(engine: Engine, stiffness: float, told: bool) -> None:
+    bristles: list[Effect] = [dt.LuGreFriction(stiffness, 1.0, 1.5, damping=0.1 * stiffness**0.5), dt.WallSpring(100.0)]
+    run = dt.simulate(dt.joint_scene(1.0, bristles, 2.0, position=0.103), solver=engine, interval=0.1)
+    assert bool(named(run, "bristles")) == told
+    if not told:  # stops after five half cycles, as with Coulomb friction, at -0.003 less what static friction changes
+        assert run["joint.position"][-1] == pytest.approx(-0.00296, abs=3e-5)
+
+
+def test_a_spring_whose_pieces_overlap() -> None:
+    with pytest.raises(InputError, match="torque_1"):
+        dt.Gear("g", 50.0, stiffness_1=1e3, stiffness_2=2e3, stiffness_3=3e3, torque_1=9.0, torque_2=5.0)
+
+
+def test_an_ordinary_run_says_nothing() -> None:
+    run = dt.simulate(dt.joint_scene(1.0, [dt.WallSpring(1.0)], 1.0, position=0.1))
+    assert run.events == ()

@@ -1,0 +1,98 @@
+"""Where a run begins: under load nothing moves that is not commanded to, whatever loop holds it."""
+
+import numpy as np
+import pytest
+
+import drivetrain as dt
+from drivetrain.effects.effect import Effect
+from drivetrain.errors import InputError
+from drivetrain.simulation.engine import Engine
+
+MOTOR = dt.Motor(key="m", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
+GEAR = dt.Gear("g", 100.0, stiffness_1=2e4, torque_1=5.0, stiffness_2=3e4)
+WEIGHT, PLACE = 12.0, 0.4
+TIME = np.array([0.0, 0.5])
+STAY = dt.CommandedMotion(
+    dt.Motion("stay", ("joint",), TIME, np.full((2, 1), PLACE), np.zeros((2, 1)), np.zeros((2, 1)))
+)
+HOLDING = WEIGHT * np.cos(PLACE) / 100.0 / 0.0302  # A: weight at its angle, through the gear, over the torque constant
+SPRING = dt.FlexibleJoint(GEAR, 4.0)
+DRIVES: dict[str, list[Effect]] = {
+    "cascade": [dt.CascadeLoop(20.0, 0.5, 0.1), dt.MotorCurrent(MOTOR)],
+    "current loop": [dt.CascadeLoop(20.0, 0.5, 0.1), dt.CurrentLoop(MOTOR, 3000.0)],
+    "digital": [
+        dt.Encoder(),
+        dt.SampledCascade(20.0, 0.5, 0.1, delay=1),
+        dt.SampledCurrentLoop(MOTOR, 3000.0),
+        dt.Winding(MOTOR),
+    ],
+}
+
+
+def scene(effects: list[Effect], position: float | None = PLACE, rotor: float = 3e-5) -> dt.Scene:
+    own = {"joint": (*effects, dt.FullRotor(rotor, 100.0)), "scene": (STAY,)}
+    body = dt.Inertia(1.2, weight=WEIGHT)
+    return dt.Scene(body, own, 0.5, None if position is None else np.array([position]), np.zeros(1))
+
+
+@pytest.mark.parametrize("engine", [dt.FixedStep(), dt.AdaptiveStep()])
+@pytest.mark.parametrize("name", DRIVES)
+def test_integrators_and_currents_hold_from_the_start(name: str, engine: Engine) -> None:
+    run = dt.simulate(scene(DRIVES[name]), solver=engine)
+    np.testing.assert_allclose(run["joint.position"], PLACE, atol=1e-9)
+    np.testing.assert_allclose(run["joint.current"], HOLDING, rtol=1e-6)
+    assert run.about["start"] == f"equilibrium, held by joint {HOLDING:.3g} A"
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_springs_are_twisted_by_what_they_carry(name: str) -> None:
+    # The motor is where it is commanded, so the link hangs behind it by the twist, under its load there.
+    run = dt.simulate(scene([*DRIVES[name], SPRING], position=None))
+    link = run["joint.position"][0]
+    load = WEIGHT * np.cos(link)
+    assert PLACE - link == pytest.approx(5.0 / 2e4 + (load - 5.0) / 3e4, rel=1e-9)
+    np.testing.assert_allclose(run["joint.position"], link, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [dt.PositionLoop(900.0, 60.0, 0.0302), dt.CascadeLoop(15.0, 60.0 / 100.0**2 / 0.0302)],
+    ids=["pd", "cascade"],
+)
+def test_a_loop_without_integrator_hangs_by_load_over_stiffness(loop: Effect) -> None:
+    run = dt.simulate(scene([loop, dt.MotorCurrent(MOTOR)], position=None))
+    link = run["joint.position"][0]
+    assert PLACE - link == pytest.approx(WEIGHT * np.cos(link) / 900.0, rel=1e-6)
+    np.testing.assert_allclose(run["joint.position"], link, atol=1e-7)
+    fed = scene([loop, dt.MotorCurrent(MOTOR), dt.GivenCurrent(TIME, np.full(2, HOLDING))], position=None)
+    np.testing.assert_allclose(dt.simulate(fed)["joint.position"], PLACE, atol=1e-9)
+
+
+def test_joints_of_an_arm_hold_one_another() -> None:
+    arm = dt.load_arm("planar-2r")
+    names, place = arm.joint_names, np.array([[0.3, -0.5]] * 2)
+    motion = dt.Motion("stay", names, TIME, place, np.zeros((2, 2)), np.zeros((2, 2)))
+    drive = (dt.CascadeLoop(20.0, 5.0, 0.1), dt.MotorCurrent(MOTOR))
+    effects = {**dict.fromkeys(names, drive), "scene": (dt.CommandedMotion(motion),)}
+    run = dt.simulate(dt.Scene(arm, effects, 0.5))
+    wanted = dt.gravity_torque(arm, place[0]) / 10.0 / 0.0302
+    for i, name in enumerate(names):
+        np.testing.assert_allclose(run[f"{name}.current"], wanted[i], rtol=1e-6)
+        np.testing.assert_allclose(run[f"{name}.position"], place[0, i], atol=1e-9)
+
+
+def test_what_cannot_be_held_says_so() -> None:
+    weak = [dt.CascadeLoop(20.0, 0.5, 0.1, peak_current=2.0), dt.MotorCurrent(MOTOR, 2.0)]
+    event = next(one for one in dt.simulate(scene(weak)).events if one.name == "start")
+    assert event.time == 0.0 and f"{HOLDING:.3g} A would hold it, 2 A flow" in event.detail
+
+
+def test_given_states() -> None:
+    whole = scene(DRIVES["cascade"])
+    empty = dt.simulate(whole, start={"joint.integrated_current": 0.0})
+    assert empty["joint.current"][0] == 0.0 and np.ptp(empty["joint.position"]) > 1e-3
+    assert empty.about["start"] == "equilibrium; given: joint.integrated_current"
+    with pytest.raises(InputError, match=r"joint\.integrated_current"):
+        dt.simulate(whole, start={"joint.integrated_curent": 0.0})
+    with pytest.raises(InputError, match="equilibrium"):
+        dt.simulate(whole, start="rest")

@@ -1,0 +1,137 @@
+"""The fastest cycle: every move at an edge of its own, the whole at that of the cycle; a closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivetrain.errors import InputError
+from drivetrain.report.fastest_lines import fastest_lines, motion_csv
+from drivetrain.sizing.answers.fastest import CLOSE, Fastest, fastest, moves_of, retimed
+from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.study.change import TaskChange, changed
+from drivetrain.study.model import Study
+from drivetrain.study.read import load_study
+from drivetrain.study.template import study_template
+from drivetrain.study.verdicts import Verdict
+
+DRIVES = {name: ("AM_MF0127008_48V", "hd_CSG-32-120-2UH") for name in ("joint_1", "joint_2")}
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    file = tmp_path_factory.mktemp("fastest") / "study.yaml"
+    file.write_text(study_template("planar-2r"), encoding="utf-8")
+    return load_study(file)
+
+
+@pytest.fixture(scope="module")
+def found(study: Study) -> Fastest:
+    return fastest(study, DRIVES)
+
+
+def test_moves_are_what_lies_between_rests_and_dwells_stay(study: Study, found: Fastest) -> None:
+    moves = moves_of(study.cycle)
+    assert [study.cycle.segment_names[study.cycle.segment[move.start + 1]] for move in moves] == ["there", "back"]
+    assert found.duration == pytest.approx(1.0 + sum(move.after for move in found.moves), rel=1e-9)
+    assert np.array_equal(found.study.cycle.position, study.cycle.position)
+
+
+def test_the_speed_is_that_of_the_position(found: Fastest) -> None:
+    """Independently of the factors: the trapezoid sum of the retimed speed is the way."""
+    cycle = found.study.cycle
+    step = np.diff(cycle.time)[:, None]
+    way = np.cumsum(0.5 * step * (cycle.velocity[1:] + cycle.velocity[:-1]), axis=0)
+    assert way == pytest.approx(cycle.position[1:] - cycle.position[0], abs=2e-4)
+    gained = np.cumsum(0.5 * step * (cycle.acceleration[1:] + cycle.acceleration[:-1]), axis=0)
+    assert gained == pytest.approx(cycle.velocity[1:], abs=0.01 * np.abs(cycle.velocity).max())
+
+
+def test_it_holds_and_any_move_made_quicker_does_not(study: Study, found: Fastest) -> None:
+    assert found.feasible
+    moves = moves_of(study.cycle)
+    pace = np.array([move.after / move.before for move in found.moves])
+    for index in range(len(moves)):
+        quicker = pace.copy()
+        quicker[index] *= 1.0 - 15.0 * CLOSE
+        result = evaluate(replace(study, cycle=retimed(study.cycle, moves, quicker)), DRIVES)
+        checks = [check for joint in result.joints.values() for check in joint.checks]
+        assert any(check.verdict is Verdict.FAIL for check in [*checks, *result.shared])
+    together = evaluate(changed(found.study, TaskChange(time=1.0 - 15.0 * CLOSE)), DRIVES)
+    assert not together.feasible
+
+
+def test_it_is_no_slower_than_the_best_uniform_pace(study: Study, found: Fastest) -> None:
+    """By bisection on a change of the whole cycle, dwells scaled with it, by another function."""
+    good, bad = 20.0, 0.01
+    while good - bad > 1e-3:
+        middle = 0.5 * (good + bad)
+        good, bad = (
+            (middle, bad) if evaluate(changed(study, TaskChange(time=middle)), DRIVES).feasible else (good, middle)
+        )
+    uniform = good * sum(move.before for move in found.moves)
+    assert sum(move.after for move in found.moves) <= uniform * (1.0 + 8.0 * CLOSE)
+
+
+def test_without_weight_a_torque_limit_gives_the_root_of_its_utilisation(study: Study) -> None:
+    """No gravity, no payload, friction-free but for the gear: with one limit far below all others T ~ 1/t^2."""
+    assert study.arm is not None
+    arm = replace(study.arm, gravity=np.zeros(3))
+    gears = study.catalog.gears
+    weak = replace(gears["hd_CSG-32-120-2UH"], repeated_peak_torque=20.0)
+    catalog = replace(study.catalog, gears={**gears, weak.key: weak})
+    light = replace(study, arm=arm, catalog=catalog, safety=replace(study.safety, peak_torque=1.0))
+    before = evaluate(light, DRIVES)
+    used = {
+        name: next(check.utilisation for check in one.checks if check.name == "gear repeated peak torque")
+        for name, one in before.joints.items()
+    }
+    assert all(used.values())
+    result = fastest(light, DRIVES)
+    assert {move.check for move in result.moves} == {"gear repeated peak torque"}
+    slowest = max(move.after / move.before for move in result.moves)
+    assert slowest == pytest.approx(max(used.values()) ** 0.5, rel=8.0 * CLOSE)
+
+
+def test_weight_that_no_pace_can_hold_is_an_answer(study: Study) -> None:
+    gears = study.catalog.gears
+    weak = replace(gears["hd_CSG-32-120-2UH"], repeated_peak_torque=0.1)
+    found = fastest(replace(study, catalog=replace(study.catalog, gears={**gears, weak.key: weak})), DRIVES)
+    assert not found.feasible and "no pace holds" in next(iter(fastest_lines(found)))
+
+
+def test_what_has_no_pace_is_a_message(study: Study) -> None:
+    with pytest.raises(InputError, match="arm"):
+        fastest(replace(study, arm=None), DRIVES)
+    still = replace(study.cycle, velocity=0.0 * study.cycle.velocity)
+    with pytest.raises(InputError, match="no move"):
+        fastest(replace(study, cycle=still), DRIVES)
+
+
+def test_words_and_motion(found: Fastest, tmp_path: Path) -> None:
+    first, *rest = fastest_lines(found)
+    assert first.startswith("fastest cycle: ") and all(" at joint_" in line or " at supply" in line for line in rest)
+    rows = motion_csv(found.study).splitlines()
+    assert rows[0] == "time [s],joint_1 [rad],joint_2 [rad]"
+    assert float(rows[-1].split(",")[0]) == pytest.approx(found.duration, rel=1e-8)
+
+
+def test_heat_over_the_cycle_binds_the_moves_that_instants_do_not(study: Study) -> None:
+    """A motor whose nominal current is far below its peak: the RMS decides, and the study's own form is kept."""
+    motors = study.catalog.motors
+    key = DRIVES["joint_1"][0]
+    used = max(
+        check.utilisation or 0.0 for joint in evaluate(study, DRIVES).joints.values() for check in joint.checks
+        if check.name == "motor RMS current"
+    )  # fmt: skip
+    weak = replace(motors[key], nominal_current=0.9 * used * (motors[key].nominal_current or 0.0))
+    hot = replace(study, catalog=replace(study.catalog, motors={**motors, key: weak}))
+    found = fastest(hot, DRIVES)
+    assert found.feasible and found.share > 0.0
+    lasting = [move for move in found.moves if np.isnan(move.time)]
+    assert lasting and {move.check for move in lasting} <= {"motor RMS current", "winding temperature"}
+    assert all(move.after / move.before == pytest.approx(found.share, rel=1e-9) for move in lasting)
+    assert any("over the whole cycle" in line for line in fastest_lines(found))
