@@ -16,6 +16,7 @@ from drivetrain.arm.checks import Faults, checked_inertia, checked_pose, checked
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, axes_of, frozen_array, real_array
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.notebook import shown
 from drivetrain.spatial.poses import axis_point, pose
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, the book's rounding, and pinocchio's and MuJoCo's
@@ -63,6 +64,20 @@ class Arm:
     coupling: Array | None = None
     name: str = "arm"
     notes: tuple[str, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        rotors = sum(rotor is not None for rotor in self.rotors)
+        return f"Arm({self.name}: {self.n} joints, {self.masses.sum():.4g} kg, {rotors} rotors)"
+
+    def _repr_html_(self) -> str:
+        import pandas as pd
+
+        columns = {
+            "joint": self.joint_names, "kind": ["turns" if screw[:3].any() else "slides" for screw in self.screws],
+            "lower": self.lower, "upper": self.upper, "speed limit": self.speed_limits, "link": self.link_names,
+            "mass [kg]": self.masses,
+        }  # fmt: skip
+        return shown(repr(self), pd.DataFrame(columns))
 
     @property
     def n(self) -> int:

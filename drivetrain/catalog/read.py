@@ -46,6 +46,10 @@ class Catalog:
     amplifiers: dict[str, AmplifierSheet] = field(default_factory=dict)
     prices: tuple[Price, ...] = ()
 
+    def __repr__(self) -> str:
+        parts = ("motors", "gears", "brakes", "amplifiers")
+        return f"Catalog({', '.join(f'{len(getattr(self, part))} {part}' for part in parts)})"
+
 
 @dataclass(frozen=True)
 class FramelessRule:

@@ -71,6 +71,10 @@ class Cycle:
         if self.parts[-1].stop != len(self.time):
             raise InputError(Fault("cycle.parts", "must cover all samples", self.parts[-1].stop))
 
+    def __repr__(self) -> str:
+        steps = ", ".join(self.segment_names[:6]) + (", ..." if len(self.segment_names) > 6 else "")
+        return f"Cycle({steps}: {len(self.joint_names)} joints, {len(self.time)} samples, {self.duration:.4g} s)"
+
     @property
     def duration(self) -> float:
         """Length of the period [s]; of a mix, of one period of each part together."""

@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from drivetrain.arrays import Array
+from drivetrain.notebook import axes_of, shown
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +38,45 @@ class Motion:
     acceleration: Array
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"Motion({_told(self)})"
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), _extremes(self.joint_names, self.position, self.velocity, self.acceleration))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Positions over time [rad or m].
+
+        Args:
+            ax: Where to draw; None: a new figure.
+
+        Returns:
+            The axes.
+        """
+        ax = axes_of(ax)
+        ax.plot(self.time, self.position, label=self.joint_names)
+        ax.set(xlabel="time [s]", ylabel="position [rad or m]", title=self.name)
+        ax.legend()
+        return ax
+
+
+def _told(samples: Motion | LoadTable) -> str:
+    length = samples.time[-1] - samples.time[0]
+    return f"{samples.name}: {len(samples.joint_names)} joints, {len(samples.time)} samples, {length:.4g} s"
+
+
+def _extremes(joints: tuple[str, ...], position: Array, velocity: Array, acceleration: Array) -> pd.DataFrame:
+    """Range and largest rates of each joint."""
+    import pandas as pd
+
+    return pd.DataFrame(
+        {
+            "lowest": position.min(axis=0), "highest": position.max(axis=0),
+            "largest speed": abs(velocity).max(axis=0), "largest acceleration": abs(acceleration).max(axis=0),
+        },
+        index=list(joints),
+    )  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class LoadTable:
@@ -54,3 +99,6 @@ class LoadTable:
     speed: Array
     acceleration: Array
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"LoadTable({_told(self)})"

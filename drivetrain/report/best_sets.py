@@ -51,7 +51,7 @@ class SetRow:
 
 def set_rows(selection: Selection) -> list[SetRow]:
     """The best sets, best first."""
-    sets = selection.sets
+    sets = selection.best_sets
     return [_row(rank, one, sets[0]) for rank, one in enumerate(sets, start=1)] if len(sets) > 1 else []
 
 

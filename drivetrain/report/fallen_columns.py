@@ -7,27 +7,11 @@ from itertools import chain
 import numpy as np
 import pandas as pd
 
-from drivetrain.sizing.results import Selection
+from drivetrain.sizing.results import REJECTED as COLUMNS
+from drivetrain.sizing.results import REJECTED_NUMBERS as _NUMBERS
 
-COLUMNS = ("joint", "motor", "gear", "check", "required", "available", "unit", "utilisation", "objective")
-_NUMBERS = ("required", "available", "utilisation", "objective")
 _ROW = ",".join("%.6g" if name in _NUMBERS else "%s" for name in COLUMNS) + "\n"
 _AT_ONCE = 4096  # rows formatted by one call
-
-
-def fallen_columns(selection: Selection) -> pd.DataFrame:
-    """Every candidate that fell."""
-    frame = getattr(selection.fallen, "frame", None)  # a table that is made of columns hands them over
-    if frame is not None:
-        table: pd.DataFrame = frame()
-        return table
-    columns = {name: [getattr(one, name) for one in selection.fallen] for name in COLUMNS}
-    return pd.DataFrame(
-        {
-            name: np.array(values, dtype=float) if name in _NUMBERS else pd.Categorical(values)
-            for name, values in columns.items()
-        }
-    )
 
 
 def fallen_text(fallen: pd.DataFrame) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from drivetrain.report.fallen_columns import fallen_columns, fallen_text
+from drivetrain.report.fallen_columns import fallen_text
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
 from drivetrain.report.sections import Extra
@@ -34,7 +34,7 @@ def write_outputs(
         InputError: The folder cannot be made or written to.
     """
     evaluation = result.evaluation if isinstance(result, Selection) else result
-    fallen = fallen_columns(result) if isinstance(result, Selection) else None
+    fallen = result.rejected if isinstance(result, Selection) else None
     texts = {
         "report.html": html_report(result, fallen=fallen, spread=spread, extra=extra),
         "result.json": result_json(result, fallen=fallen, spread=spread, extra=extra, folder=Path(out_dir)),

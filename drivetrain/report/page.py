@@ -15,7 +15,7 @@ from drivetrain.report.assumptions import assumption_groups
 from drivetrain.report.best_sets import HEADINGS, set_rows
 from drivetrain.report.chart import Chart, Pictures
 from drivetrain.report.colours import INSTANTS, JOINT_COLOURS
-from drivetrain.report.fallen_columns import counted, fallen_columns
+from drivetrain.report.fallen_columns import counted
 from drivetrain.report.motion_data import FOLLOWS, SUPPLIES, gear_limits, motion_data
 from drivetrain.report.proof_section import proof_section, search_table
 from drivetrain.report.quantities import number, percent, with_unit
@@ -80,7 +80,7 @@ def html_report(
     )
     template = environment.get_template("page.html.j2")
     if selection is not None and fallen is None:
-        fallen = fallen_columns(selection)
+        fallen = selection.rejected
     pictures = Pictures()
     content = _frame(evaluation, selection) | _body(evaluation, selection, fallen, pictures)
     content |= spread_frame(spread, pictures)

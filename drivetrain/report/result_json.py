@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from drivetrain.drive.amplifier import from_dc
-from drivetrain.report.fallen_columns import counted, fallen_columns
+from drivetrain.report.fallen_columns import counted
 from drivetrain.report.json_text import json_text, plain
 from drivetrain.report.sections import Extra
 from drivetrain.report.spread_section import spread_data
@@ -83,7 +83,7 @@ def result_data(
     }
     if selection is None:
         return data
-    return data | _search(selection, counted(fallen_columns(selection) if fallen is None else fallen))
+    return data | _search(selection, counted(selection.rejected if fallen is None else fallen))
 
 
 def _study_file(path: str, folder: Path | None) -> str | None:
@@ -179,7 +179,7 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
         "proof": selection.proof,
         "bound": _finite(selection.bound),
         "equals": {"count": selection.equals, "all": selection.all_equals},
-        "sets": [_set(one) for one in selection.sets],
+        "sets": [_set(one) for one in selection.best_sets],
         "alternatives": {
             joint: [{"motor": motor, "gear": gear, "objective": _finite(share)} for motor, gear, share in found]
             for joint, found in selection.alternatives.items()

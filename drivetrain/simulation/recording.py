@@ -10,14 +10,18 @@ from dataclasses import dataclass, field
 from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array, frozen_array, within_reach
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.notebook import axes_of, shown
 from drivetrain.whole_files import write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class Series(NamedTuple):
@@ -160,6 +164,47 @@ class Recording:
             InputError: No such series.
         """
         return self._find(name).values
+
+    def __repr__(self) -> str:
+        ended = "" if self.stopped_by is None else f", stopped by {self.stopped_by.name}"
+        length = self.time[-1] - self.time[0] if len(self.time) else 0.0
+        return f"Recording({len(self.series)} series, {len(self.time)} instants, {length:.4g} s{ended})"
+
+    def _repr_html_(self) -> str:
+        rows = {
+            name: {"unit": one.unit, "lowest": one.values.min(), "highest": one.values.max(), "last": one.values[-1]}
+            for name, one in self.series.items()
+            if len(one.values)
+        }
+        return shown(repr(self), pd.DataFrame.from_dict(rows, orient="index"))
+
+    def plot(self, *names: str, ax: Axes | None = None) -> Axes:
+        """Series over time.
+
+        Args:
+            names: Of series of one unit, or the last part of several, such as ``current``; none: ``position``.
+            ax: Where to draw; None: a new figure.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: No such series, or series of different units.
+        """
+        chosen: list[str] = []
+        for name in names or ("position",):
+            ending = [one for one in self.series if one.endswith(f".{name}")]
+            chosen += [name] if name in self.series or not ending else ending
+        units = list(dict.fromkeys(self.unit(name) for name in chosen))
+        if len(units) > 1 and names:
+            raise InputError(Fault("series", "must be of one unit to share an axis", ", ".join(units)))
+        ax = axes_of(ax)
+        for name in chosen:
+            ax.plot(self.time, self[name], label=name)
+        what = names[0].rpartition(".")[2] if names else "position"
+        ax.set(xlabel="time [s]", ylabel=f"{what} [{' or '.join(units)}]")
+        ax.legend()
+        return ax
 
     def unit(self, name: str) -> str:
         """The unit of a series.

@@ -5,12 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive
+from drivetrain.drive.motor_limits import operating_region
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.notebook import axes_of, shown
 from drivetrain.study.model import Study
 from drivetrain.study.verdicts import Check, Verdict, lacking, verdict_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 UNLIMITED = Amplifier()
 
@@ -55,6 +65,9 @@ class JointSeries:
     housing_temperature: Array | None
     bearing_load: Array | None
     load_inertia: Array | None
+
+    def __repr__(self) -> str:
+        return f"JointSeries({len(self.time)} samples, {self.time[-1] - self.time[0]:.4g} s)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +123,10 @@ class JointResult:
         judged = [check for check in self.checks if check.utilisation is not None]
         return max(judged, key=lambda check: check.utilisation or 0.0, default=None)
 
+    def __repr__(self) -> str:
+        binding = "nothing was judged" if self.binding is None else f"{self.binding.name} {_share(self.binding)}"
+        return f"JointResult({self.name}: {self.motor} with {self.gear or 'no gear'}, {self.verdict}, {binding})"
+
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
@@ -143,6 +160,77 @@ class Evaluation:
     def feasible(self) -> bool:
         """True when no check failed and every essential one could be made."""
         return self.verdict in (Verdict.PASS, Verdict.MARGINAL)
+
+    @property
+    def checks(self) -> pd.DataFrame:
+        """Every check as a table, one a row: joint, check, verdict, utilisation, required, available and their unit."""
+        from drivetrain.sizing.tables import ALL, check_table
+
+        return check_table({**{name: joint.checks for name, joint in self.joints.items()}, ALL: self.shared})
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """The joints as a table: drive, verdict, and the check nearest to its limit with its utilisation."""
+        import pandas as pd
+
+        rows = {
+            name: {
+                "motor": joint.motor, "gear": joint.gear, "verdict": str(joint.verdict),
+                "limited by": joint.binding.name if joint.binding else "",
+                "utilisation": joint.binding.utilisation if joint.binding else None,
+            }
+            for name, joint in self.joints.items()
+        }  # fmt: skip
+        return pd.DataFrame.from_dict(rows, orient="index")
+
+    def __repr__(self) -> str:
+        used = [(name, joint.binding) for name, joint in self.joints.items() if joint.binding]
+        name, binding = max(used, key=lambda one: one[1].utilisation or 0.0, default=("", None))
+        told = "" if binding is None else f", {name} {binding.name} {_share(binding)}"
+        return f"Evaluation({self.study.name}: {self.verdict}, {len(self.joints)} joints{told})"
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), self.summary)
+
+    def plot(self, ax: Axes | None = None, *, joint: str | None = None) -> Axes:
+        """The speed-torque plane of one joint's motor: its path over the cycle, and what is open for a short time.
+
+        The region is that of the cold motor, at the sheet's temperature; verdicts count the hot one too.
+
+        Args:
+            ax: Where to draw; None: a new figure.
+            joint: Name; None: the joint nearest to a limit.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: No such joint, or no joint at all.
+        """
+        used = {name: one.binding.utilisation or 0.0 if one.binding else 0.0 for name, one in self.joints.items()}
+        name = max(used, key=used.__getitem__, default="") if joint is None else joint
+        if name not in self.joints:
+            raise InputError(Fault("joint", "is no joint of this evaluation", name, nearest(name, self.joints)))
+        one, ax = self.joints[name], axes_of(ax)
+        motor, at = one.drive.motor, one.drive.motor.reference_temperature
+        corners = operating_region(motor, one.amplifier, self.study.supply.voltage, at, at)
+        ax.plot(*corners.T, color="0.4", label="intermittent limit")
+        ax.plot(one.series.motor_speed, one.series.motor_torque, label=one.motor)
+        reach = 1.2 * np.array([corners[np.abs(corners[:, 1]).argmin(), 0], np.abs(corners[:, 1]).max()])
+        speed = max(abs(float(reach[0])), 1.1 * float(np.abs(one.series.motor_speed).max()))
+        torque = max(float(reach[1]), 1.1 * float(np.abs(one.series.motor_torque).max()))
+        ax.set(xlim=(-speed, speed), ylim=(-torque, torque), title=f"{name}: {one.verdict}")
+        ax.set(xlabel="motor speed [rad/s]", ylabel="motor torque [N m]")
+        ax.legend()
+        return ax
+
+
+def _share(check: Check) -> str:
+    return f"{100.0 * (check.utilisation or 0.0):.3g} %"
+
+
+REJECTED_NUMBERS = ("required", "available", "utilisation", "objective")
+REJECTED = ("joint", "motor", "gear", "check", "required", "available", "unit", "utilisation", "objective")
 
 
 @dataclass(frozen=True)
@@ -199,7 +287,7 @@ class Selection:
         advice: When nothing fits: the nearest candidate, the binding check and what would mend it; where a given drive
             lacks data, which ones.
         counters: Work done: nodes, candidates judged.
-        sets: The best sets found, best first; the first holds ``drives``. All are proven when the search is finished.
+        best_sets: Those found, best first; the first holds ``drives``. All are proven when the search is finished.
         bound: No set that holds has a smaller objective; infinite when there is proven to be none.
         state: What a search that was stopped needs to go on; None when it is finished.
         notes: What could not be counted in the objective: it is that of the rest then.
@@ -216,7 +304,7 @@ class Selection:
     alternatives: dict[str, tuple[tuple[str, str, float], ...]]
     advice: tuple[str, ...]
     counters: dict[str, int]
-    sets: tuple[DriveSet, ...] = ()
+    best_sets: tuple[DriveSet, ...] = ()
     bound: float = math.nan
     state: object | None = None
     notes: tuple[str, ...] = ()
@@ -233,3 +321,48 @@ class Selection:
     def feasible(self) -> bool:
         """True when a set was found that its evaluation calls feasible; not where a given drive lacks data."""
         return bool(self.drives) and self.evaluation.feasible
+
+    @property
+    def sets(self) -> pd.DataFrame:
+        """The best sets as a table, best first: objective, criteria, then motor and gear of each joint."""
+        from drivetrain.sizing.tables import set_table
+
+        return set_table(self.best_sets)
+
+    @property
+    def rejected(self) -> pd.DataFrame:
+        """Every rejected candidate as a table, one a row, with the check that it exceeds most; in the row's unit."""
+        import pandas as pd
+
+        frame = getattr(self.fallen, "frame", None)  # there may be half a million, kept column by column
+        if frame is not None:
+            table: pd.DataFrame = frame()
+        else:
+            columns = {name: [getattr(one, name) for one in self.fallen] for name in REJECTED}
+            table = pd.DataFrame(
+                {
+                    name: np.array(values, dtype=float) if name in REJECTED_NUMBERS else pd.Categorical(values)
+                    for name, values in columns.items()
+                }
+            )
+        table.attrs = {"units": {"required": "unit", "available": "unit", "utilisation": "1"}}
+        return table
+
+    def __repr__(self) -> str:
+        value = "nothing fits" if not self.drives else f"{self.study.objective} {self.objective:.6g}"
+        return f"Selection({self.study.name}: {self.verdict}, {value}, {self.proof})"
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), self.evaluation.summary)
+
+    def plot(self, ax: Axes | None = None, *, joint: str | None = None) -> Axes:
+        """The speed-torque plane of one joint's chosen motor, as ``Evaluation.plot`` draws it.
+
+        Args:
+            ax: Where to draw; None: a new figure.
+            joint: Name; None: the joint nearest to a limit.
+
+        Returns:
+            The axes.
+        """
+        return self.evaluation.plot(ax, joint=joint)

@@ -17,6 +17,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear_loss import DRAG_REFERENCE
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.notebook import shown
 from drivetrain.study.document import Document
 from drivetrain.study.selection import SelectionOptions, TradeOffs
 from drivetrain.study.simulation import Simulation
@@ -191,6 +192,10 @@ class JointTask:
     brakes: tuple[Brake, ...] = ()
     amplifiers: tuple[Amplifier, ...] = ()
 
+    def __repr__(self) -> str:
+        driven = f"{self.drive[0]} with {self.drive[1] or 'no gear'}" if self.drive else f"{len(self.pairs)} pairs"
+        return f"JointTask({self.name}: {driven})"
+
 
 @dataclass(frozen=True)
 class Safety:
@@ -352,7 +357,25 @@ class Study:
     cold_start: float | None = None
     notes: tuple[str, ...] = ()
     prices: Prices = field(default_factory=Prices)
-    document: Document | None = field(default=None, init=False, repr=False)
+    document: Document | None = field(default=None, init=False)
+
+    def __repr__(self) -> str:
+        arm = "a load table" if self.arm is None else f"arm {self.arm.name}"
+        return f"Study({self.name}: {arm}, {len(self.joints)} joints, cycle of {self.cycle.duration:.4g} s)"
+
+    def _repr_html_(self) -> str:
+        import pandas as pd
+
+        rows = {
+            joint.name: {
+                "motor": joint.drive[0] if joint.drive else "", "gear": joint.drive[1] if joint.drive else "",
+                "candidate pairs": len(joint.pairs),
+                "largest speed": float(np.abs(self.cycle.velocity[:, i]).max()),
+            }
+            for i, joint in enumerate(self.joints)
+        }  # fmt: skip
+        title = f"{self!r}, {self.supply.voltage:.4g} V, {self.ambient:.4g} °C"
+        return shown(title, pd.DataFrame.from_dict(rows, orient="index"))
 
     def to_yaml(self) -> str:
         """The study as the text of a study file, arrays inside; ``load_study`` of it evaluates identically.

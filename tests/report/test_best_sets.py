@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from drivetrain.report.best_sets import set_lines, set_rows
-from drivetrain.report.fallen_columns import COLUMNS, counted, fallen_columns, fallen_text
+from drivetrain.report.fallen_columns import COLUMNS, counted, fallen_text
 from drivetrain.report.outputs import currents_csv
 from drivetrain.report.page import html_report
 from drivetrain.report.result_json import result_json
@@ -30,7 +30,7 @@ def three_sets(selection: Selection) -> Selection:
     second = {**drives, "elbow": ("acme-2", "")}
     third = {**second, "wrist": ("acme-3", "wave-3-50")}
     found = (DriveSet(drives, 12.34, worth), DriveSet(second, 12.5, worth), DriveSet(third, 13.0, worth))
-    return replace(selection, sets=found, bound=12.34)
+    return replace(selection, best_sets=found, bound=12.34)
 
 
 def test_each_set_says_where_it_differs(three_sets: Selection) -> None:
@@ -40,7 +40,7 @@ def test_each_set_says_where_it_differs(three_sets: Selection) -> None:
     assert rows[2].changes == ("elbow: acme-2, direct", "wrist: acme-3 + wave-3-50")
     assert (rows[0].objective, rows[0].price, rows[0].utilisation) == ("12.34", "–", "93\u00a0%")
     assert set_lines(three_sets)[0] == "set 2: 12.50 kg; elbow: acme-2, direct"
-    assert set_rows(replace(three_sets, sets=three_sets.sets[:1])) == []
+    assert set_rows(replace(three_sets, best_sets=three_sets.best_sets[:1])) == []
 
 
 def test_sets_stand_on_the_page_in_the_file_and_on_the_terminal(three_sets: Selection) -> None:
@@ -92,13 +92,13 @@ class Table(tuple):  # type: ignore[type-arg]
     """Stands for a table of columns that is made into objects only when asked for one."""
 
     def frame(self) -> object:
-        return fallen_columns(self.selection)
+        return self.selection.rejected
 
     selection: Selection
 
 
 def test_columns_are_taken_as_they_are_and_counted(selection: Selection) -> None:
-    plain = fallen_columns(selection)
+    plain = selection.rejected
     assert tuple(plain.columns) == COLUMNS and len(plain) == len(selection.fallen)
     counts = counted(plain)
     for (joint, check), count in counts.items():
@@ -113,14 +113,14 @@ def test_columns_are_taken_as_they_are_and_counted(selection: Selection) -> None
 
 def test_unknown_numbers_are_told_in_the_file(selection: Selection) -> None:
     one = replace(selection.fallen[0], required=math.nan, utilisation=math.inf)
-    line = fallen_text(fallen_columns(replace(selection, fallen=(one,)))).splitlines()[1].split(",")
+    line = fallen_text(replace(selection, fallen=(one,)).rejected).splitlines()[1].split(",")
     assert line[4] == "nan" and line[7] == "inf"
     assert np.isnan(float(line[4]))
 
 
 def test_a_key_with_a_comma_or_a_quote_is_one_cell(selection: Selection) -> None:
     odd = replace(selection.fallen[0], motor='a,"b"')
-    text = fallen_text(fallen_columns(replace(selection, fallen=(odd, *selection.fallen[1:5000]))))
+    text = fallen_text(replace(selection, fallen=(odd, *selection.fallen[1:5000])).rejected)
     rows = list(csv.reader(io.StringIO(text)))
     assert rows[1][1] == 'a,"b"' and {len(row) for row in rows} == {len(COLUMNS)}
     assert len(rows) == 1 + min(5000, len(selection.fallen))

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import pytest
 
-from drivetrain.report.fallen_columns import fallen_columns
 from drivetrain.report.motion_data import FOLLOWS
 from drivetrain.report.page import html_report
 from drivetrain.report.quantities import percent
@@ -228,7 +227,7 @@ def test_selection_says_why_the_others_fell(selected: str, selection: Selection)
     assert [row[1] for row in counts] == ["400"] * 3
     assert all(sum(map(int, row[2:])) == 400 for row in counts)
     assert "acme-9" in found.text and "proof: optimal" in found.text
-    nearest = nearest_misses(fallen_columns(selection), "elbow", selection.evaluation.study.safety)
+    nearest = nearest_misses(selection.rejected, "elbow", selection.evaluation.study.safety)
     shares = sorted(one.utilisation for one in selection.fallen if one.joint == "elbow")
     assert nearest[0].utilisation.startswith(f"{100 * shares[0]:.1f}"[:5])
     assert all(("× 1.2 =" in one.required) == (one.check == "gear repeated peak torque") for one in nearest)

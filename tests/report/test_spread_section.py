@@ -102,7 +102,7 @@ def test_a_selection_holds_as_often_as_wanted():
     chosen, choice = robustly(select(asked))
     assert choice is not None and chosen.feasible and choice.proof in chosen.proof
     assert chosen.objective >= selection.objective - 1e-12
-    assert chosen.sets[0].drives == chosen.drives
+    assert chosen.best_sets[0].drives == chosen.drives
     assert np.isclose(chosen.evaluation.objective, chosen.objective)
     found = spread(chosen.evaluation, choice)
     assert found is not None and found.robustness.whole.interval[1] >= 0.95

@@ -108,7 +108,7 @@ def test_a_drive_that_loads_a_shaft_after_it_is_chosen_as_well(make):
     ]
     best = sorted(one.objective for one in found if one.feasible)[:5]
     selection = select(task)
-    assert [one.objective for one in selection.sets] == pytest.approx(best, rel=1e-14)
+    assert [one.objective for one in selection.best_sets] == pytest.approx(best, rel=1e-14)
 
 
 def test_the_heavy_drive_within_the_group_counts_for_every_shaft(make):

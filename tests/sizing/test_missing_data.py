@@ -99,7 +99,7 @@ def test_the_search_and_the_evaluation_see_one_world(make, seed, weights):
         elif given_lack(study, found):
             excused[tuple(drives.items())] = found.objective
     selection = select(study)
-    chosen = {tuple(one.drives.items()) for one in selection.sets}
+    chosen = {tuple(one.drives.items()) for one in selection.best_sets}
     assert "disagreements" not in selection.counters
     assert chosen == set(feasible) | set(excused)
     if selection.drives:

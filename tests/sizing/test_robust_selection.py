@@ -109,7 +109,7 @@ def test_sets_from_the_search_come_in_order(shop):
     }
     task = replace(study.joints[0], drive=None, pairs=tuple((name, result.gear) for name in reversed(names)))
     study = replace(study, joints=(task,), catalog=replace(study.catalog, motors=weighed))
-    sets = select(replace(study, wanted=replace(study.wanted, sets=9))).sets
+    sets = select(replace(study, wanted=replace(study.wanted, sets=9))).best_sets
     assert [one.drives[result.name][0] for one in sets] == list(names)
     found = robust_select(study, holds=0.6)
     assert found.chosen is not None and found.chosen.drives.drives[result.name][0] == "close"

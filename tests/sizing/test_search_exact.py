@@ -137,13 +137,13 @@ def test_k_best_sets_are_those_of_brute_force(make, seed, weights, sets):
     expected = [objective for objective, _ in every_set(study)[:sets]]
     selection = select(study)
     # Compiled code and evaluation sum in different orders.
-    assert [one.objective for one in selection.sets] == pytest.approx(expected, rel=1e-9)
+    assert [one.objective for one in selection.best_sets] == pytest.approx(expected, rel=1e-9)
     assert selection.feasible == bool(expected)
     assert "disagreements" not in selection.counters
     if expected:
         assert selection.proof == "optimal"
         assert selection.bound == pytest.approx(expected[0], rel=1e-9)
-        assert len({tuple(one.drives.items()) for one in selection.sets}) == len(expected)
+        assert len({tuple(one.drives.items()) for one in selection.best_sets}) == len(expected)
 
 
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -159,8 +159,8 @@ def test_rules_leave_what_brute_force_leaves(make, seed, weights, motors, gears,
     study = replace(study, wanted=wanted)
     expected = [objective for objective, drives in every_set(study) if kept(study, drives)][:3]
     selection = select(study)
-    assert [one.objective for one in selection.sets] == pytest.approx(expected, rel=1e-9)
-    assert all(kept(study, one.drives) for one in selection.sets)
+    assert [one.objective for one in selection.best_sets] == pytest.approx(expected, rel=1e-9)
+    assert all(kept(study, one.drives) for one in selection.best_sets)
 
 
 def wide_study(make, seed: int = 3, wanted: Wanted | None = None, supply: Supply | None = None) -> Study:
@@ -179,7 +179,7 @@ def wide_study(make, seed: int = 3, wanted: Wanted | None = None, supply: Supply
 
 
 def as_told(selection):
-    return [(one.objective, one.drives) for one in selection.sets]
+    return [(one.objective, one.drives) for one in selection.best_sets]
 
 
 @pytest.mark.parametrize("weights", OBJECTIVES)
@@ -192,7 +192,7 @@ def test_a_search_stopped_at_every_node_ends_as_one_that_was_not(make, weights):
     while part.state is not None:
         bounds.append(part.bound)
         assert part.bound <= whole.objective * (1 + 1e-9)
-        if part.sets:
+        if part.best_sets:
             assert part.objective >= whole.objective * (1 - 1e-9)
             assert part.proof.startswith("not proven") or part.objective <= part.bound * (1 + 1e-9)
         part = select(study, resume=part, wanted=replace(study.wanted, time_limit=0.0))
@@ -296,7 +296,7 @@ def test_power_fed_back_is_bounded_before_sets_are_whole(make):
         selection = select(study)
         assert selection.proof == "optimal"
         assert selection.counters["nodes made"] < 3000  # of 46 656 sets
-        assert all(evaluate(study, one.drives).feasible for one in selection.sets)
+        assert all(evaluate(study, one.drives).feasible for one in selection.best_sets)
         assert selection.objective > free.objective
 
 
@@ -312,7 +312,7 @@ def test_energy_of_the_examples_is_proven(example):
 def test_a_set_that_an_evaluation_refuses_is_left_out_and_told(make, monkeypatch):
     """It does not happen; if it did, the other sets would still be found."""
     study = wide_study(make)
-    first, second = select(study).sets[:2]
+    first, second = select(study).best_sets[:2]
     real = Problem.evaluation
 
     def refusing(self, pairs):
@@ -346,4 +346,4 @@ def test_load_tables_without_an_arm(make):
     study = make.study(cycle, joints=tasks, catalog=parts, supply=Supply(48.0))
     expected = [objective for objective, _ in every_set(study)[:5]]
     assert len(expected) == 5
-    assert [one.objective for one in select(study).sets] == pytest.approx(expected, rel=1e-9)
+    assert [one.objective for one in select(study).best_sets] == pytest.approx(expected, rel=1e-9)

@@ -60,7 +60,7 @@ def every_set(study: Study):
 def agrees(selection, expected) -> None:
     """A selection tells the first sets of brute force, in that order, and how many are as good as the first."""
     sets = selection.study.wanted.sets
-    told = [(one.objective, one.criteria["energy"], one.criteria["utilisation"]) for one in selection.sets]
+    told = [(one.objective, one.criteria["energy"], one.criteria["utilisation"]) for one in selection.best_sets]
     assert np.array(told) == pytest.approx(np.array([one[:3] for one in expected[:sets]]), rel=SAME)
     if expected:
         assert selection.proof == "optimal"
@@ -118,7 +118,7 @@ def test_many_equals_are_counted_to_a_limit_and_their_order_is_proven_all_the_sa
     monkeypatch.setattr(search_tree, "COUNTED", 0)
     monkeypatch.setattr(search_tree, "FEW", 1)
     selection = select(study)
-    told = [one.criteria["energy"] for one in selection.sets]
+    told = [one.criteria["energy"] for one in selection.best_sets]
     assert told == pytest.approx([one[1] for one in expected[:3]], rel=SAME)
     assert selection.proof == "optimal"
     assert not selection.all_equals
@@ -132,7 +132,7 @@ def test_order_of_equals_is_the_same_however_often_a_search_is_stopped(make):
     while part.state is not None:
         assert part.proof != "optimal"
         part = select(study, resume=part, wanted=replace(study.wanted, time_limit=0.0))
-    assert [one.drives for one in part.sets] == [one.drives for one in whole.sets]
+    assert [one.drives for one in part.best_sets] == [one.drives for one in whole.best_sets]
     assert (part.equals, part.all_equals) == (whole.equals, True)
 
 
@@ -143,7 +143,7 @@ def test_what_is_equal_in_every_number_comes_in_the_order_of_the_study(make):
     }
     pairs = tuple(itertools.product(motors, study.catalog.gears))
     tasks = tuple(replace(task, pairs=pairs) for task in study.joints)
-    sets = select(replace(study, joints=tasks, catalog=Catalog(motors, study.catalog.gears))).sets
+    sets = select(replace(study, joints=tasks, catalog=Catalog(motors, study.catalog.gears))).best_sets
     copies = ["".join(motor[-1] for motor, _ in one.drives.values()) for one in sets]
     assert copies == ["aa", "ab", "ba", "bb"]
 
@@ -152,4 +152,4 @@ def test_the_objective_told_is_that_of_the_evaluation(make):
     study = wound_study(make, 0, 3)
     selection = select(study)
     best = evaluate(study, selection.drives)
-    assert selection.objective == best.objective == selection.sets[0].objective == selection.bound
+    assert selection.objective == best.objective == selection.best_sets[0].objective == selection.bound

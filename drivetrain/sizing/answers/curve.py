@@ -12,12 +12,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair
@@ -26,10 +27,15 @@ from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.asked import unknown_terms
 from drivetrain.sizing.search.robust import CONFIDENCE, chance_of, robust_select, scatters
 from drivetrain.sizing.search.search import better_set, select
+from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
 from drivetrain.study.change import changed
 from drivetrain.study.model import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 POINTS = 17
 TOLERANCE = 1e-6  # of the span of values
@@ -104,6 +110,35 @@ class OptimumCurve:
     def unit(self) -> str:
         """Of the values."""
         return self.vary.unit
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """Every selection made as a table, by value: objective, criteria, then motor and gear of each joint."""
+        table = set_table(self.points)
+        table.insert(0, f"{self.vary} [{self.unit}]", [point.value for point in self.points])
+        return table
+
+    def __repr__(self) -> str:
+        ends = f"{self.points[0].value:.4g} to {self.points[-1].value:.4g} {self.unit}" if self.points else "no values"
+        return f"OptimumCurve({self.study.name}: {self.vary} {ends}, {len(self.pieces)} pieces)"
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), self.table)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The objective of the best set over what is varied.
+
+        Args:
+            ax: Where to draw; None: a new figure.
+
+        Returns:
+            The axes.
+        """
+        ax, objective = axes_of(ax), self.study.objective
+        x, y = [point.value for point in self.points], [point.objective for point in self.points]
+        ax.plot(x, y, marker="o")
+        ax.set(xlabel=f"{self.vary} [{self.unit}]", ylabel=CRITERION_UNITS.get(objective, objective))
+        return ax
 
     @property
     def proven(self) -> bool:

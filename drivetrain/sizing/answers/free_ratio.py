@@ -120,6 +120,9 @@ class FreeRatios:
     rounds: int
     notes: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        return f"FreeRatios({self.study.name}: {len(self.joints)} joints, {self.goal} {self.value:.4g})"
+
     @property
     def feasible(self) -> bool:
         """Whether every joint with a free ratio holds; one whose motor lacks data is not proven to."""

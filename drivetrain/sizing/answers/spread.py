@@ -52,12 +52,12 @@ def robustly(selection: Selection) -> tuple[Selection, RobustSelection | None]:
         return replace(selection, drives={}, objective=float("nan"), advice=(f"{found.proof}.",)), found
     best = found.chosen.drives
     evaluation = evaluate(study, best.drives)
-    sets = tuple(one for one in selection.sets if one.objective >= best.objective) or (best,)
+    sets = tuple(one for one in selection.best_sets if one.objective >= best.objective) or (best,)
     if sets[0].drives != best.drives:
         sets = (best, *(one for one in sets if one.drives != best.drives))
     proof = f"{selection.proof} with nominal numbers; {found.proof}"
     changed = replace(
-        selection, drives=dict(best.drives), evaluation=evaluation, objective=best.objective, proof=proof, sets=sets,
-        equals=0, all_equals=False,
+        selection, drives=dict(best.drives), evaluation=evaluation, objective=best.objective, proof=proof,
+        best_sets=sets, equals=0, all_equals=False,
     )  # fmt: skip
     return changed, found

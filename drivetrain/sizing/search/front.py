@@ -6,8 +6,10 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import DriveSet
@@ -16,9 +18,14 @@ from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.front_tree import NAMES, FrontTree
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.robust import CONFIDENCE, OftenEnough, chance_of, scatters
+from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
 from drivetrain.study.model import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 CRITERIA = ("mass", "energy")
 TIME_LIMIT = 60.0  # s
@@ -59,6 +66,32 @@ class Front:
     state: FrontTree | None = None
     chances: tuple[Chance, ...] = ()
     proven: bool = True
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The sets as a table, by their first criterion: criteria, then motor and gear of each joint."""
+        return set_table(self.points).drop(columns="objective", errors="ignore")
+
+    def __repr__(self) -> str:
+        return f"Front({self.study.name}: {len(self.points)} sets by {', '.join(self.names)}, {self.proof})"
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), self.table)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The first two criteria of each set, one over the other.
+
+        Args:
+            ax: Where to draw; None: a new figure.
+
+        Returns:
+            The axes.
+        """
+        ax, names = axes_of(ax), (*self.names, self.names[0])[:2]
+        x, y = ([one.criteria[name] for one in self.points] for name in names)
+        ax.step(x, y, where="post", marker="o")
+        ax.set(xlabel=CRITERION_UNITS.get(names[0], names[0]), ylabel=CRITERION_UNITS.get(names[1], names[1]))
+        return ax
 
     @property
     def feasible(self) -> bool:

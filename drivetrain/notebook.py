@@ -1,0 +1,28 @@
+"""How results show themselves: tables for notebooks, axes to draw on. Heavy imports wait until asked for."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+MOST_ROWS = 30
+
+
+def shown(title: str, table: pd.DataFrame) -> str:
+    """A line and a table as HTML, long tables cut in their middle."""
+    body = table.to_html(max_rows=MOST_ROWS, border=0, na_rep="", float_format=lambda value: f"{value:.4g}")
+    return f"<p><b>{escape(title)}</b></p>{body}"
+
+
+def axes_of(ax: Axes | None) -> Axes:
+    """The axes given, or those of a new figure."""
+    if ax is not None:
+        return ax
+    from matplotlib.pyplot import subplots
+
+    made: Any = subplots(layout="constrained")[1]
+    return made  # type: ignore[no-any-return]
