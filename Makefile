@@ -37,6 +37,7 @@ check: $(VENV)/.test-installed
 
 bench: $(VENV)/.test-installed
 	$(BIN)/python benchmarks/inverse_dynamics.py
+	$(BIN)/python benchmarks/one_sample.py
 	$(BIN)/python benchmarks/chapter.py
 	$(BIN)/python benchmarks/selection.py
 	$(BIN)/python benchmarks/simulation.py

@@ -15,9 +15,9 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.packed import Packed, packed
-from drivetrain.dynamics.derivatives import derivatives
+from drivetrain.dynamics.derivatives import derivatives, one_derivatives
 from drivetrain.dynamics.mass_matrix import CHUNK
-from drivetrain.dynamics.samples import finite_samples, run
+from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, finite_samples, run
 
 
 def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:
@@ -35,8 +35,11 @@ def coriolis_matrix(arm: Arm, q: Any, qd: Any) -> Array:
 
     Reference: Modern Robotics, equations 8.17 to 8.19 and proposition 8.1.
     """
+    model = packed(arm)
+    if model.spread is None and alone_within_reach(arm.n, q, qd, rest := np.zeros(arm.n)):
+        return 0.5 * one_derivatives(model, q, qd, rest, NO_TIP).qd
     positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
-    result = 0.5 * derivatives(packed(arm), [positions, speeds, np.zeros(positions.shape)]).qd
+    result = 0.5 * derivatives(model, [positions, speeds, np.zeros(positions.shape)]).qd
     return result if np.ndim(q) == 2 else result[0]
 
 

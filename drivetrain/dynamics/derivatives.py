@@ -9,10 +9,10 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.derivatives import differentiate
+from drivetrain.dynamics.core.derivatives import derivatives_alone, differentiate
 from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.forward import forward_dynamics
-from drivetrain.dynamics.samples import NO_TIP, samples, spoiled, tip_samples
+from drivetrain.dynamics.samples import NO_TIP, alone_within_reach, samples, spoiled, tip_samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +65,8 @@ def inverse_dynamics_derivatives(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wre
         ``core/derivatives.py``.
     """
     model = packed(arm)
+    if model.spread is None and alone_within_reach(arm.n, q, qd, qdd):
+        return one_derivatives(model, q, qd, qdd, tip_samples(model, tip_wrench, 1))
     motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
     found = derivatives(model, motion, tip=tip_samples(model, tip_wrench, len(motion[0])))
     return found if np.ndim(q) == 2 else TorqueDerivatives(found.q[0], found.qd[0], found.qdd[0])
@@ -95,6 +97,14 @@ def forward_dynamics_derivatives(
     torques = inverse_dynamics_derivatives(arm, q, qd, qdd, tip_wrench=tip_wrench)
     inverse = np.asarray(np.linalg.inv(torques.qdd), np.float64)
     return AccelerationDerivatives(-inverse @ torques.q, -inverse @ torques.qd, inverse)
+
+
+def one_derivatives(model: Packed, q: Array, qd: Array, qdd: Array, tip: Array) -> TorqueDerivatives:
+    """The derivatives for one sample that has been checked, (n, n) each, of an arm without coupled rotors."""
+    n = len(q)
+    result = np.empty((3, 1, n, n))
+    derivatives_alone(model.arm, q, qd, qdd, tip, result)
+    return TorqueDerivatives(result[0, 0], result[1, 0], result[2, 0])
 
 
 def derivatives(

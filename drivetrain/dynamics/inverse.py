@@ -18,7 +18,8 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import shaft_torques
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.packed import packed
-from drivetrain.dynamics.samples import TORQUE_ONLY, Outputs, finite_samples, run, samples, tip_samples
+from drivetrain.dynamics.core.recursion import torque_alone
+from drivetrain.dynamics.samples import TORQUE_ONLY, Outputs, alone, finite_samples, run, samples, tip_samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +79,10 @@ def inverse_dynamics(arm: Arm, q: Any, qd: Any, qdd: Any, *, tip_wrench: Any = N
     Reference: Modern Robotics, equations 8.103 to 8.111.
     """
     model = packed(arm)
+    if model.spread is None and alone(arm.n, q, qd, qdd):
+        torque = np.empty(arm.n)
+        if torque_alone(model.arm, q, qd, qdd, tip_samples(model, tip_wrench, 1), torque) == 0.0:
+            return torque
     motion = samples(arm.n, {"q": q, "qd": qd, "qdd": qdd})
     torque = run(model, motion, tip=tip_samples(model, tip_wrench, len(motion[0])))
     return torque if np.ndim(q) == 2 else torque[0]

@@ -10,9 +10,11 @@ import numpy as np
 from drivetrain.arrays import Array, batch, real_array, within_reach
 from drivetrain.dynamics.core.packed import Packed
 from drivetrain.dynamics.core.recursion import recursion
-from drivetrain.errors import Fault, InputError
+from drivetrain.dynamics.core.vectors import squares
+from drivetrain.errors import LARGEST, Fault, InputError
 
 NO_TIP = np.empty((0, 6))
+FLOAT = np.dtype(np.float64)
 
 
 class Outputs(NamedTuple):
@@ -40,6 +42,19 @@ def samples(n: int, named: dict[str, Any]) -> list[Array]:
         raise _complaint(n, named)
     # Kernels are compiled for arrays that may be written to; others would have them compiled again.
     return [(array if array.flags.writeable else array.copy()).reshape(-1, n) for array in arrays]
+
+
+def alone(n: int, *values: Any) -> bool:
+    """Whether values are one sample each, of a kind that the kernels for one sample take as it is."""
+    for value in values:
+        if type(value) is not np.ndarray or value.shape != (n,) or value.dtype != FLOAT or not value.flags.carray:
+            return False
+    return True
+
+
+def alone_within_reach(n: int, a: Any, b: Any, c: Any) -> bool:
+    """As ``alone``, and every number is finite and not too large."""
+    return alone(n, a, b, c) and squares(a, b, c) <= LARGEST * LARGEST
 
 
 def finite_samples(n: int, named: dict[str, Any]) -> list[Array]:

@@ -15,15 +15,17 @@ joint (where motors are coupled, a sum of such multiples). So ``V = W V + A qd``
 rows as it does without, W stays nilpotent, and every formula of section 8.4 holds unchanged; torques come out as
 generalised torques, ``ratio`` times the motor's.
 At the level REFLECTED a rotor is two bodies: one locked to its carrier, and one without mass that spins as if its
-carrier stood still. This is for study and for tests; ``inverse_dynamics`` is some thousand times faster.
+carrier stood still. This is for study and for tests.
 
 Reference: Modern Robotics, section 8.4, equations 8.60 to 8.80 and 8.103 to 8.108.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,12 +33,26 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns
 from drivetrain.arm.rotors import MountedRotor, RotorLevel
 from drivetrain.arrays import Array, batch
+from drivetrain.dynamics.core.vectors import (
+    Vector,
+    add_six,
+    cross,
+    dot,
+    dot_six,
+    exact,
+    linear,
+    plus,
+    put_six,
+    times,
+    turned,
+    vector,
+)
 from drivetrain.dynamics.kinematics import screw_displacements
-from drivetrain.dynamics.samples import finite_samples
+from drivetrain.dynamics.samples import alone_within_reach, finite_samples
 from drivetrain.errors import Fault, InputError
+from drivetrain.jit import kernel
 from drivetrain.spatial.poses import adjoint, inverse_pose
-
-CHUNK = 128  # samples; bounds the memory of W and L, 80 kB a sample of a geared six-axis arm
+from drivetrain.spatial.rotations import skew
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +89,13 @@ def closed_form(arm: Arm, q: Any, qd: Any) -> ClosedForm:
 
     Reference: Modern Robotics, equations 8.77 to 8.80 and exercise 8.7.
     """
-    positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
-    parts = [
-        _terms(stacked(arm, positions[first : first + CHUNK]), speeds[first : first + CHUNK], arm.gravity)
-        for first in range(0, max(len(positions), 1), CHUNK)
-    ]
-    terms = [np.concatenate(same) for same in zip(*parts, strict=True)]
+    if alone_within_reach(arm.n, q, qd, qd):
+        positions, speeds = q[None], qd[None]
+    else:
+        positions, speeds = finite_samples(arm.n, {"q": q, "qd": qd})
+    (count, n), known = positions.shape, _constants(arm)
+    terms = [np.zeros((count, *shape)) for shape in ((n, n), (n, n), (n,), (n,), (6, n))]
+    _fill_terms(known, positions, speeds, *terms)
     return ClosedForm(*terms) if np.ndim(q) == 2 else ClosedForm(*(term[0] for term in terms))
 
 
@@ -119,45 +136,117 @@ def mass_matrix_rate(arm: Arm, q: Any, qd: Any) -> Array:
     return closed_form(arm, q, qd).mass_rate
 
 
-def _terms(m: Stacked, qd: Array, gravity: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """M, dM/dt, c, g and J of a batch."""
-    columns = m.L @ m.A
-    momenta = m.G @ columns
-    mass = np.swapaxes(columns, 1, 2) @ momenta
-    own = _blocks(qd @ m.A.T)  # [ad_Aqd]
-    twists = (columns @ qd[:, :, None])[:, :, 0]
-    loads = m.G @ (m.L @ (m.base @ np.concatenate([np.zeros(3), -gravity]))[:, :, None])
+class _Constants(NamedTuple):
+    carriers: np.ndarray  # as of Stacked, (b,)
+    places: (
+        Array  # of the carrier seen from the body: all joints zero, and what sin, 1 - cos and angle add, (b, 4, 3, 4)
+    )
+    screws: Array  # in the bodies' frames, (b, 6)
+    turns: Array  # of the joints' positions along them, (b, n)
+    inertias: Array  # about the centre of mass [kg m^2], (b, 3, 3)
+    masses: Array  # (b,)
+    base: Array  # acceleration of the base less gravity, (6,)
+    tip: Array  # takes twists of the last link to those of the tip, (6, 6)
 
-    # [ad_Aqd] W L A = [ad_Aqd] L A, since a screw's bracket with itself vanishes.
-    rate = -np.swapaxes(momenta, 1, 2) @ m.L @ _times(own, columns)
-    riding = _times(own, m.W @ twists[:, :, None])
-    carried = _times(np.swapaxes(_blocks(twists), 2, 3), m.G @ twists[:, :, None])
-    velocity = -np.swapaxes(columns, 1, 2) @ (m.G @ (m.L @ riding) + carried)
-    held = np.swapaxes(columns, 1, 2) @ loads
-    return (
-        0.5 * (mass + np.swapaxes(mass, 1, 2)),
-        rate + np.swapaxes(rate, 1, 2),
-        velocity[:, :, 0],
-        held[:, :, 0],
-        m.tip.T @ columns,
+
+@lru_cache(maxsize=64)
+def _constants(arm: Arm) -> _Constants:
+    """What ``_fill_terms`` knows of an arm, remembered by the identity of the arm."""
+    bodies = _bodies(arm)
+    places = np.empty((len(bodies), 4, 3, 4))
+    for place, body in zip(places, bodies, strict=True):
+        x = np.zeros((4, 4))
+        x[:3, :3], x[:3, 3] = skew(body.screw[:3]), body.screw[3:]
+        # The third power is minus the first, but for the pitch; of a slide both higher powers are none.
+        powers = (np.eye(4), -x @ x @ x, x @ x, x + x @ x @ x)
+        place[:] = [(power @ _at_zero(body, bodies))[:3] for power in powers]
+    return _Constants(
+        np.array([body.carrier for body in bodies]),
+        places,
+        np.array([body.screw for body in bodies]),
+        np.array([body.turns for body in bodies]),
+        np.array([body.inertia[:3, :3] for body in bodies]),
+        np.array([body.inertia[3, 3] for body in bodies]),
+        np.concatenate([np.zeros(3), -arm.gravity]),
+        adjoint(inverse_pose(arm.tip) @ arm.home[-1]),
     )
 
 
-def _blocks(twists: Array) -> Array:
-    """The brackets of stacked twists (N, 6 b), (N, b, 6, 6)."""
-    x, y, z, vx, vy, vz = twists.reshape(len(twists), twists.shape[1] // 6, 6).transpose(2, 0, 1)
-    o = np.zeros_like(x)
-    rows = [
-        [o, -z, y, o, o, o], [z, o, -x, o, o, o], [-y, x, o, o, o, o],
-        [o, -vz, vy, o, -z, y], [vz, o, -vx, z, o, -x], [-vy, vx, o, -y, x, o],
-    ]  # fmt: skip
-    return np.array(rows).transpose(2, 3, 0, 1)
+@kernel
+def _fill_terms(
+    known: Any, q: Array, qd: Array, mass: Array, rate: Array, velocity: Array, held: Array, jacobian: Array
+) -> None:  # fmt: skip
+    """Fill M, dM/dt, c, g and J, products with L taken body by body: row b of ``L X`` is ``W L X + X``.
+
+    Args:
+        known: As ``_Constants`` tells.
+        q, qd: (N, n) [rad or m, and per s].
+        mass, rate, velocity, held, jacobian: As of ``ClosedForm``, zero before.
+    """
+    carriers, places, screws, turns, inertias, masses, base, tip = known
+    n = q.shape[1]
+    # Of each body, as rows: n of L A, n of L [ad_Aqd] L A, then L [ad_Aqd] W V and L times the base's acceleration.
+    stack, place, momentum = np.empty((len(carriers), 2 * n + 2, 6)), np.empty((3, 4)), np.empty((n, 6))
+    for sample in range(len(q)):
+        for b in range(len(carriers)):
+            rows, screw, inertia, m, on = stack[b], screws[b], inertias[b], masses[b], carriers[b]
+            angle, speed = 0.0, 0.0
+            for i in range(n):
+                angle -= turns[b, i] * q[sample, i]
+                speed += turns[b, i] * qd[sample, i]
+            s, c = math.sin(angle), 2.0 * math.sin(0.5 * angle) ** 2
+            for j in range(3):
+                for k in range(4):
+                    at = places[b, :, j, k]
+                    place[j, k] = at[0] + s * at[1] + c * at[2] + angle * at[3]
+            for i in range(len(rows)):
+                for j in range(6):
+                    rows[i, j] = 0.0
+                if on >= 0:
+                    _carry(place, stack[on, i], rows[i])
+            if on == BASE:
+                _carry(place, base, rows[2 * n + 1])
+            own_w, own_v = times(speed, vector(screw)), times(speed, linear(screw))
+            w, v = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+            for i in range(n):
+                w = plus(w, times(qd[sample, i], vector(rows[i])))
+                v = plus(v, times(qd[sample, i], linear(rows[i])))
+            _add_bracket(own_w, own_v, w, v, rows[2 * n])
+            w, v = plus(w, own_w), plus(v, own_v)
+            spin, push = turned(inertia, w), times(m, v)  # of the body's momentum G V
+            moment, force = plus(cross(w, spin), cross(v, push)), cross(w, push)
+            for i in range(n):  # [ad_Aqd] W L A = [ad_Aqd] L A, since a screw's bracket with itself vanishes
+                _add_bracket(own_w, own_v, vector(rows[i]), linear(rows[i]), rows[n + i])
+                add_six(rows[i], times(turns[b, i], vector(screw)), times(turns[b, i], linear(screw)))
+                put_six(momentum[i], turned(inertia, vector(rows[i])), times(m, linear(rows[i])))
+            for i in range(n):
+                velocity[sample, i] += dot(moment, vector(rows[i])) + dot(force, linear(rows[i]))
+                velocity[sample, i] -= dot_six(momentum[i], rows[2 * n])
+                held[sample, i] += dot_six(momentum[i], rows[2 * n + 1])
+                for j in range(n):
+                    change = dot_six(momentum[i], rows[n + j])
+                    rate[sample, i, j] -= change
+                    rate[sample, j, i] -= change
+                for j in range(i + 1):
+                    mass[sample, i, j] += dot_six(momentum[i], rows[j])
+        for i in range(n):
+            for j in range(6):
+                jacobian[sample, j, i] = dot_six(tip[j], stack[n - 1, i])
+            for j in range(i):
+                mass[sample, j, i] = mass[sample, i, j]
 
 
-def _times(blocks: Array, columns: Array) -> Array:
-    """A block-diagonal matrix (N, b, 6, 6) times columns (N, 6 b, k)."""
-    n, b = blocks.shape[:2]
-    return np.asarray((blocks @ columns.reshape(n, b, 6, columns.shape[2])).reshape(columns.shape))
+@exact
+def _carry(place: Array, twist: Array, to: Array) -> None:
+    """A twist seen from a frame in which its own stands at a place, (3, 4)."""
+    w = turned(place, vector(twist))
+    put_six(to, w, plus(turned(place, linear(twist)), cross((place[0, 3], place[1, 3], place[2, 3]), w)))
+
+
+@exact
+def _add_bracket(w: Vector, v: Vector, x: Vector, y: Vector, to: Array) -> None:
+    """The Lie bracket of the twists (w, v) and (x, y) joins."""
+    add_six(to, cross(w, x), plus(cross(v, x), cross(w, y)))
 
 
 BASE, NOTHING = -1, -2  # what a body rides on, if not another body; nothing: not even on gravity
@@ -259,10 +348,14 @@ def _spatial_inertia(mass: float, tensor: Array) -> Array:
     return result
 
 
+def _at_zero(body: _Body, bodies: list[_Body]) -> Array:
+    """Pose of the carrier seen from the body, all joints zero, (4, 4)."""
+    return np.asarray(inverse_pose(body.home) @ (bodies[body.carrier].home if body.carrier >= 0 else np.eye(4)))
+
+
 def _seen_from(body: _Body, bodies: list[_Body], angles: Array) -> Array:
     """Poses of the carrier seen from the body, (N, 4, 4)."""
-    carrier = np.eye(4) if body.carrier == BASE else bodies[body.carrier].home
-    return np.asarray(screw_displacements(body.screw, -angles) @ inverse_pose(body.home) @ carrier)
+    return np.asarray(screw_displacements(body.screw, -angles) @ _at_zero(body, bodies))
 
 
 def _adjoints(poses: Array) -> Array:

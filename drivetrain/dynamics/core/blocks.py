@@ -1,4 +1,7 @@
-"""Blocks of samples laid out for vector instructions: records of rows of 64 numbers; sines and cosines."""
+"""Blocks of samples laid out for vector instructions: records of rows of 64 numbers; sines and cosines.
+
+How many lanes a row has is part of the record's type: the laws are compiled for 64, and once more for one sample alone.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,14 @@ TWO_OVER_PI = 2.0 / math.pi
 fast = law(fastmath=True)
 
 
-def block_type(*names: str) -> np.dtype:
+def block_type(*names: str, lanes: int = BLOCK) -> np.dtype:
     """A record of rows of samples, each with a name."""
-    return np.dtype([(name, np.float64, (BLOCK,)) for name in names])
+    return np.dtype([(name, np.float64, (lanes,)) for name in names])
 
 
 # Position, speed, acceleration; cosine and sine of the angle; torque that its rotor needs, and torque of the joint.
-JOINT = block_type("q", "qd", "qdd", "cos", "sin", "rotor", "torque")
+JOINT_ROWS = ("q", "qd", "qdd", "cos", "sin", "rotor", "torque")
+JOINT, JOINT_ALONE = block_type(*JOINT_ROWS), block_type(*JOINT_ROWS, lanes=1)
 
 
 @exact
@@ -40,12 +44,12 @@ def sincos(joint: Any, factor: float, offset: float, far: bool) -> None:
     q, c, s = joint.q, joint.cos, joint.sin
     if far:
         co, so = np.cos(offset), np.sin(offset)
-        for k in range(BLOCK):
+        for k in range(len(q)):
             cx, sx = np.cos(factor * q[k]), np.sin(factor * q[k])
             c[k] = cx * co - sx * so
             s[k] = sx * co + cx * so
         return
-    for k in range(BLOCK):
+    for k in range(len(q)):
         x = factor * q[k]
         j = np.rint((x + offset) * TWO_OVER_PI)
         # pi/2 in three parts of 33, 33 and 53 bits; the offset joins the small remainder.
@@ -72,7 +76,7 @@ def read_row(row: Array, samples: Array, i: int, first: int, count: int) -> None
     """A column of samples into a row, the rest of the row zero."""
     for k in range(count):
         row[k] = samples[first + k, i]
-    for k in range(count, BLOCK):
+    for k in range(count, len(row)):
         row[k] = 0.0
 
 
@@ -80,6 +84,6 @@ def read_row(row: Array, samples: Array, i: int, first: int, count: int) -> None
 def sum_of_squares(joint: Any) -> float:
     """Of a joint's q, qd and qdd; not finite when one of them is NaN, infinite, or beyond 1e154."""
     total = 0.0
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         total += joint.q[k] * joint.q[k] + joint.qd[k] * joint.qd[k] + joint.qdd[k] * joint.qdd[k]
     return total

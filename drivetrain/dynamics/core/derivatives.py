@@ -26,38 +26,41 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, fast, sincos
-from drivetrain.dynamics.core.recursion import moments, read
-from drivetrain.dynamics.core.vectors import Vector, cross, dot, minus, plus, times
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, JOINT_ALONE, block_type, fast, sincos
+from drivetrain.dynamics.core.recursion import moments, read, read_alone
+from drivetrain.dynamics.core.vectors import Vector, cross, dot, exact, minus, plus, times
 from drivetrain.jit import kernel
 
-GROUP = 16  # samples at a time: their bodies fit the nearest cache, and one sample alone does not pay for 64
+GROUP = 16  # samples at a time: their bodies fit the nearest cache, and a few samples do not pay for 64
 
-BODY = np.dtype(
-    [
-        ("mass", np.float64),
-        *((name, np.float64, (GROUP,)) for name in ("q", "qd", "qdd", "cos", "sin")),  # of its joint
-        *(
-            (name, np.float64, (rows, GROUP))
-            for name, rows in (
-                # Axes of its frame, origin; velocity, acceleration.
-                *((name, 3) for name in ("x", "y", "z", "origin", "w", "v", "dw", "dv")),
-                # Screw of its joint, and how that changes: S, S', S''.
-                *((name, 3) for name in ("turn", "slide", "turn_1", "slide_1", "turn_2", "slide_2")),
-                # Of it and all beyond: first and second moments, columns of the flow, momentum, wrench, and the
-                # momentum of balanced rotors.
-                ("first", 3),
-                ("second", 6),
-                *((name, 3) for name in ("flow_x", "flow_y", "flow_z", "momentum", "moment", "force", "spin")),
-                # What its joint feels: S . 2 B (of turning alone), S . I; and its own columns, for q and for qd.
-                *((name, 3) for name in ("feels", "inertia_w", "inertia_v")),
-                *((name, 3) for name in ("by_q_w", "by_q_v", "by_qd_w", "by_qd_v")),
-            )
-        ),
-    ]
+BODY, BODY_ALONE = (
+    np.dtype(
+        [
+            ("mass", np.float64),
+            *((name, np.float64, (lanes,)) for name in ("q", "qd", "qdd", "cos", "sin")),  # of its joint
+            *(
+                (name, np.float64, (rows, lanes))
+                for name, rows in (
+                    # Axes of its frame, origin; velocity, acceleration.
+                    *((name, 3) for name in ("x", "y", "z", "origin", "w", "v", "dw", "dv")),
+                    # Screw of its joint, and how that changes: S, S', S''.
+                    *((name, 3) for name in ("turn", "slide", "turn_1", "slide_1", "turn_2", "slide_2")),
+                    # Of it and all beyond: first and second moments, columns of the flow, momentum, wrench, and the
+                    # momentum of balanced rotors.
+                    ("first", 3),
+                    ("second", 6),
+                    *((name, 3) for name in ("flow_x", "flow_y", "flow_z", "momentum", "moment", "force", "spin")),
+                    # What its joint feels: S . 2 B (of turning alone), S . I; and its own columns, for q and for qd.
+                    *((name, 3) for name in ("feels", "inertia_w", "inertia_v")),
+                    *((name, 3) for name in ("by_q_w", "by_q_v", "by_qd_w", "by_qd_v")),
+                )
+            ),
+        ]
+    )
+    for lanes in (GROUP, 1)
 )
 
-ENTRY = np.dtype([(name, np.float64, (GROUP,)) for name in ("by_q", "by_qd", "by_qdd")])
+ENTRY, ENTRY_ALONE = (block_type("by_q", "by_qd", "by_qdd", lanes=lanes) for lanes in (GROUP, 1))
 
 
 @kernel
@@ -75,71 +78,107 @@ def differentiate(
     """
     n, m, bad = q.shape[1], len(rotors), 0.0
     joints, bodies, entries = np.empty(n + m, JOINT), np.zeros(n + m + 1, BODY), np.empty((n, n), ENTRY)
-    base: Any = bodies[n + m]
-    for k in range(GROUP):
-        base.x[0, k] = base.y[1, k] = base.z[2, k] = 1.0
-        base.dv[0, k], base.dv[1, k], base.dv[2, k] = -gravity[0], -gravity[1], -gravity[2]
+    rest(bodies[n + m], gravity)
     for block in range(0, len(q), BLOCK):
         count = min(BLOCK, len(q) - block)
         size = read(joints, q, qd, qdd, block, count)
         bad += 0.0 * size
-        for i in range(n):
-            sincos(joints[i], links[i].turn, links[i].offset, size > FAR * FAR)
-        for r in range(m):
-            joint, own = joints[rotors[r].joint], joints[n + r]
-            for k in range(BLOCK):
-                own.q[k], own.qd[k], own.qdd[k] = joint.q[k], joint.qd[k], joint.qdd[k]
-            if not rotors[r].balanced:
-                sincos(own, links[n + r].turn, 0.0, size * links[n + r].turn ** 2 > FAR * FAR)
+        angles(links, rotors, joints, n, size)
         for at in range(0, count, GROUP):
             first, some = block + at, min(GROUP, count - at)
-            for i in range(n):
-                take(joints[i], at, bodies[i])
-                move(links[i], bodies[i - 1], bodies[i])  # before the first: the base, the last
-            if len(tip):
-                push(tip, first, some, bodies[n - 1])
-            for r in range(m):
-                link, rotor, own = links[n + r], rotors[r], bodies[n + r]
-                carrier = bodies[rotor.carrier]
-                take(joints[n + r], at, own)
-                if rotor.balanced:
-                    spin(link.px, link.py, link.pz, carrier, own)
-                    continue
-                move(link, carrier, own)
-                respond(own)
-                if rotor.carrier >= 0:
-                    hand_on(own, carrier)
-            clear(entries)
-            for i in range(n - 1, -1, -1):
-                for k in range(GROUP):
-                    entries[i, i].by_qdd[k] += links[i].rotor_inertia
-                respond(bodies[i])
-                enter_row(bodies[i], bodies[i], entries[i, i])
+            fill(links, rotors, joints, at, bodies, entries, tip, first, some, by_q, by_qd, by_qdd)
+    return bad
+
+
+@kernel
+def derivatives_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, result: Array) -> float:
+    """As ``differentiate``, for one sample: ``arm`` as of ``torque_alone``, derivatives (3, 1, n, n)."""
+    links, rotors, gravity = arm
+    n, m, size = len(q), len(rotors), 0.0
+    joints, bodies = np.empty(n + m, JOINT_ALONE), np.zeros(n + m + 1, BODY_ALONE)
+    rest(bodies[n + m], gravity)
+    for i in range(n):
+        size += read_alone(joints[i], q[i], qd[i], qdd[i])
+    angles(links, rotors, joints, n, size)
+    entries, first, one = np.empty((n, n), ENTRY_ALONE), np.int64(0), np.int64(1)
+    fill(links, rotors, joints, first, bodies, entries, tip, first, one, result[0], result[1], result[2])
+    return 0.0 * size
+
+
+@fast
+def rest(base: Any, gravity: Array) -> None:
+    """The base at rest, which gravity is told of as an acceleration."""
+    for k in range(len(base.q)):
+        base.x[0, k] = base.y[1, k] = base.z[2, k] = 1.0
+        base.dv[0, k], base.dv[1, k], base.dv[2, k] = -gravity[0], -gravity[1], -gravity[2]
+
+
+@exact
+def angles(links: Any, rotors: Any, joints: Any, n: int, size: float) -> None:
+    """Cosines and sines of the joints, and the motion of the rotors after them; ``size``: of ``read``."""
+    for i in range(n):
+        sincos(joints[i], links[i].turn, links[i].offset, size > FAR * FAR)
+    for r in range(len(rotors)):
+        joint, own = joints[rotors[r].joint], joints[n + r]
+        for k in range(len(own.q)):
+            own.q[k], own.qd[k], own.qdd[k] = joint.q[k], joint.qd[k], joint.qdd[k]
+        if not rotors[r].balanced:
+            sincos(own, links[n + r].turn, 0.0, size * links[n + r].turn ** 2 > FAR * FAR)
+
+
+@fast
+def fill(
+    links: Any, rotors: Any, joints: Any, at: int, bodies: Any, entries: Any, tip: Array, first: int, some: int,
+    by_q: Array, by_qd: Array, by_qdd: Array,
+) -> None:  # fmt: skip
+    """The derivatives of a group: of samples from ``first`` on, which in the joints' rows are those from ``at`` on."""
+    n, m = by_q.shape[1], len(rotors)
+    for i in range(n):
+        take(joints[i], at, bodies[i])
+        move(links[i], bodies[i - 1], bodies[i])  # before the first: the base, the last
+    if len(tip):
+        push(tip, first, some, bodies[n - 1])
+    for r in range(m):
+        link, rotor, own = links[n + r], rotors[r], bodies[n + r]
+        carrier = bodies[rotor.carrier]
+        take(joints[n + r], at, own)
+        if rotor.balanced:
+            spin(link.px, link.py, link.pz, carrier, own)
+            continue
+        move(link, carrier, own)
+        respond(own)
+        if rotor.carrier >= 0:
+            hand_on(own, carrier)
+    clear(entries)
+    for i in range(n - 1, -1, -1):
+        for k in range(some):
+            entries[i, i].by_qdd[k] += links[i].rotor_inertia
+        respond(bodies[i])
+        enter_row(bodies[i], bodies[i], entries[i, i])
+        for j in range(i):
+            enter_row(bodies[i], bodies[j], entries[i, j])
+            enter_column(bodies[i], bodies[j], entries[j, i])
+        if i > 0:
+            hand_on(bodies[i], bodies[i - 1])
+            if links[i].spin != 0.0:
+                # A balanced rotor on the axis, on the link before: this link is done, its record serves it.
+                spin_on_axis(links[i].spin, bodies[i - 1], bodies[i])
                 for j in range(i):
                     enter_row(bodies[i], bodies[j], entries[i, j])
                     enter_column(bodies[i], bodies[j], entries[j, i])
-                if i > 0:
-                    hand_on(bodies[i], bodies[i - 1])
-                    if links[i].spin != 0.0:
-                        # A balanced rotor on the axis, on the link before: this link is done, its record serves it.
-                        spin_on_axis(links[i].spin, bodies[i - 1], bodies[i])
-                        for j in range(i):
-                            enter_row(bodies[i], bodies[j], entries[i, j])
-                            enter_column(bodies[i], bodies[j], entries[j, i])
-            for r in range(m):
-                joint, own = rotors[r].joint, bodies[n + r]
-                if not rotors[r].balanced:
-                    enter_row(own, own, entries[joint, joint])
-                for j in range(rotors[r].carrier + 1):
-                    enter_row(own, bodies[j], entries[joint, j])
-                    enter_column(own, bodies[j], entries[j, joint])
-            for i in range(n):
-                for k in range(some):
-                    for j in range(n):
-                        by_q[first + k, i, j] = entries[i, j].by_q[k]
-                        by_qd[first + k, i, j] = entries[i, j].by_qd[k]
-                        by_qdd[first + k, i, j] = 0.5 * (entries[i, j].by_qdd[k] + entries[j, i].by_qdd[k])
-    return bad
+    for r in range(m):
+        joint, own = rotors[r].joint, bodies[n + r]
+        if not rotors[r].balanced:
+            enter_row(own, own, entries[joint, joint])
+        for j in range(rotors[r].carrier + 1):
+            enter_row(own, bodies[j], entries[joint, j])
+            enter_column(own, bodies[j], entries[j, joint])
+    for i in range(n):
+        for k in range(some):
+            for j in range(n):
+                by_q[first + k, i, j] = entries[i, j].by_q[k]
+                by_qd[first + k, i, j] = entries[i, j].by_qd[k]
+                by_qdd[first + k, i, j] = 0.5 * (entries[i, j].by_qdd[k] + entries[j, i].by_qdd[k])
 
 
 @fast
@@ -148,7 +187,7 @@ def clear(entries: Any) -> None:
     for i in range(len(entries)):
         for j in range(len(entries)):
             entry = entries[i, j]
-            for k in range(GROUP):
+            for k in range(len(entry.by_q)):
                 entry.by_q[k] = entry.by_qd[k] = entry.by_qdd[k] = 0.0
 
 
@@ -185,7 +224,7 @@ def mix(a: float, x: Vector, b: float, y: Vector, c: float, z: Vector) -> Vector
 @fast
 def take(joint: Any, at: int, body: Any) -> None:
     """A group's part of a joint's block."""
-    for k in range(GROUP):
+    for k in range(len(body.q)):
         body.q[k], body.qd[k], body.qdd[k] = joint.q[at + k], joint.qd[at + k], joint.qdd[at + k]
         body.cos[k], body.sin[k] = joint.cos[at + k], joint.sin[at + k]
 
@@ -198,7 +237,7 @@ def move(link: Any, before: Any, body: Any) -> None:
     rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
     mass, hx, hy, hz, sxx, syy, szz, sxy, sxz, syz = moments(link)
     body.mass = mass
-    for k in range(GROUP):
+    for k in range(len(body.q)):
         x, y, z = at_sample(before.x, k), at_sample(before.y, k), at_sample(before.z, k)
         c, s, shift = body.cos[k], body.sin[k], sliding * body.q[k]
         rate, rise = body.qd[k], body.qdd[k]
@@ -271,7 +310,7 @@ def hand_on(body: Any, to: Any) -> None:
     """A body with all beyond, and the wrench that moves them, join another body."""
     to.mass += body.mass
     for r in range(3):
-        for k in range(GROUP):
+        for k in range(len(body.q)):
             to.first[r, k] += body.first[r, k]
             to.flow_x[r, k] += body.flow_x[r, k]
             to.flow_y[r, k] += body.flow_y[r, k]
@@ -281,7 +320,7 @@ def hand_on(body: Any, to: Any) -> None:
             to.force[r, k] += body.force[r, k]
             to.spin[r, k] += body.spin[r, k]
     for r in range(6):
-        for k in range(GROUP):
+        for k in range(len(body.q)):
             to.second[r, k] += body.second[r, k]
 
 
@@ -289,7 +328,7 @@ def hand_on(body: Any, to: Any) -> None:
 def respond(body: Any) -> None:
     """What a joint feels of screws before it, and the wrenches that its own screw makes, by the bodies beyond it."""
     mass = body.mass
-    for k in range(GROUP):
+    for k in range(len(body.q)):
         g, p, spin = at_sample(body.first, k), at_sample(body.momentum, k), at_sample(body.spin, k)
         kx, ky, kz = at_sample(body.flow_x, k), at_sample(body.flow_y, k), at_sample(body.flow_z, k)
         xx, yy, zz = body.second[0, k], body.second[1, k], body.second[2, k]
@@ -321,7 +360,7 @@ def respond(body: Any) -> None:
 @fast
 def spin_on_axis(size: float, carrier: Any, own: Any) -> None:
     """A balanced rotor on its joint's axis, whose direction is that of the link's own z."""
-    for k in range(GROUP):
+    for k in range(len(own.q)):
         keep(own.inertia_w, k, times(size, at_sample(own.z, k)))
     react(carrier, own)
 
@@ -329,7 +368,7 @@ def spin_on_axis(size: float, carrier: Any, own: Any) -> None:
 @fast
 def spin(px: float, py: float, pz: float, carrier: Any, own: Any) -> None:
     """A balanced rotor of any direction."""
-    for k in range(GROUP):
+    for k in range(len(own.q)):
         axis = mix(px, at_sample(carrier.x, k), py, at_sample(carrier.y, k), pz, at_sample(carrier.z, k))
         keep(own.inertia_w, k, axis)
     react(carrier, own)
@@ -338,7 +377,7 @@ def spin(px: float, py: float, pz: float, carrier: Any, own: Any) -> None:
 @fast
 def react(carrier: Any, own: Any) -> None:
     """What a balanced rotor's momentum for a unit rate does to its carrier, and what its joint feels of it."""
-    for k in range(GROUP):
+    for k in range(len(own.q)):
         axis, rate = at_sample(own.inertia_w, k), own.qd[k]
         turning = cross(at_sample(carrier.w, k), axis)
         join(carrier.moment, k, plus(times(own.qdd[k], axis), times(rate, turning)))
@@ -354,7 +393,7 @@ def react(carrier: Any, own: Any) -> None:
 @fast
 def enter_row(own: Any, body: Any, entry: Any) -> None:
     """What a joint feels of one before it."""
-    for k in range(GROUP):
+    for k in range(len(entry.by_q)):
         feels, w, v = at_sample(own.feels, k), at_sample(own.inertia_w, k), at_sample(own.inertia_v, k)
         turn, turn_1 = at_sample(body.turn, k), at_sample(body.turn_1, k)
         entry.by_q[k] += dot(feels, turn_1) + dot(w, at_sample(body.turn_2, k)) + dot(v, at_sample(body.slide_2, k))
@@ -365,7 +404,7 @@ def enter_row(own: Any, body: Any, entry: Any) -> None:
 @fast
 def enter_column(own: Any, body: Any, entry: Any) -> None:
     """What a joint feels of one after it."""
-    for k in range(GROUP):
+    for k in range(len(entry.by_q)):
         turn, slide = at_sample(body.turn, k), at_sample(body.slide, k)
         entry.by_q[k] += dot(turn, at_sample(own.by_q_w, k)) + dot(slide, at_sample(own.by_q_v, k))
         entry.by_qd[k] += dot(turn, at_sample(own.by_qd_w, k)) + dot(slide, at_sample(own.by_qd_v, k))

@@ -50,6 +50,11 @@ class Packed:
     ratios: Array
     spread: Array | None
 
+    @property
+    def arm(self) -> tuple[np.ndarray, np.ndarray, Array]:
+        """Links, rotors and gravity in one argument, which a call takes in quicker than three."""
+        return self.links, self.rotors, self.gravity
+
 
 @lru_cache(maxsize=64)
 def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
@@ -71,7 +76,7 @@ def packed(arm: Arm, free: tuple[int, ...] = ()) -> Packed:
     extra, rotors = _mount(arm, inverse, links, bodies, {i: ratios[i] if i in free else 1.0 for i in apart})
     _bodies(links[: arm.n], bodies)
     return Packed(
-        np.concatenate([links, *extra]),
+        np.concatenate([links, *extra]).view(LINK),  # not an equal type: kernels know this one at sight
         np.array(rotors, ROTOR),
         frames[0, :3, :3].T @ arm.gravity,
         _wrench_map(inverse[-1] @ arm.tip),

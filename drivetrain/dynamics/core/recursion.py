@@ -17,15 +17,14 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_type, fast, sincos, sum_of_squares
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, JOINT_ALONE, block_type, fast, sincos, sum_of_squares
 from drivetrain.dynamics.core.vectors import exact
 from drivetrain.jit import kernel
 
 # A link over a block of samples: angular velocity, its rate, acceleration of the origin less gravity, then force and
 # moment through its joint, and the rate of the link before along the joint's axis.
-LINKS = block_type(
-    "wx", "wy", "wz", "dx", "dy", "dz", "ax", "ay", "az", "fx", "fy", "fz", "nx", "ny", "nz", "axial"
-)  # fmt: skip
+LINK_ROWS = ("wx", "wy", "wz", "dx", "dy", "dz", "ax", "ay", "az", "fx", "fy", "fz", "nx", "ny", "nz", "axial")
+LINKS, LINKS_ALONE = block_type(*LINK_ROWS), block_type(*LINK_ROWS, lanes=1)
 
 
 @kernel
@@ -54,13 +53,7 @@ def recursion(
         bad += 0.0 * size
         outwards(links, rotors, joints, bodies, n, size)
         if len(tip):
-            last: Any = bodies[n]
-            add_column(last.nx, tip, np.int64(0), first, count)
-            add_column(last.ny, tip, np.int64(1), first, count)
-            add_column(last.nz, tip, np.int64(2), first, count)
-            add_column(last.fx, tip, np.int64(3), first, count)
-            add_column(last.fy, tip, np.int64(4), first, count)
-            add_column(last.fz, tip, np.int64(5), first, count)
+            push(bodies[n], tip, first, count)
         back(links, joints, bodies, n)
         write(joints, first, count, torque)
         if len(gear):
@@ -75,6 +68,25 @@ def recursion(
             for i in range(n):
                 take_wrench(links[i], joints[i], bodies[i + 1], wrench[first : first + count, i])
     return bad
+
+
+@kernel
+def torque_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, torque: Array) -> float:
+    """As ``recursion``, for the torque of one sample: links, rotors and gravity as ``arm``, the other arrays (n,)."""
+    links, rotors, gravity = arm
+    n, size = len(q), 0.0
+    joints, bodies = np.empty(n + 1, JOINT_ALONE), np.zeros(n + 2, LINKS_ALONE)
+    base: Any = bodies[0]
+    base.ax[0], base.ay[0], base.az[0] = -gravity[0], -gravity[1], -gravity[2]
+    for i in range(n):
+        size += read_alone(joints[i], q[i], qd[i], qdd[i])
+    outwards(links, rotors, joints, bodies, n, size)
+    if len(tip):
+        push(bodies[n], tip, np.int64(0), np.int64(1))
+    back(links, joints, bodies, n)
+    for i in range(n):
+        torque[i] = joints[i].torque[0]
+    return 0.0 * size
 
 
 @exact
@@ -119,12 +131,19 @@ def read(joints: Any, q: Array, qd: Array, qdd: Array, first: int, count: int) -
         transpose(joints, q, qd, qdd, first, BLOCK, 6)
     else:
         for i in range(n):
-            for k in range(count, BLOCK):
+            for k in range(count, len(joints[i].q)):
                 joints[i].q[k] = joints[i].qd[k] = joints[i].qdd[k] = 0.0
         transpose(joints, q, qd, qdd, first, count, n)
     for i in range(n):
         size += sum_of_squares(joints[i])
     return size
+
+
+@exact
+def read_alone(joint: Any, q: float, qd: float, qdd: float) -> float:
+    """As ``read``, for one joint of one sample."""
+    joint.q[0], joint.qd[0], joint.qdd[0] = q, qd, qdd
+    return sum_of_squares(joint)
 
 
 @exact
@@ -189,7 +208,7 @@ def first_revolute(link: Any, joint: Any, base: Any, body: Any) -> None:
     """Motion and own wrench of link 0, on a base at rest whose frame is link 0's with the joint at zero."""
     m, hx, hy, hz, sxx, syy, _, _, sxz, syz = moments(link)
     own, gx, gy, gz = link.rotor_inertia, base.ax[0], base.ay[0], base.az[0]
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         c, s, v, vd = joint.cos[k], joint.sin[k], joint.qd[k], joint.qdd[k]
         ax = c * gx + s * gy
         ay = c * gy - s * gx
@@ -210,7 +229,7 @@ def first_revolute(link: Any, joint: Any, base: Any, body: Any) -> None:
 @fast
 def first_revolute_back(joint: Any, body: Any) -> None:
     """Torque of joint 0; nobody asks for the wrench on the base."""
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         joint.torque[k] = body.nz[k] + joint.rotor[k]
 
 
@@ -219,7 +238,7 @@ def revolute(link: Any, joint: Any, before: Any, body: Any) -> None:
     """Motion of a link from that of the link before, its own wrench, and the couple of a rotor along the axis."""
     ca, sa, px, py, pz = link.rzz, link.rzy, link.px, link.py, link.pz
     spin, inertia, own = link.spin, link.rotor_inertia, moments(link)
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         c, s, v, vd = joint.cos[k], joint.sin[k], joint.qd[k], joint.qdd[k]
         wx, wy, wz = before.wx[k], before.wy[k], before.wz[k]
         dx, dy, dz = before.dx[k], before.dy[k], before.dz[k]
@@ -253,7 +272,7 @@ def revolute(link: Any, joint: Any, before: Any, body: Any) -> None:
 def revolute_back(link: Any, joint: Any, before: Any, body: Any) -> None:
     """Torque of a joint, and the wrench through it joins that of the link before."""
     ca, sa, px, py, pz, spin = link.rzz, link.rzy, link.px, link.py, link.pz, link.spin
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         c, s, vd = joint.cos[k], joint.sin[k], joint.qdd[k]
         fx, fy, fz = body.fx[k], body.fy[k], body.fz[k]
         nx, ny, nz = body.nx[k], body.ny[k], body.nz[k]
@@ -278,7 +297,7 @@ def screw(link: Any, joint: Any, before: Any, body: Any) -> None:
     px, py, pz, turn, slide, inertia = link.px, link.py, link.pz, link.turn, link.slide, link.rotor_inertia
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz, own = link.rzx, link.rzy, link.rzz, moments(link)
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         c, s = joint.cos[k], joint.sin[k]
         v, vd = turn * joint.qd[k], turn * joint.qdd[k]
         shift, speed, rise = slide * joint.q[k], slide * joint.qd[k], slide * joint.qdd[k]
@@ -314,7 +333,7 @@ def screw_back(link: Any, joint: Any, before: Any, body: Any) -> None:
     px, py, pz, turn, slide = link.px, link.py, link.pz, link.turn, link.slide
     rxx, rxy, rxz, ryx, ryy, ryz = link.rxx, link.rxy, link.rxz, link.ryx, link.ryy, link.ryz
     rzx, rzy, rzz = link.rzx, link.rzy, link.rzz
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         c, s, shift = joint.cos[k], joint.sin[k], slide * joint.q[k]
         fx, fy, fz = body.fx[k], body.fy[k], body.fz[k]
         nx, ny, nz = body.nx[k], body.ny[k], body.nz[k]
@@ -339,7 +358,7 @@ def screw_back(link: Any, joint: Any, before: Any, body: Any) -> None:
 def couple(link: Any, joint: Any, carrier: Any) -> None:
     """A balanced rotor in any direction on any link: its couple on the carrier, its torque on its joint."""
     zx, zy, zz = link.px, link.py, link.pz
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         v, vd = joint.qd[k], joint.qdd[k]
         wx, wy, wz = carrier.wx[k], carrier.wy[k], carrier.wz[k]
         carrier.nx[k] += vd * zx + v * (wy * zz - wz * zy)
@@ -351,13 +370,24 @@ def couple(link: Any, joint: Any, carrier: Any) -> None:
 @fast
 def spin(link: Any, joint: Any, own: Any, carrier: Any, body: Any, size: float) -> None:
     """A rotor that is a body of its own: its wrench on the carrier, its torque on its joint."""
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         own.q[k], own.qd[k], own.qdd[k] = joint.q[k], joint.qd[k], joint.qdd[k]
     sincos(own, link.turn, 0.0, size * link.turn**2 > FAR * FAR)
     screw(link, own, carrier, body)
     screw_back(link, own, carrier, body)
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         joint.rotor[k] += own.torque[k]
+
+
+@fast
+def push(last: Any, tip: Array, first: int, count: int) -> None:
+    """Wrenches on the environment join that of the last link."""
+    add_column(last.nx, tip, np.int64(0), first, count)
+    add_column(last.ny, tip, np.int64(1), first, count)
+    add_column(last.nz, tip, np.int64(2), first, count)
+    add_column(last.fx, tip, np.int64(3), first, count)
+    add_column(last.fy, tip, np.int64(4), first, count)
+    add_column(last.fz, tip, np.int64(5), first, count)
 
 
 @fast
@@ -371,14 +401,14 @@ def add_column(row: Array, samples: Array, column: int, first: int, count: int) 
 @fast
 def take_gear(joint: Any) -> None:
     """Torque at the gear: the joint's without what its rotor needs."""
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         joint.torque[k] -= joint.rotor[k]
 
 
 @fast
 def take_axial(joint: Any, body: Any) -> None:
     """Angular acceleration of the link before the joint, along the joint's axis."""
-    for k in range(BLOCK):
+    for k in range(len(joint.q)):
         joint.torque[k] = body.axial[k]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from drivetrain.arrays import Array
-from drivetrain.jit import law
+from drivetrain.jit import kernel, law
 
 Vector = tuple[float, float, float]
 exact: Any = law(fastmath={"contract"})
@@ -69,6 +69,15 @@ def turned(r: Array, a: Vector) -> Vector:
         r[1, 0] * a[0] + r[1, 1] * a[1] + r[1, 2] * a[2],
         r[2, 0] * a[0] + r[2, 1] * a[1] + r[2, 2] * a[2],
     )
+
+
+@kernel
+def squares(a: Array, b: Array, c: Array) -> float:
+    """The sum of the squares of three arrays of one length; not finite when a number is not, or is beyond 1e154."""
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * a[i] + b[i] * b[i] + c[i] * c[i]
+    return total
 
 
 @exact
