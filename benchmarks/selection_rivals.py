@@ -11,7 +11,7 @@ import pinocchio as pin
 from inverse_dynamics import along_z
 
 from drivetrain.drive.drive import Drive
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.verdicts import checks_of
 from drivetrain.sizing.search.candidates import Candidates
@@ -28,7 +28,7 @@ class Plainly:
 
     def __init__(self, offered: Candidates) -> None:
         self.offered, self.study = offered, offered.study
-        self.shelf = Shelf(self.study)
+        self.filled_parts = FilledParts(self.study)
         cycle, arm = self.study.cycle, emptied(self.study)
         self.samples = list(zip(cycle.position, cycle.velocity, cycle.acceleration, cycle.payload, strict=True))
         self.models = {tip: along_z(carrying(self.study, arm, tip)) for tip in sorted(set(cycle.payload.tolist()))}
@@ -58,7 +58,7 @@ class Plainly:
     def holds(self, pairs: np.ndarray) -> bool:
         """Whether a set of drives holds, checked from the tip to the base until something fails."""
         joints = self.study.joints
-        drives = {j: self.shelf.drive(joints[j], *self.offered.keys(int(pair))) for j, pair in enumerate(pairs)}
+        drives = {j: self.filled_parts.drive(joints[j], *self.offered.keys(int(pair))) for j, pair in enumerate(pairs)}
         found = self.torques(drives)
         for joint in reversed(range(len(joints))):
             after = {k: drive for k, drive in drives.items() if k >= joint}

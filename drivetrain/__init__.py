@@ -204,6 +204,7 @@ if TYPE_CHECKING:
     from drivetrain.study.change import changed as changed
     from drivetrain.study.read import load_study as load_study
     from drivetrain.study.schema import json_schema as json_schema
+    from drivetrain.study.selection import SelectionOptions as SelectionOptions
     from drivetrain.study.selection import Wanted as Wanted
     from drivetrain.study.tolerances import Tolerances as Tolerances
     from drivetrain.study.verdicts import Verdict as Verdict
@@ -406,6 +407,7 @@ _HOME = {
     "TaskChange": "study.change",
     "load_study": "study.read",
     "json_schema": "study.schema",
+    "SelectionOptions": "study.selection",
     "Wanted": "study.selection",
     "Tolerances": "study.tolerances",
     "Verdict": "study.verdicts",

@@ -29,7 +29,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.identification.consistency import nearest_consistent
 from drivetrain.identification.least_squares import Problem, base_parameters, problem_of
 from drivetrain.motion.recording import MeasuredMotion
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.study.model import Study
 from drivetrain.study.mounting import loaded_arm
 
@@ -227,8 +227,8 @@ def _prior(study: Study | Arm, friction: Sequence[Friction] | None) -> _Prior:
         constants, rotors, laws = None, (), tuple(task.friction for task in study.joints)
         keys = {task.name: task.drive for task in study.joints if task.drive is not None}
         if len(keys) == arm.n:
-            shelf = Shelf(study)
-            drives = {task.name: shelf.drive(task, *keys[task.name]) for task in study.joints}
+            filled_parts = FilledParts(study)
+            drives = {task.name: filled_parts.drive(task, *keys[task.name]) for task in study.joints}
             arm = loaded_arm(study, drives, -1)
             constants = np.array([drive.motor.torque_constant for drive in drives.values()])
     if friction is not None:

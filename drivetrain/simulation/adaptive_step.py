@@ -22,7 +22,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.simulation import equations, jacobian
-from drivetrain.simulation.engine import Engine, Outcome, Wish
+from drivetrain.simulation.engine import Engine, Outcome, RunOptions
 from drivetrain.simulation.equations import (
     RIGHT_SIDE,
     account_at,
@@ -235,16 +235,16 @@ class AdaptiveStep(Engine):
         tenth = tuple(0.1 * one for one in atol) if isinstance(atol, tuple) else atol if atol is None else 0.1 * atol
         return replace(self, solver=replace(self.solver, rtol=0.1 * self.solver.rtol, atol=tenth))
 
-    def run(self, plan: Plan, wish: Wish) -> Outcome:
+    def run(self, plan: Plan, options: RunOptions) -> Outcome:
         """Run a plan with steps that hold a tolerance.
 
         Raises:
             InputError: What is to be resumed belongs to another scene; a solver that does not run compiled.
         """
-        if wish.resume is None:
-            numbers, first, kept = started(plan, wish.start), 0.0, None
+        if options.resume is None:
+            numbers, first, kept = started(plan, options.start), 0.0, None
         else:
-            kept, size = wish.resume, plan.memory.moving
+            kept, size = options.resume, plan.memory.moving
             sizes = {"run": at.RUN.itemsize // 8, "states": size * (at.STATE.itemsize // 8)}
             numbers = resumed(kept, plan, {**sizes, "jacobian": size * (size + 1)})
             first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
@@ -252,9 +252,9 @@ class AdaptiveStep(Engine):
         hangs = dependence(plan)[: plan.memory.moving, : plan.memory.moving]
         numbers = _extended(plan, numbers, hangs)
         problem = _problem(plan, numbers, hangs)
-        times, breaks = _instants(plan, wish, first), _breaks(plan, getattr(self.solver, "rtol", 0.0))
+        times, breaks = _instants(plan, options, first), _breaks(plan, getattr(self.solver, "rtol", 0.0))
         run = _Run(numbers, problem, _tuned(self.solver, plan), start, times, breaks, self.most_steps)
-        return run.looped(plan, wish, None if kept is None else _checkpoint(kept, plan, run))
+        return run.looped(plan, options, None if kept is None else _checkpoint(kept, plan, run))
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +269,7 @@ class _Run:
     breaks: Array
     most_steps: int
 
-    def looped(self, plan: Plan, wish: Wish, resume: Checkpoint | None) -> Outcome:
+    def looped(self, plan: Plan, options: RunOptions, resume: Checkpoint | None) -> Outcome:
         """Integrate chunk by chunk, and tell how far it has come."""
         stopped, end = None, plan.scene.duration
         most_steps = self.most_steps + (0 if resume is None else int(resume.run["count"]["steps"][0]))
@@ -281,7 +281,7 @@ class _Run:
             if not done.stopped.startswith("paused"):
                 break
             resume = done.checkpoint
-            if wish.progress is not None and wish.progress(done.stopped_at / end) is False:
+            if options.progress is not None and options.progress(done.stopped_at / end) is False:
                 stopped = Event(done.stopped_at, "stopped", "by the progress callback; it can be resumed")
                 break
         if stopped is None and done.stopped:
@@ -334,11 +334,11 @@ def _tuned(solver: Solver, plan: Plan) -> Solver:
     return solver
 
 
-def _instants(plan: Plan, wish: Wish, first: float) -> Array:
+def _instants(plan: Plan, options: RunOptions, first: float) -> Array:
     """Wanted instants from the first on."""
     end = plan.scene.duration
-    wanted = np.append(wish.interval * np.arange(int(np.floor(end / wish.interval * (1.0 - 1e-12))) + 1), end)
-    later = wanted[wanted > first + 1e-9 * wish.interval]
+    wanted = np.append(options.interval * np.arange(int(np.floor(end / options.interval * (1.0 - 1e-12))) + 1), end)
+    later = wanted[wanted > first + 1e-9 * options.interval]
     return np.append(first, later) if len(later) else np.array([first, np.nextafter(first, np.inf)])
 
 

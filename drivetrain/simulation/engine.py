@@ -16,7 +16,7 @@ Progress = Callable[[float], bool | None]  # told the share done [-]; False stop
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
+class RunOptions:
     """What is wanted of a run.
 
     Attributes:
@@ -72,5 +72,5 @@ class Engine(ABC):
         raise InputError(Fault("verify", "needs an engine with a step or a tolerance", type(self).__name__))
 
     @abstractmethod
-    def run(self, plan: Plan, wish: Wish) -> Outcome:
+    def run(self, plan: Plan, options: RunOptions) -> Outcome:
         """Run a plan."""

@@ -20,7 +20,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
-from drivetrain.simulation.engine import Engine, Outcome, Wish
+from drivetrain.simulation.engine import Engine, Outcome, RunOptions
 from drivetrain.simulation.equations import account_at, pass_payloads, put_row, solve_at, take_samples
 from drivetrain.simulation.plan import Plan
 from drivetrain.simulation.recording import Event
@@ -331,7 +331,7 @@ class FixedStep(Engine):
     def finer(self) -> FixedStep:
         return FixedStep(0.5 * self.step)
 
-    def run(self, plan: Plan, wish: Wish) -> Outcome:
+    def run(self, plan: Plan, options: RunOptions) -> Outcome:
         """Run a plan with fixed steps.
 
         Raises:
@@ -342,27 +342,27 @@ class FixedStep(Engine):
             raise InputError(Fault("FixedStep.step", problem, self.step))
         clocks = np.zeros(1, CLOCK)
         clock: Any = clocks[0]
-        if wish.resume is None:
-            numbers, clock["wanted"] = started(plan, wish.start), np.inf
+        if options.resume is None:
+            numbers, clock["wanted"] = started(plan, options.start), np.inf
         else:
-            numbers = resumed(wish.resume, plan, {"clock": clocks.itemsize // 8})
-            clocks[:] = np.asarray(wish.resume["clock"]).view(CLOCK)
+            numbers = resumed(options.resume, plan, {"clock": clocks.itemsize // 8})
+            clocks[:] = np.asarray(options.resume["clock"]).view(CLOCK)
             # The instant at which the two runs join stands in the first already.
-            told = math.floor(clock["time"] / wish.interval + 1e-6)
-            clock["next_row"] = min(wish.interval * (told + 1.0), plan.scene.duration)
+            told = math.floor(clock["time"] / options.interval + 1e-6)
+            clock["next_row"] = min(options.interval * (told + 1.0), plan.scene.duration)
             if clock["step"] != self.step:
                 clock["anchor"], clock["in_segment"] = clock["time"], 0
                 clock["node"] = clock["time"]
-        clock["end"], clock["step"], clock["interval"] = plan.scene.duration, self.step, wish.interval
+        clock["end"], clock["step"], clock["interval"] = plan.scene.duration, self.step, options.interval
         breaks = np.append(plan.breakpoints, np.inf)
         clock["next_break"] = np.searchsorted(breaks, clock["time"] + SLACK * self.step, side="right")
-        return _looped(plan, wish, numbers, clocks, breaks)
+        return _looped(plan, options, numbers, clocks, breaks)
 
 
-def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) -> Outcome:
+def _looped(plan: Plan, options: RunOptions, numbers: Array, clocks: Any, breaks: Array) -> Outcome:
     """Call the kernel until it is done."""
     clock, parts, done, filled, logged = clocks[0], parts_of(numbers), [], 0, []
-    rows, log = _room(plan, wish, clock), np.zeros(EVENTS, MODE_CHANGE)
+    rows, log = _room(plan, options, clock), np.zeros(EVENTS, MODE_CHANGE)
     before, modes = np.zeros(plan.body.c, dtype=np.int64), np.zeros((plan.body.c, 3), dtype=np.int64)
     while True:
         clock["rows"] = clock["events"] = 0
@@ -376,12 +376,12 @@ def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) 
         filled += int(clock["rows"])
         if code == FULL:
             done.append(rows)
-            rows, filled = _room(plan, wish, clock), 0
+            rows, filled = _room(plan, options, clock), 0
         logged += log[: min(clock["events"], EVENTS)].tolist()
         stopped = _stopped(code, plan, clock)
         if code == DONE or stopped is not None:
             break
-        if wish.progress is not None and wish.progress(float(clock["time"] / clock["end"])) is False:
+        if options.progress is not None and options.progress(float(clock["time"] / clock["end"])) is False:
             stopped = Event(float(clock["time"]), "stopped", "by the progress callback; it can be resumed")
             break
     counters = {name: int(clock[name]) for name in ("steps", "solves", "instants")}
@@ -395,9 +395,9 @@ def _looped(plan: Plan, wish: Wish, numbers: Array, clocks: Any, breaks: Array) 
     return Outcome(whole, counters, tuple(mode_event(plan, *one) for one in logged), stopped, kept)
 
 
-def _room(plan: Plan, wish: Wish, clock: Any) -> Array:
+def _room(plan: Plan, options: RunOptions, clock: Any) -> Array:
     """Rows for the rest of a run, as far as one block may go."""
-    left = (clock["end"] - clock["time"]) / wish.interval
+    left = (clock["end"] - clock["time"]) / options.interval
     width = 1 + len(plan.layout.columns)
     return np.empty((int(min(left + 3.0, max(NUMBERS // width, 64))), width))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.elastic_inverse import with_springs
-from drivetrain.simulation.engine import Engine, Outcome, Wish
+from drivetrain.simulation.engine import Engine, Outcome, RunOptions
 from drivetrain.simulation.inverse_demand import Demand, demanded
 from drivetrain.simulation.passive import recorded_times
 from drivetrain.simulation.plan import Plan
@@ -31,13 +31,13 @@ class Inverse(Engine):
 
     share: float = 1.0
 
-    def run(self, plan: Plan, wish: Wish) -> Outcome:
+    def run(self, plan: Plan, options: RunOptions) -> Outcome:
         """What the command takes at the wanted instants.
 
         Raises:
             InputError: No command, something that touches the arm, a command that a motor cannot follow.
         """
-        times = recorded_times(plan.scene.duration, wish.interval)
+        times = recorded_times(plan.scene.duration, options.interval)
         demand, events = with_springs(plan, demanded(plan, times))
         faults = [
             fault for joint, name in enumerate(plan.scene.joints) for fault in self._limits(plan, demand, joint, name)

@@ -13,7 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.doubts import doubts
-from drivetrain.simulation.engine import Engine, Outcome, Progress, Wish
+from drivetrain.simulation.engine import Engine, Outcome, Progress, RunOptions
 from drivetrain.simulation.fixed_step import FixedStep
 from drivetrain.simulation.passive import limit_events
 from drivetrain.simulation.plan import Audit, Plan
@@ -68,7 +68,7 @@ def simulate(
         problem = f"makes more than {MOST_ROWS:g} rows of {ready.scene.duration:g} s"
         raise InputError(Fault("interval", problem, interval, "record less often"))
     kept = None if resume is None else dict(resume.kept)
-    outcome = engine.run(ready, Wish(interval, progress, kept, given))
+    outcome = engine.run(ready, RunOptions(interval, progress, kept, given))
     return _recording(ready, engine, outcome, kept or {}, given)
 
 

@@ -84,7 +84,7 @@ class SelectionOptions:
         return name if len(self.weights) == 1 and weight == 1.0 else "weighted"
 
 
-Wanted = SelectionOptions  # its public name
+Wanted = SelectionOptions  # its older name
 
 
 def family(row: Motor | Gear) -> str:

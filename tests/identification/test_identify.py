@@ -15,7 +15,7 @@ from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.regressor import torque_parameters, torque_regressor
 from drivetrain.identification.consistency import consistent, nearest_consistent, pseudo_inertias, ten_parameters
 from drivetrain.identification.least_squares import base_parameters
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.study.mounting import loaded_arm
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -116,8 +116,8 @@ def test_currents_and_torque_constants() -> None:
 def test_a_study_that_can_be_sized() -> None:
     """Its drives are in the arm that moves, and stay as their sheets say."""
     study = dt.load_study(EXAMPLES / "puma560" / "study.yaml")
-    shelf = Shelf(study)
-    drives = {task.name: shelf.drive(task, *task.drive) for task in study.joints}
+    filled_parts = FilledParts(study)
+    drives = {task.name: filled_parts.drive(task, *task.drive) for task in study.joints}
     heavier = replace(study, arm=replace(study.arm, masses=1.2 * study.arm.masses, inertias=1.2 * study.arm.inertias))
     found = dt.identify(study, recording(loaded_arm(heavier, drives, -1), 0.1))
     assert found.study is not None and found.study.arm is found.arm

@@ -12,7 +12,7 @@ from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.tolerance.draws import THERMAL, Draws, Pair
 from drivetrain.study.model import JointTask, Study
 
@@ -25,13 +25,13 @@ def built(study: Study, drives: Mapping[str, Pair], draws: Draws, sample: int) -
     Args:
         drives: Keys of (motor, gear) by joint name.
     """
-    shelf = Shelf(study)
+    filled_parts = FilledParts(study)
     motors: dict[str, Motor] = {}
     gears: dict[str, Gear] = {}
     tasks: list[JointTask] = []
     for task, factors in zip(study.joints, draws.factors[sample], strict=True):
         motor, gear = drives[task.name]
-        drive = built_drive(shelf.drive(task, motor, gear), factors)
+        drive = built_drive(filled_parts.drive(task, motor, gear), factors)
         mark = f"@{task.name}"
         motors[motor + mark] = replace(drive.motor, key=motor + mark)
         if gear:

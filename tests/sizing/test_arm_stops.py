@@ -26,7 +26,7 @@ from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 from drivetrain.sizing.judge.arm_stops import Braking, march
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.stiffness import loaded_arms
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass, Stop
@@ -57,8 +57,8 @@ def two_links(make):
 
 
 def drives_of(study):
-    shelf = Shelf(study)
-    return {task.name: shelf.drive(task, *task.drive) for task in study.joints}
+    filled_parts = FilledParts(study)
+    return {task.name: filled_parts.drive(task, *task.drive) for task in study.joints}
 
 
 def by_hand(study, sample, limit, h=2e-5):

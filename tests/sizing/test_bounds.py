@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.judge.evaluate import evaluate_joint
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.results import Fallen
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
@@ -154,17 +154,17 @@ def test_bounds_without_width_rule_out_nearly_as_much_as_the_judge(make, kind):
 def test_rejections_say_what_an_evaluation_says(make, kind):
     study = replace(TASKS.random_study(make, 11, kind), wanted=Wanted())
     what, rng, expected = problem(candidates(study), study.wanted), np.random.default_rng(2), []
-    offered, shelf, work = what.candidates, Shelf(study), workload(study)
+    offered, filled_parts, work = what.candidates, FilledParts(study), workload(study)
     known = tuple(pairs[np.sort(rng.permutation(len(pairs))[:12])] for pairs in what.known)
     what = replace(what, known=known, unknown=tuple(pairs[:2] for pairs in what.unknown))
     chosen = {joint: int(rng.choice(pairs)) for joint, pairs in enumerate(known)}
-    drives = {k: shelf.drive(study.joints[k], *offered.keys(pair)) for k, pair in chosen.items()}
+    drives = {k: filled_parts.drive(study.joints[k], *offered.keys(pair)) for k, pair in chosen.items()}
     stages = {check.name: int(check.stage) for check in CHECKS}
     for joint in reversed(range(what.n)):
         task = study.joints[joint]
         for pair in known[joint].tolist():
             keys, share = offered.keys(pair), what.share[pair]
-            checks = evaluate_joint(work, drives | {joint: shelf.drive(task, *keys)}, joint, keys).checks
+            checks = evaluate_joint(work, drives | {joint: filled_parts.drive(task, *keys)}, joint, keys).checks
             failed = [check for check in checks if check.verdict is Verdict.FAIL]
             first = min((stages[check.name] for check in failed), default=0)
             failed = [check for check in failed if stages[check.name] == first]

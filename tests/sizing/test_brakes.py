@@ -18,7 +18,7 @@ from drivetrain.sizing.answers.why_not import why_not
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import joint_demand, workload
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.search.search import select
 from drivetrain.study.candidates import with_brakes
 from drivetrain.study.change import TaskChange
@@ -53,8 +53,11 @@ def test_a_brake_holds_the_worst_pose_and_payload_without_the_mesh(make):
     """Against inverse dynamics of the arm with its drives mounted, at rest in each pose with what the tip carries."""
     study = held_study(make)
     found = evaluate(study, {"j2": ("m1+strong", "g1")})
-    shelf, cycle = Shelf(study), study.cycle
-    drives = {"j1": shelf.drive(study.joints[0], "m1", "g1"), "j2": shelf.drive(study.joints[1], "m1+strong", "g1")}
+    filled_parts, cycle = FilledParts(study), study.cycle
+    drives = {
+        "j1": filled_parts.drive(study.joints[0], "m1", "g1"),
+        "j2": filled_parts.drive(study.joints[1], "m1+strong", "g1"),
+    }
     still = np.zeros(2)
     torque = [
         inverse_dynamics(loaded_arm(study, drives, int(payload)), q, still, still)[1]
@@ -107,7 +110,7 @@ def test_the_energy_of_a_stop_is_that_of_a_simulated_one(make):
     assert stopping_energy(torque, torque, inertia, speed) == np.inf
     study = held_study(make)
     found = checks_of(evaluate(study, {"j2": ("m1+strong", "g1")}))
-    demand = joint_demand(study, {i: Shelf(study).drive(study.joints[i], *keys) for i, keys in enumerate(
+    demand = joint_demand(study, {i: FilledParts(study).drive(study.joints[i], *keys) for i, keys in enumerate(
         (("m1", "g1"), ("m1+strong", "g1")))}, 1)  # fmt: skip
     total = make.motor.rotor_inertia + STRONG.inertia + make.gear.inertia + demand.load_inertia.max() / 2500.0
     fastest = 50.0 * np.abs(demand.speed).max()
@@ -144,7 +147,7 @@ def test_changes_of_the_task_reach_the_brake(make, mount):
     study = replace(study, joints=(study.joints[0], replace(study.joints[1], mount=Mount(mount))))
     change = TaskChange(payload=1.7, time=2.0)
     work, keys = WorkFamily(study).at(change), (("m1", "g1"), ("m1+strong", "g1"))
-    drives = {i: Shelf(study).drive(study.joints[i], *pair) for i, pair in enumerate(keys)}
+    drives = {i: FilledParts(study).drive(study.joints[i], *pair) for i, pair in enumerate(keys)}
     for joint in range(2):
         quick, whole = (one.at(joint, drives).demand(drives[joint]) for one in (work, workload(work.study)))
         assert (quick.static_torque is None) == (joint == 0)

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import INPUT_INERTIA_SHARE, Shelf
+from drivetrain.sizing.judge.fill import INPUT_INERTIA_SHARE, FilledParts
 from drivetrain.study.model import GearAssumption
 from drivetrain.study.mounting import drive_body, drive_mass
 
 
-def shelf(make, motor=None, gear=None, **changes):
+def filled_parts(make, motor=None, gear=None, **changes):
     study = make.study(make.table_cycle([0, 1], [1, 1], [1, 1], [0, 0]), **changes)
     catalog = replace(study.catalog, motors={"m1": motor or make.motor}, gears={"g1": gear or make.gear})
-    return Shelf(replace(study, catalog=catalog)), study.joints[0]
+    return FilledParts(replace(study, catalog=catalog)), study.joints[0]
 
 
 def test_printed_numbers_stay(make):
     assumption = {"planetary": GearAssumption(0.5, 0.4, 0.1, "a guess")}
-    rows, task = shelf(make, gear=replace(make.gear, backdriving_efficiency=0.7, no_load_torque=0.01),
+    rows, task = filled_parts(make, gear=replace(make.gear, backdriving_efficiency=0.7, no_load_torque=0.01),
                        gear_assumptions=assumption)  # fmt: skip
     drive = rows.drive(task, "m1", "g1")
     assert (drive.gear.efficiency, drive.gear.backdriving_efficiency, drive.gear.no_load_torque) == (0.8, 0.7, 0.01)
@@ -31,7 +31,7 @@ def test_printed_numbers_stay(make):
 def test_unknown_numbers_are_filled_and_told(make):
     assumption = {"planetary": GearAssumption(0.5, 0.4, 0.1, "a guess")}
     silent = replace(make.gear, efficiency=None, inertia=None)
-    rows, task = shelf(make, gear=silent, gear_assumptions=assumption)
+    rows, task = filled_parts(make, gear=silent, gear_assumptions=assumption)
     drive = rows.drive(task, "m1", "g1")
     assert (drive.gear.efficiency, drive.gear.backdriving_efficiency) == (0.5, 0.4)
     assert drive.gear.no_load_torque == pytest.approx(0.1 * 20.0 / 50.0)
@@ -41,11 +41,11 @@ def test_unknown_numbers_are_filled_and_told(make):
 
 def test_input_inertia_is_a_share_of_a_cylinder(make):
     wide = replace(make.gear, inertia=None, diameter=0.06)
-    rows, task = shelf(make, gear=wide)
+    rows, task = filled_parts(make, gear=wide)
     expected = INPUT_INERTIA_SHARE["planetary"] * 0.5 * 0.4 * 0.03**2
     assert rows.drive(task, "m1", "g1").gear.inertia == pytest.approx(expected)
     # Without a size, that of a cylinder of 5200 kg/m^3 as long as wide: its mass comes back.
-    rows, task = shelf(make, gear=replace(wide, diameter=None))
+    rows, task = filled_parts(make, gear=replace(wide, diameter=None))
     inertia = rows.drive(task, "m1", "g1").gear.inertia
     diameter = np.sqrt(inertia / INPUT_INERTIA_SHARE["planetary"] * 8 / 0.4)
     assert 5200 * np.pi / 4 * diameter**3 == pytest.approx(0.4)
@@ -62,7 +62,7 @@ def test_unknown_mass_means_unknown_inertia_and_no_check(make):
 
 def test_body_of_a_drive(make):
     motor = replace(make.motor, mass=2.0, diameter=0.08, length=0.1)
-    rows, task = shelf(make, motor=motor)
+    rows, task = filled_parts(make, motor=motor)
     direct = rows.drive(task, "m1", "")
     mass, across, along = drive_body(direct)
     assert drive_mass(direct) == mass == 2.0

@@ -15,7 +15,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.shipped import shipped
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.study.read import load_study
 
@@ -36,8 +36,8 @@ def ur5():
 
 
 def operations(study):
-    work, shelf = workload(study), Shelf(study)
-    mounted = {i: shelf.drive(task, *PAIRS[task.name]) for i, task in enumerate(study.joints)}
+    work, filled_parts = workload(study), FilledParts(study)
+    mounted = {i: filled_parts.drive(task, *PAIRS[task.name]) for i, task in enumerate(study.joints)}
     for joint, drive in mounted.items():
         yield operation(study, joint, work.at(joint, mounted).demand(drive), drive)
 

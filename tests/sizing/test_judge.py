@@ -35,9 +35,9 @@ def some_operations(study, seed, count=3):
     rng, work, parts = np.random.default_rng(seed), workload(study), parts_of(study)
     for _ in range(count):
         rows = [int(rng.integers(len(pairs))) for pairs in parts.pairs]
-        shelf = {j: parts.drive(j, row) for j, row in enumerate(rows)}
-        for joint, drive in shelf.items():
-            yield operation(study, joint, work.at(joint, shelf).demand(drive), drive)
+        filled_parts = {j: parts.drive(j, row) for j, row in enumerate(rows)}
+        for joint, drive in filled_parts.items():
+            yield operation(study, joint, work.at(joint, filled_parts).demand(drive), drive)
 
 
 def gear_heat(op, balance, torque):

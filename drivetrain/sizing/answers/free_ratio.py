@@ -27,7 +27,7 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.answers.ratio import partners, rms_torque, terms_of
 from drivetrain.sizing.demand.demand import Workload, workload
 from drivetrain.sizing.judge.evaluate import Pair
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.judge.vary import Setup, Worst, edges, worst_of
 from drivetrain.sizing.search.search import select
@@ -185,7 +185,7 @@ class _Design:
     """A task with a motor and either a fixed gear or a family of gears at every joint."""
 
     work: Workload
-    shelf: Shelf
+    filled_parts: FilledParts
     motors: Mapping[int, str]
     families: Mapping[int, GearFamily]
     fixed: Mapping[int, Drive]
@@ -236,11 +236,17 @@ class _Design:
 
     def _sized(self, joint: int, ratio: float, drives: Mapping[int, Drive]) -> Drive:
         """The drive of a ratio, its gear as small as its load allows."""
-        task, family, motor = self.study.joints[joint], self.families[joint], self.shelf.motor(self.motors[joint])
+        task, family, motor = (
+            self.study.joints[joint],
+            self.families[joint],
+            self.filled_parts.motor(self.motors[joint]),
+        )
         work = self.work.at(joint, drives)
 
         def drive(torque: float) -> Drive:
-            return Drive(motor, self.shelf.filled(family.gear(ratio, torque)), task.friction, task.motor_friction)
+            return Drive(
+                motor, self.filled_parts.filled(family.gear(ratio, torque)), task.friction, task.motor_friction
+            )
 
         found = drive(max(family.smallest, 1.0))
         if not family.laws:
@@ -272,7 +278,7 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
     if faults:
         raise InputError(faults)
     pairs = _pairs(study, wanted, drives)
-    shelf, motors, families = Shelf(study), dict[int, str](), dict[int, GearFamily]()
+    filled_parts, motors, families = FilledParts(study), dict[int, str](), dict[int, GearFamily]()
     known: dict[tuple[float, float, str | None], GearFamily] = {}
     for index, task in enumerate(study.joints):
         motors[index] = (wanted[task.name].motor if task.name in wanted else None) or pairs[task.name][0]
@@ -284,8 +290,8 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
             families[index] = known.setdefault((free.low, free.high, free.series), _family(study, free))
     if faults:
         raise InputError(faults)
-    fixed = {i: shelf.drive(t, *pairs[t.name]) for i, t in enumerate(study.joints) if i not in families}
-    design = _Design(workload(study), shelf, motors, families, fixed, goal)
+    fixed = {i: filled_parts.drive(t, *pairs[t.name]) for i, t in enumerate(study.joints) if i not in families}
+    design = _Design(workload(study), filled_parts, motors, families, fixed, goal)
     _check_known(design)
     return design
 
@@ -423,7 +429,7 @@ def _gears(line: _Line, ratio: float) -> tuple[CatalogueGear, ...]:
     rows = design.study.catalog.gears
     near = sorted(_partners(design, joint), key=lambda key: (abs(math.log(abs(rows[key].ratio) / ratio)), key))
     for key in near[:NEAR]:
-        drive = design.shelf.drive(design.study.joints[joint], design.motors[joint], key)
+        drive = design.filled_parts.drive(design.study.joints[joint], design.motors[joint], key)
         families = {index: family for index, family in design.families.items() if index != joint}
         fixed = {**design.fixed, joint: drive}
         setup = replace(design, families=families, fixed=fixed).setup(line.ratios)

@@ -12,7 +12,7 @@ from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.gear import HOLDING, mesh_of
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.sizing.demand.demand import Workload, workload
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.missing import massless
 from drivetrain.sizing.judge.objectives import criteria, weighted
 from drivetrain.sizing.judge.operation import Operation, operation
@@ -56,9 +56,9 @@ def evaluate(study: Study, drives: Mapping[str, Given] | None = None) -> Evaluat
 
 def evaluated(work: Workload, keys: Mapping[str, Pair], more: tuple[Check, ...] = ()) -> Evaluation:
     """Drives held against a task that is already prepared."""
-    study, shelf = work.study, Shelf(work.study)
+    study, filled_parts = work.study, FilledParts(work.study)
     tasks = {i: task for i, task in enumerate(study.joints) if task.name in keys}
-    mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in tasks.items()}
+    mounted = {i: filled_parts.drive(task, *keys[task.name]) for i, task in tasks.items()}
     results = {task.name: evaluate_joint(work, mounted, i, keys[task.name]) for i, task in tasks.items()}
     return evaluation_of(study, results, more + (shared_checks(study, results) if results else ()))
 

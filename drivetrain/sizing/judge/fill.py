@@ -19,7 +19,7 @@ INPUT_INERTIA_SHARE = {"planetary": 0.03, "spur": 0.03, "koaxdrive": 0.004, "str
 _ROUND_DENSITY = 5200.0 * 3.141592653589793 / 4.0  # kg/m^3 of a cylinder as long as wide, over its diameter cubed
 
 
-class Shelf:
+class FilledParts:
     """The catalogue rows of a study, unknown data filled where it states an assumption; each row filled once.
 
     Attributes:

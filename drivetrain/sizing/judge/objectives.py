@@ -9,7 +9,7 @@ from drivetrain.drive.drive import Drive
 from drivetrain.sizing.results import JointResult
 from drivetrain.study.model import Study
 from drivetrain.study.mounting import drive_mass
-from drivetrain.study.selection import Wanted
+from drivetrain.study.selection import SelectionOptions
 from drivetrain.study.verdicts import Check
 
 TERMS = ("mass", "price", "energy")
@@ -45,7 +45,7 @@ def criteria(study: Study, joints: Mapping[str, JointResult], shared: Iterable[C
     }
 
 
-def weighted(wanted: Wanted, found: Mapping[str, float]) -> float:
+def weighted(wanted: SelectionOptions, found: Mapping[str, float]) -> float:
     """The objective: the weighted sum of the criteria that count.
 
     Returns:
@@ -54,7 +54,7 @@ def weighted(wanted: Wanted, found: Mapping[str, float]) -> float:
     return math.fsum(weight * found[name] for name, weight in wanted.weights)
 
 
-def weight_of(wanted: Wanted, term: str) -> float:
+def weight_of(wanted: SelectionOptions, term: str) -> float:
     """What one unit of a term counts."""
     return math.fsum(weight for name, weight in wanted.weights if name == term)
 

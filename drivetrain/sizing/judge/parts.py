@@ -16,7 +16,7 @@ from drivetrain.records import as_records
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.cases import gear_records, motor_records, paired
-from drivetrain.sizing.judge.fill import DIRECT, Shelf
+from drivetrain.sizing.judge.fill import DIRECT, FilledParts
 from drivetrain.study.model import DriveMass, Study
 from drivetrain.study.mounting import cylinder_inertia
 
@@ -69,11 +69,11 @@ class Parts:
 
 def parts_of(study: Study) -> Parts:
     """The candidates of a study."""
-    shelf = Shelf(study)
+    filled_parts = FilledParts(study)
     lists = [task.pairs if task.drive is None else (task.drive,) for task in study.joints]
     motor_keys = tuple(dict.fromkeys(motor for one in lists for motor, _ in one))
     gear_keys = tuple(dict.fromkeys(["", *(gear for one in lists for _, gear in one)]))
-    motors, gears = tuple(map(shelf.motor, motor_keys)), tuple(map(shelf.gear, gear_keys))
+    motors, gears = tuple(map(filled_parts.motor, motor_keys)), tuple(map(filled_parts.gear, gear_keys))
     left = {key: row for row, key in enumerate(motor_keys)}
     right = {key: row for row, key in enumerate(gear_keys)}
     known: dict[int, Any] = {}  # joints often share a list

@@ -19,7 +19,7 @@ from drivetrain.drive.matching import scaled_gear
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.judge.evaluate import evaluate_joint, evaluation_of, shared_checks
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import Study
@@ -91,7 +91,7 @@ class Setup:
         return Setup(self.work, {**self.drives, joint: drive})
 
     def with_keys(self, joint: int, motor: str, gear: str) -> Setup:
-        return self.with_drive(joint, Shelf(self.study).drive(self.study.joints[joint], motor, gear))
+        return self.with_drive(joint, FilledParts(self.study).drive(self.study.joints[joint], motor, gear))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +106,8 @@ class Number:
 
 def named_drives(study: Study, keys: Mapping[str, tuple[str, str]]) -> dict[int, Drive]:
     """The drives of some joints' catalogue keys, assumptions filled in, by joint index."""
-    shelf = Shelf(study)
-    return {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints) if task.name in keys}
+    filled_parts = FilledParts(study)
+    return {i: filled_parts.drive(task, *keys[task.name]) for i, task in enumerate(study.joints) if task.name in keys}
 
 
 def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary, payload: str = "") -> Number:

@@ -15,14 +15,14 @@ from drivetrain.sizing.judge.objectives import TERMS, weight_of
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.selection import Wanted
+from drivetrain.study.selection import SelectionOptions
 from drivetrain.study.verdicts import Check, Verdict
 
 SHEET = ("mass", "price")  # what sheets state; energy and utilisation are computed
 MOST_NAMED = 3
 
 
-def check_asked(study: Study, wanted: Wanted | None) -> None:
+def check_asked(study: Study, wanted: SelectionOptions | None) -> None:
     """Refuse what no search can answer; a study from a file has passed all of it.
 
     Args:
@@ -34,8 +34,8 @@ def check_asked(study: Study, wanted: Wanted | None) -> None:
     if not isinstance(study, Study):
         raise InputError(Fault("study", "must be a study", type(study).__name__, "load_study reads one from its file"))
     asked = study.wanted if wanted is None else wanted
-    if not isinstance(asked, Wanted):
-        raise InputError(Fault("wanted", "must be a Wanted", type(asked).__name__))
+    if not isinstance(asked, SelectionOptions):
+        raise InputError(Fault("wanted", "must be SelectionOptions", type(asked).__name__))
     faults = [*_of_numbers(asked), *_of_weights(asked), *_of_groups(study, asked)]
     if faults:
         raise InputError(faults)
@@ -52,7 +52,7 @@ def check_keys(study: Study) -> None:
         raise InputError(faults)
 
 
-def _of_numbers(asked: Wanted) -> Iterator[Fault]:
+def _of_numbers(asked: SelectionOptions) -> Iterator[Fault]:
     for name in ("sets", "most_motor_types", "most_gear_types"):
         value = getattr(asked, name)
         if value is not None and not value >= 1:
@@ -61,7 +61,7 @@ def _of_numbers(asked: Wanted) -> Iterator[Fault]:
         yield Fault("wanted.time_limit", "must be 0 or more [s]", asked.time_limit)
 
 
-def _of_weights(asked: Wanted) -> Iterator[Fault]:
+def _of_weights(asked: SelectionOptions) -> Iterator[Fault]:
     if not any(weight > 0.0 for _, weight in asked.weights):
         yield Fault("wanted.weights", "needs a weight above 0", asked.weights, f"for one of {', '.join(TERMS)}")
     for name, weight in asked.weights:
@@ -71,7 +71,7 @@ def _of_weights(asked: Wanted) -> Iterator[Fault]:
             yield Fault(f"wanted.weights.{name}", "must be 0 or more, and finite", weight)
 
 
-def _of_groups(study: Study, asked: Wanted) -> Iterator[Fault]:
+def _of_groups(study: Study, asked: SelectionOptions) -> Iterator[Fault]:
     names = [task.name for task in study.joints]
     for group in asked.same_family:
         for name in group:

@@ -15,7 +15,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.sizing.search.candidates import Candidates
 from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, with_domain
-from drivetrain.study.selection import Wanted, family
+from drivetrain.study.selection import SelectionOptions, family
 
 FREE = -1  # label of what is no part at all, such as the gear of a direct drive
 STEPS = 30  # of the multipliers of a bound
@@ -124,7 +124,7 @@ class CommonParts:
         return cost[counted], labels[counted], free
 
 
-def common_parts(offered: Candidates, wanted: Wanted) -> tuple[CommonParts, ...]:
+def common_parts(offered: Candidates, wanted: SelectionOptions) -> tuple[CommonParts, ...]:
     """The constraints that a selection must satisfy."""
     motor, gear = offered.pairs.T
     every = tuple(range(len(offered.study.joints)))

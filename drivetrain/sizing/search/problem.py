@@ -18,7 +18,7 @@ from drivetrain.sizing.search.candidates import Candidates, Judged
 from drivetrain.sizing.search.common_parts import CommonParts, common_parts
 from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, Mask
 from drivetrain.study.mounting import mass_counts
-from drivetrain.study.selection import Wanted
+from drivetrain.study.selection import SelectionOptions
 
 EQUAL = 1e-9  # of the objective, of the energy: sets that differ by less are equals
 ROUNDING = 1e-9  # of a utilisation: a bound that asks so little more rules nothing out
@@ -45,7 +45,7 @@ class Problem:
     """
 
     candidates: Candidates
-    wanted: Wanted
+    wanted: SelectionOptions
     share: Array
     energy: float
     step: float
@@ -173,7 +173,7 @@ def _range(numbers: Array, pairs: Indices) -> tuple[Array, Array]:
     return low, high
 
 
-def problem(offered: Candidates, wanted: Wanted) -> Problem:
+def problem(offered: Candidates, wanted: SelectionOptions) -> Problem:
     """What a search chooses from."""
     study, first = offered.study, offered.first
     share, lacking = _shares(offered, wanted)
@@ -199,7 +199,7 @@ def problem(offered: Candidates, wanted: Wanted) -> Problem:
     )  # fmt: skip
 
 
-def _shares(offered: Candidates, wanted: Wanted) -> tuple[Array, Mask]:
+def _shares(offered: Candidates, wanted: SelectionOptions) -> tuple[Array, Mask]:
     """What each pair adds to the objective whatever it does, and whether that is not known."""
     share = np.zeros(len(offered.mass))
     for name, values in (("mass", offered.mass), ("price", offered.price)):

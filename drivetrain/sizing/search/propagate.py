@@ -27,7 +27,7 @@ from drivetrain.drive.friction import friction_torque
 from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.checks import SUPPLY_CHECKS
 from drivetrain.sizing.judge.evaluate import evaluated
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.stiffness import arm_checks, unsprung
 from drivetrain.sizing.judge.stop_checks import asks_stops, stop_checks
 from drivetrain.sizing.judge.verdicts import standby_power, supply_checks
@@ -185,8 +185,8 @@ def arm_use(problem: Problem, pairs: Sequence[int]) -> float:
     study, work = problem.candidates.study, problem.candidates.work
     if not (study.stiffness.asked or asks_stops(study)):
         return 0.0
-    shelf, keys = Shelf(study), problem.keys(dict(enumerate(pairs)))
-    mounted = {i: shelf.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
+    filled_parts, keys = FilledParts(study), problem.keys(dict(enumerate(pairs)))
+    mounted = {i: filled_parts.drive(task, *keys[task.name]) for i, task in enumerate(study.joints)}
     drives = {task.name: mounted[i] for i, task in enumerate(study.joints)}
     if unsprung(study, {task.name: drives[task.name] for task in study.joints if task.drive is None}):
         return math.inf

@@ -19,7 +19,7 @@ from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.rejected import Rejected, alternatives, nearest_set
 from drivetrain.sizing.search.tree import Found, Tell, Tree
 from drivetrain.study.model import Study
-from drivetrain.study.selection import Wanted
+from drivetrain.study.selection import SelectionOptions
 
 OPTIMAL = "optimal"
 ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none
@@ -48,8 +48,8 @@ class _Set:
 
 
 def select(
-    study: Study, *, wanted: Wanted | None = None, resume: Selection | None = None, work: Workload | None = None,
-    progress: Progress | Tell | None = None, advise: bool = True,
+    study: Study, *, wanted: SelectionOptions | None = None, resume: Selection | None = None,
+    work: Workload | None = None, progress: Progress | Tell | None = None, advise: bool = True,
 ) -> Selection:  # fmt: skip
     """The sets of drives with the smallest objective whose every check holds, and why not the others.
 
@@ -107,7 +107,7 @@ def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
     return keys, tree.finished and not wrong
 
 
-def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tree:
+def _new_tree(study: Study, wanted: SelectionOptions | None, work: Workload | None) -> Tree:
     """A search that begins."""
     asked = study if wanted is None else replace(study, wanted=wanted)
     try:
@@ -118,7 +118,7 @@ def _new_tree(study: Study, wanted: Wanted | None, work: Workload | None) -> Tre
         raise
 
 
-def _old_tree(study: Study, wanted: Wanted | None, resume: Selection) -> Tree:
+def _old_tree(study: Study, wanted: SelectionOptions | None, resume: Selection) -> Tree:
     """A search that goes on."""
     tree, faults = resume.state, []
     if not isinstance(tree, Tree):

@@ -18,7 +18,7 @@ from drivetrain.sizing.demand.stops import stop_basis
 from drivetrain.sizing.judge.cases import cases_of
 from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
-from drivetrain.sizing.judge.fill import Shelf
+from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.verdicts import supply_figures
 from drivetrain.sizing.results import Evaluation
@@ -152,8 +152,8 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
     Args:
         drives: Keys of (motor, gear) by joint name.
     """
-    study, shelf = nominal.study, Shelf(nominal.study)
-    mounted = {i: shelf.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
+    study, filled_parts = nominal.study, FilledParts(nominal.study)
+    mounted = {i: filled_parts.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
     cases, works = [], []
     for joint, added in enumerate(nominal.payloads):
         demand = nominal.work.at(joint, mounted).demand(mounted[joint])
