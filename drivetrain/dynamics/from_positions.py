@@ -74,8 +74,8 @@ def torque_from_positions(
         grows: record a little more than you need.
 
     Raises:
-        InputError: Wrong shapes, a NaN or infinity, times that do not increase or whose gaps differ by a factor of a million, too few
-            samples, or a negative resolution.
+        InputError: Wrong shapes, a NaN or infinity, times that do not increase or whose gaps differ by a factor of a
+            million, too few samples, or a negative resolution.
 
     Reference: Modern Robotics, exercise 8.14.
     """
