@@ -305,6 +305,8 @@ def _spread(result: Evaluation | Selection) -> tuple[Evaluation | Selection, Spr
 
 def _summarise(study: Study, *, errors: bool) -> None:
     """What was read, in a few lines."""
+    from drivetrain.report.views import passed_over
+
     cycle = study.cycle
     say(
         f"{study.name}: {len(study.joints)} joints, cycle of {cycle.duration:g} s in {len(cycle.time)} samples",
@@ -313,6 +315,9 @@ def _summarise(study: Study, *, errors: bool) -> None:
     for task in study.joints:
         given = "no drive given" if task.drive is None else " + ".join(key for key in task.drive if key)
         say(f"  {task.name}: {given}; {len(task.pairs)} pairs may be chosen", errors=errors)
+    for names, counts in passed_over(study.joints):
+        for line in (f"candidates of {names}:", *(f"  {count}" for count in counts)):
+            say(f"  {line}", errors=errors)
     warnings_first = sorted(study.notes, key=lambda note: not note.startswith("warning:"))
     listed("warnings and notes", warnings_first, most=MOST_NOTES)
     say("the study can be used", errors=errors)

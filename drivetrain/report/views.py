@@ -227,18 +227,18 @@ def used_rows(joint: JointResult, study: Study) -> list[Part]:
     return [part(motor), *([part(brake)] if brake.key else []), *([part(gear)] if joint.gear else [])]
 
 
-def passed_over(tasks: tuple[JointTask, ...]) -> list[tuple[str, str]]:
-    """What the rules of the study put aside; joints with the same rules in one line.
+def passed_over(tasks: tuple[JointTask, ...]) -> list[tuple[str, tuple[str, ...]]]:
+    """What the rules of the study filtered out; joints with the same rules together.
 
     Returns:
-        (joints, what was put aside).
+        (joints, what was filtered out of each table).
     """
     groups: dict[tuple[str, ...], list[str]] = {}
     for task in tasks:
         if task.passed_over:
             groups.setdefault(task.passed_over, []).append(task.name)
     every = len(groups) == 1 and len(tasks) == sum(map(len, groups.values()))
-    return [("all joints" if every else ", ".join(names), "; ".join(lines)) for lines, names in groups.items()]
+    return [("all joints" if every else ", ".join(names), lines) for lines, names in groups.items()]
 
 
 def _cell(value: object) -> str:

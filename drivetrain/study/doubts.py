@@ -209,4 +209,12 @@ def _doubt_joints(form: StudyForm, joints: Sequence[JointTask], ledger: Ledger) 
             idle.setdefault(((*place, "candidates"), task.passed_over), []).append(task.name)
     for (place, words), names in idle.items():
         problem = f"no pair may be chosen for {', '.join(names)}: {'; '.join(words)}"
-        ledger.doubt(place, problem, hint="widen the rule that leaves none, or list pairs that fit")
+        ledger.doubt(place, problem, hint=_remedy(words))
+
+
+def _remedy(words: tuple[str, ...]) -> str:
+    """What to do where no pair remains, by the first table of which the rules leave nothing."""
+    empty = next((line.partition(":")[0] for line in words if ": 0 of " in line), "pairs")
+    if empty == "pairs":
+        return "pairs: all lets every motor go with every gear, where you know that they fit; or list pairs that do"
+    return f"widen the rules of `{empty}`, the last one named first, or add rows to the catalogue"

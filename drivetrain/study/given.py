@@ -18,7 +18,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.motion.columns import TIME, spellings
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.read import ACCELERATION, POSITION, ROTATION, SPEED, TORQUE, VELOCITY
-from drivetrain.study.arm import resolve_arm
+from drivetrain.study.arm import DRIVE_MASS_HINT, resolve_arm
 from drivetrain.study.candidates import DIRECT_DRIVE
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.rules import GearRow, MotorRow
@@ -34,18 +34,23 @@ _ARM_NAMES = ("joint_names", "link_names", "name", "notes")
 _SHAPES = "must be (t, q) or (t, q, qd, qdd): t of N instants, the others of N rows with one value a joint"
 
 
-def add_arm(data: dict[str, Any], arm: Any) -> None:
-    """The arm's entry, and what an arm asks for beside it."""
+def add_arm(data: dict[str, Any], arm: Any) -> list[str]:
+    """The arm's entry, and what an arm asks for beside it; notes on what was left out or assumed."""
     if arm is None:
-        return
+        return []
+    notes = []
     data["arm"] = str(arm) if isinstance(arm, Path) else arm
     if isinstance(arm, Arm):
         numbers = {name: getattr(arm, name).tolist() for name in _ARM_NUMBERS}
         data["arm"] = {"from_screws": numbers | {name: getattr(arm, name) for name in _ARM_NAMES}}
         if arm.coupling is not None and "coupling" not in data:
             data["coupling"] = [{"joints": arm.joint_names, "matrix": arm.coupling}]
+        if any(rotor is not None for rotor in arm.rotors):
+            notes.append(f"warning: arm: the rotors of {arm.name} are left out: each drive brings those of its motor")
     if data.get("drive_mass") is None:
         data["drive_mass"] = "added"
+        notes.append(f"warning: drive_mass: is not stated, 'added' is assumed; {DRIVE_MASS_HINT}")
+    return notes
 
 
 def add_rows(data: dict[str, Any], part: str, given: Any) -> None:

@@ -36,7 +36,8 @@ def study(
             out: all pairs may be chosen, those of own parts without asking whether they are published as fitting.
         supply: As in a study file, or its voltage alone.
         joints: As in a study file.
-        entries: All others of a study file. ``drive_mass`` left out is "added": bare links, the heavier case.
+        entries: All others of a study file. ``drive_mass`` left out is "added": bare links, the heavier case, and
+            a warning in ``notes``; so are rotors of an ``Arm``, which are left out.
 
     Returns:
         The study, for ``evaluate``, ``select``, ``simulate``; ``to_yaml`` writes it as a file.
@@ -49,14 +50,16 @@ def study(
         supply="48 V")``
     """
     from drivetrain.study import given
-    from drivetrain.study.read import load_study
+    from drivetrain.study.read import study_from
+    from drivetrain.study.schema import SCHEMA_VERSION
+    from drivetrain.study.written import python_document
 
     data = dict(entries)
-    given.add_arm(data, arm)
+    notes = given.add_arm(data, arm)
     given.add_rows(data, "motors", motors)
     given.add_rows(data, "gears", gears)
     given.add_joints(data, joints, drives, own=motors is not None or gears is not None)
     given.add_motion(data, motion)
     if supply is not None:
         data["supply"] = supply if isinstance(supply, Mapping) or hasattr(supply, "voltage") else {"voltage": supply}
-    return load_study(data)
+    return study_from(python_document({"schema_version": SCHEMA_VERSION, **data}), notes)

@@ -50,10 +50,10 @@ def load_study(source: str | Path | Mapping[str, Any]) -> Study:
     return study_from(read_document(source))
 
 
-def study_from(document: Document) -> Study:
-    """A study from its file as read, or as changed since."""
+def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
+    """A study from its file as read, or as changed since; notes go before those found here."""
     form, faults, places = read_form(document)
-    ledger = Ledger(document, faults, places)
+    ledger = Ledger(document, faults, places, list(notes))
     arm = resolve_coupling(form, resolve_arm(form, ledger), ledger)
     payloads = resolve_payloads(form, ledger)
     catalog = resolve_catalog(form, ledger)

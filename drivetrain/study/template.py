@@ -71,6 +71,9 @@ cycle:
 #   - {{name: busy, share: 60 %, cycle: [{{motion: there, payload: part}}, {{motion: back}}]}}
 #   - {{name: waiting, share: 40 %, cycle: [{{motion: there}}, {{motion: back}}, {{dwell: 5 s}}]}}
 
+# Which parts there are: `shipped` is this package's catalogue, a folder of your own holds motors.csv and gears.csv.
+catalogs: [shipped] # or [shipped, my_parts]; single parts may stand here, under `motors` and `gears`
+
 supply:
   voltage: 48 V
   regenerated_power: 100 W # what the brake resistor burns
@@ -118,7 +121,8 @@ joints:
   default:
     candidates:
       motors: {{frameless: true, nominal_voltage: [40 V, 60 V], diameter: [null, 130 mm]}}
-      gears: {{kind: strain_wave, ratio: [50, 160], size: [11, 40]}}{slides}
+      gears: {{kind: strain_wave, ratio: [50, 160], size: [11, 40]}}
+      pairs: compatible # published as fitting, or frameless around its gear; all: any motor with any gear{slides}
   # {first}:
   #   drive: {{motor: key, gear: key}} # a given drive, for `drivetrain size`; gear: none is a direct drive
   #   friction: {{coulomb: 0.5 N m}} # at the joint, outside the gear

@@ -50,7 +50,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "arm.urdf").write_text(f'<robot name="two">{links}{joints}</robot>', encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     text = study_template("arm.urdf")
-    found = re.search(r"( +)candidates:\n +motors:.*\n +gears:.*\n", text)
+    found = re.search(r"( +)candidates:\n +motors:.*\n +gears:.*\n +pairs:.*\n", text)
     assert found is not None
     few = f"    candidates: {{pairs: [{PAIRS}]}}\n    free_ratio: {{ratio: [80, 160], motor: AM_MF0060020_48V}}\n"
     (tmp_path / "my_arm.yaml").write_text(text.replace(found.group(0), few), encoding="utf-8")

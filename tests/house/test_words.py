@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-TEXT = {".py", ".md", ".toml", ".yaml", ".yml", ".css", ".j2", ".txt", ".cfg", ""}
+TEXT = {".py", ".ipynb", ".md", ".toml", ".yaml", ".yml", ".css", ".j2", ".txt", ".cfg", ""}
 FORBIDDEN = re.compile(r"/work/|/root/|\.\./shared|\bTODO\b|\bFIXME\b|\bXXX\b|files\.pythonhosted")
 
 

@@ -93,7 +93,7 @@ def test_messages_and_help(folder: str) -> None:
 
 def test_readme_docs_and_templates() -> None:
     files = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "drivetrain").rglob("*.j2")]
-    files += [path for path in (ROOT / "examples").rglob("*.yaml")]
+    files += [path for path in (ROOT / "examples").rglob("*") if path.suffix in (".yaml", ".ipynb")]
     hits = [
         f"{path.name}: {hit}" for path in files for hit in found(NOT_SHOWN.sub("", path.read_text(encoding="utf-8")))
     ]

@@ -62,11 +62,21 @@ def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str
         ),
         (
             {"joints.default": {"candidates": {"motors": {"mass": ["5 kg", None]}}}},
-            ["joints.default.candidates", "no pair", "joint_1", "filtered out 2 by 'mass: 5 to open kg'"],
+            [
+                "joints.default.candidates",
+                "no pair",
+                "joint_1",
+                "filtered out 2 by 'mass: 5 to open kg'",
+                "rules of `motors`",
+            ],
         ),
         (
             {"joints.default": {"candidates": {"gears": {"ratio": [-160, -30]}}}},
-            ["joints.default.candidates", "joint_1", "filtered out 2 by 'ratio: -160 to -30'"],
+            ["joints.default.candidates", "joint_1", "filtered out 2 by 'ratio: -160 to -30'", "rules of `gears`"],
+        ),
+        (
+            {"joints.default": {"candidates": {"motors": {"keys": ["large"]}}}},
+            ["joints.default.candidates", "pairs: 0 of 2 combinations", "pairs: all lets"],
         ),
     ],
 )

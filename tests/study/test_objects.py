@@ -129,6 +129,17 @@ def test_arms_as_objects_files_and_names() -> None:
     same_checks(dt.evaluate(by_object), dt.evaluate(by_name))
 
 
+def test_what_is_left_out_or_assumed_is_told() -> None:
+    arm = dt.load_arm("planar-2r-bare")
+    geared = dt.with_rotors(arm, [dt.Rotor(ratio=100, inertia=2e-5)] * 2)
+    told = " ".join(planar(arm=geared).notes)
+    assert "rotors of planar-2r-bare are left out" in told
+    assert "drive_mass: is not stated, 'added' is assumed" in told
+    silent = " ".join(planar(arm=arm, drive_mass="added").notes)
+    assert "left out" not in silent and "assumed" not in silent
+    same_checks(dt.evaluate(planar(arm=geared)), dt.evaluate(planar(arm=arm)))
+
+
 SLIDE = """<robot name="lift">
   <link name="base"/>
   <link name="tower"><inertial><mass value="4"/><inertia ixx="0.1" iyy="0.1" izz="0.02" ixy="0" ixz="0" iyz="0"/>

@@ -114,6 +114,11 @@ class WhyNot:
     selection: Selection
     answers: tuple[PairAnswer, ...]
 
+    def __repr__(self) -> str:
+        told = ", ".join(f"{one.joint} {one.standing}" for one in self.answers)
+        gear = "no gear" if self.gear == "" else self.gear or "any gear"
+        return f"WhyNot({self.motor or 'any motor'} with {gear}: {told})"
+
     @property
     def holds(self) -> bool:
         """Whether it holds at every joint asked after."""

@@ -1,0 +1,68 @@
+"""The Python and YAML that README and the page on own parts print runs as printed, on a small arm."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import drivetrain as dt
+from drivetrain.study.template import study_template
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "own_parts.md").read_text(encoding="utf-8")
+
+
+def blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text, re.S)
+
+
+def executed(text: str) -> dict[str, Any]:
+    """The names that the Python blocks of a page leave behind, run one after the other."""
+    names: dict[str, Any] = {}
+    exec("\n".join(blocks(text, "python")), names)
+    return names
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the catalogue that the page prints."""
+    (tmp_path / "parts").mkdir()
+    for name, table in re.findall(r"`(parts/\w+\.csv)`:\n\n```csv\n(.*?)```", PAGE, re.S):
+        (tmp_path / name).write_text(table, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_python_of_the_readme() -> None:
+    names = executed((ROOT / "README.md").read_text(encoding="utf-8"))
+    assert names["chosen"].feasible
+    assert len(names["currents"]) > 0
+
+
+def test_python_of_own_parts() -> None:
+    names = executed(PAGE)
+    assert [len(joint.pairs) for joint in names["study"].joints] == [6, 6]
+    assert names["chosen"].feasible
+    assert set(names["checks"]["verdict"]) <= {"PASS", "MARGINAL", "NOT CHECKED"}
+
+
+def test_yaml_of_own_parts(folder: Path) -> None:
+    """In place of the same entries of the study that ``init`` writes; the own parts are those of Python."""
+    base = yaml.safe_load(study_template("planar-2r-bare"))
+    studies = []
+    for fragment in blocks(PAGE, "yaml"):
+        (folder / "study.yaml").write_text(yaml.safe_dump({**base, **yaml.safe_load(fragment)}), encoding="utf-8")
+        studies.append(dt.load_study(folder / "study.yaml"))
+    own, catalogue = studies
+    assert own.joints[0].pairs == (("M", "G"),)
+    assert len(catalogue.joints[0].pairs) == 6
+    in_python: dict[str, Any] = {}
+    exec("\n".join(blocks(PAGE, "python")[:2]), in_python)
+    for part, key in (("motors", "M"), ("gears", "G")):
+        stated = [getattr(study.catalog, part)[key] for study in (own, in_python["study"])]
+        assert repr(stated[0]).replace("my sheet", "given in Python") == repr(stated[1])
+    assert dt.evaluate(own, {name: ("M", "G") for name in ("joint_1", "joint_2")}).joints
