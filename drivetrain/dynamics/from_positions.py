@@ -31,6 +31,8 @@ from drivetrain.motion.smoothing import (
     is_uniform,
 )
 
+UNEQUAL = 1e6  # between gaps of one recording: beyond, it is none
+
 
 @dataclass(frozen=True, eq=False)
 class TorqueFromPositions:
@@ -72,15 +74,20 @@ def torque_from_positions(
         grows: record a little more than you need.
 
     Raises:
-        InputError: Wrong shapes, a NaN or infinity, times that do not increase, too few samples, or a negative
-            resolution.
+        InputError: Wrong shapes, a NaN or infinity, times that do not increase or whose gaps differ by a factor of a
+            million, too few samples, or a negative resolution.
 
     Reference: Modern Robotics, exercise 8.14.
     """
     times = checked_array(time, (None,), "time")
     positions = checked_array(q, (len(times), arm.n), "q")
-    if (np.diff(times) <= 0.0).any():
+    gaps = np.diff(times)
+    if (gaps <= 0.0).any():
         raise InputError(Fault("time", "must increase [s]", times.tolist()[:8]))
+    usual = float(np.median(gaps))
+    if gaps.max() > UNEQUAL * usual or gaps.min() < usual / UNEQUAL:
+        odd = float(max(gaps, key=lambda gap: max(gap / usual, usual / gap)))
+        raise InputError(Fault("time", f"a gap is a million times longer or shorter than the usual {usual:g} s", odd))
     motion, covariance, words = rates_from_positions(times, positions, _steps(arm, resolution))
     torque = inverse_dynamics(arm, *motion, tip_wrench=tip_wrench)
     slopes = inverse_dynamics_derivatives(arm, *motion, tip_wrench=tip_wrench)
@@ -110,6 +117,7 @@ def _differentiated(time: Array, values: Array, given: float | None) -> tuple[Fi
     elif given is None:
         way = chosen_smoothing(time, values, step)
     elif step:
+        step = max(step, float(np.spacing(np.abs(values).max())))  # no reading is finer than its number
         way = SmoothingSpline(step, estimated_jitter(time, values, step * NOISE_OF_RESOLUTION))
     if isinstance(way, SmoothingSpline):
         return way.fitted(time, values), way.description
