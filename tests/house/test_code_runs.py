@@ -31,7 +31,7 @@ def executed(text: str) -> dict[str, Any]:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the catalogue that the page prints."""
     (tmp_path / "parts").mkdir()
-    for name, table in re.findall(r"`(parts/\w+\.csv)`:\n\n```csv\n(.*?)```", PAGE, re.S):
+    for name, table in re.findall(r"`(parts/\w+\.csv)`:\n\n```text\n(.*?)```", PAGE, re.S):
         (tmp_path / name).write_text(table, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
