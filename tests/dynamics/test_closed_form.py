@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.load import load_arm
-from drivetrain.arm.rotors import RotorLevel
+from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.arm.with_rotors import at_level, with_rotors
 from drivetrain.dynamics.book.closed_form import closed_form, closed_form_torque, mass_matrix_rate, stacked
 from drivetrain.dynamics.coriolis import coriolis_matrix
@@ -233,3 +233,12 @@ def test_levels_differ() -> None:
     full, reflected, none = (closed_form(at_level(arm, level), q, qd).mass for level in ("full", "reflected", "none"))
     assert error(full, reflected) > 1e-3
     assert error(reflected, none) > 1e-3
+
+
+def test_an_angle_beyond_all_reach_moves_nothing_else() -> None:
+    """A rest of rounding in a body's way along its axis would grow with the angle."""
+    arm = with_rotors(load_arm("ur5"), [Rotor(100.0, 2e-5)] * 6)
+    q = np.array([0.3, -1.0, 0.7, 1e59, 0.2, 0.1])
+    found = closed_form(arm, q, np.full(6, 0.2))
+    np.testing.assert_allclose(found.mass, mass_matrix(arm, q), rtol=0.0, atol=1e-12)
+    assert np.isfinite(found.velocity).all() and np.abs(found.tip_jacobian).max() < 2.0

@@ -157,8 +157,11 @@ def _constants(arm: Arm) -> _Constants:
     for place, body in zip(places, bodies, strict=True):
         x = np.zeros((4, 4))
         x[:3, :3], x[:3, 3] = skew(body.screw[:3]), body.screw[3:]
-        # The third power is minus the first, but for the pitch; of a slide both higher powers are none.
-        powers = (np.eye(4), -x @ x @ x, x @ x, x + x @ x @ x)
+        # The third power is minus the first, but for the pitch; of a slide both higher powers are none. The sum of both
+        # is told by the pitch: a rest of rounding would grow with the angle.
+        advance = np.zeros((4, 4))
+        advance[:3, 3] = _advance(body.screw[:3], body.screw[3:])
+        powers = (np.eye(4), -x @ x @ x, x @ x, advance)
         place[:] = [(power @ _at_zero(body, bodies))[:3] for power in powers]
     return _Constants(
         np.array([body.carrier for body in bodies]),
@@ -170,6 +173,15 @@ def _constants(arm: Arm) -> _Constants:
         np.concatenate([np.zeros(3), -arm.gravity]),
         adjoint(inverse_pose(arm.tip) @ arm.home[-1]),
     )
+
+
+def _advance(axis: Array, linear: Array) -> Array:
+    """Along a screw axis a radian, or a metre of a slide [m]."""
+    if not axis.any():
+        return linear
+    pitch = float(axis @ linear)
+    rounding = 1e-12 * float(np.abs(linear).max()) + 1e-15
+    return pitch * axis if abs(pitch) > rounding else 0.0 * axis
 
 
 @kernel
