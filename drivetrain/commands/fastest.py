@@ -36,7 +36,7 @@ def _fastest(
         with together:
             loaded = load_chosen(study)
         together.tell()
-        drives = {name: (one.motor, one.gear) for name, one in chosen(loaded).joints.items()}
+        drives = chosen(loaded).drives
         with working("finding the fastest cycle"):
             found = fastest(loaded, drives)
         lines(fastest_lines(found))

@@ -218,7 +218,7 @@ def _ratio(
             names = [task.name for task in loaded.joints]
             joint = whole_names("--joint", "joint of the study", joint, names)
         together.tell()
-        drives = {name: (one.motor, one.gear) for name, one in chosen(loaded).joints.items()}
+        drives = chosen(loaded).drives
         with working("varying the ratios"):
             found = [ratio_study(loaded, name, drives=drives) for name in joint or ()]
             found = found or list(ratio_studies(loaded, drives=drives))

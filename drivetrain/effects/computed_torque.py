@@ -16,7 +16,7 @@ from drivetrain.arrays import Array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Signal, State, TimeScale
 from drivetrain.effects.laws import command_of, scene_law
-from drivetrain.effects.sampled_cascade import MOST_DELAY
+from drivetrain.effects.loop_gains import MOST_DELAY, sampling_faults
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
@@ -154,12 +154,7 @@ class SampledComputedTorque(Effect):
     sample = _sample
 
     def __post_init__(self) -> None:
-        faults = _frequency_faults(self)
-        if not 0.0 < self.every < math.inf:
-            faults.append(Fault("SampledComputedTorque.every", "must be positive [s]", self.every))
-        if self.delay not in range(MOST_DELAY):
-            faults.append(Fault("SampledComputedTorque.delay", "must be 0, 1 or 2 samples", self.delay))
-        if faults:
+        if faults := [*_frequency_faults(self), *sampling_faults(self)]:
             raise InputError(faults)
 
     @property

@@ -12,6 +12,8 @@ from drivetrain.effects.effect import Place
 from drivetrain.errors import Fault
 from drivetrain.jit import law
 
+MOST_DELAY = 3  # samples
+
 
 @dataclass
 class Gains:
@@ -83,6 +85,16 @@ def sag(loop: Any, place: Place, signals: Mapping[str, float]) -> float:
     if math.isfinite(loop.integral_time) or stiffness == 0.0:
         return 0.0
     return missing_current(place, signals) / stiffness
+
+
+def sampling_faults(loop: Any) -> list[Fault]:
+    """What is wrong with the period and the delay of a sampled controller."""
+    kind, faults = type(loop).__name__, []
+    if not 0.0 < loop.every < math.inf:
+        faults.append(Fault(f"{kind}.every", "must be positive [s]", loop.every))
+    if loop.delay not in range(MOST_DELAY):
+        faults.append(Fault(f"{kind}.delay", "must be 0, 1 or 2 samples", loop.delay))
+    return faults
 
 
 def gain_faults(loop: Any) -> list[Fault]:

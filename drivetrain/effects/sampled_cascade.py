@@ -16,6 +16,7 @@ from drivetrain.effects.cascade_loop import CascadeLoop
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
 from drivetrain.effects.laws import command_of, joint_law
 from drivetrain.effects.loop_gains import (
+    MOST_DELAY,
     Gains,
     asked_current,
     gain_faults,
@@ -23,11 +24,10 @@ from drivetrain.effects.loop_gains import (
     integral_start,
     missing_current,
     sag,
+    sampling_faults,
     speed_error,
 )
 from drivetrain.errors import Fault, InputError
-
-MOST_DELAY = 3  # samples
 
 
 @dataclass
@@ -104,11 +104,7 @@ class SampledCascade(Effect):
     sample = _sample
 
     def __post_init__(self) -> None:
-        faults = gain_faults(self)
-        if not 0.0 < self.every < math.inf:
-            faults.append(Fault("SampledCascade.every", "must be positive [s]", self.every))
-        if self.delay not in range(MOST_DELAY):
-            faults.append(Fault("SampledCascade.delay", "must be 0, 1 or 2 samples", self.delay))
+        faults = [*gain_faults(self), *sampling_faults(self)]
         if not 0.0 <= self.notch < math.inf or (self.every > 0.0 and self.notch * self.every >= math.pi):
             hint = "a sampled filter reaches half of the sampling rate"
             faults.append(Fault("SampledCascade.notch", "must be from 0 to below pi / every [rad/s]", self.notch, hint))

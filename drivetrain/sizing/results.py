@@ -147,6 +147,11 @@ class Evaluation:
     criteria: dict[str, float] = field(default_factory=dict)
 
     @property
+    def drives(self) -> dict[str, tuple[str, str]]:
+        """Keys of motor and gear by joint name, as ``evaluate`` takes them."""
+        return {name: (joint.motor, joint.gear) for name, joint in self.joints.items()}
+
+    @property
     def verdict(self) -> Verdict:
         """Of all joints' checks and those of all together, see ``verdict_of``."""
         return verdict_of([*(check for joint in self.joints.values() for check in joint.checks), *self.shared])

@@ -265,12 +265,8 @@ def _move_times(
         name = before.segment_names[before.segment[(first + last) // 2]]
         place, check, at = *lasting, math.nan
         if final <= edge:
-            alone = evaluate(replace(result.study, cycle=_cut(after, move)), _keys(result))
+            alone = evaluate(replace(result.study, cycle=_cut(after, move)), result.drives)
             place, most = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
             check, at = ("", math.nan) if most is None else (most.name, most.time or start)
         times.append(MoveTime(name, start, float(length), end - start, place, check, at))
     return tuple(times)
-
-
-def _keys(evaluation: Evaluation) -> dict[str, Given]:
-    return {name: (joint.motor, joint.gear) for name, joint in evaluation.joints.items()}

@@ -236,7 +236,7 @@ def chosen_drives(study: Study) -> dict[str, Pair]:
     given = {task.name: task.drive for task in study.joints if task.drive is not None}
     if len(given) == len(study.joints):
         return given
-    return {name: (joint.motor, joint.gear) for name, joint in select(study, advise=False).evaluation.joints.items()}
+    return select(study, advise=False).evaluation.drives
 
 
 def _point(setup: Setup, joint: int) -> RatioPoint:

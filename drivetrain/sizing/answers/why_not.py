@@ -196,7 +196,7 @@ def why_not(
     """
     key, wheel = _named(study, joint, motor, gear)
     found = select(study) if selection is None else selection
-    chosen, family = {name: (one.motor, one.gear) for name, one in found.evaluation.joints.items()}, WorkFamily(study)
+    chosen, family = found.evaluation.drives, WorkFamily(study)
     setup = Setup(family.at(TaskChange()), named_drives(study, chosen))
     question = _Question(study, key, wheel, chosen, family, setup)
     joints = [i for i, task in enumerate(study.joints) if joint in (None, task.name)]
