@@ -36,9 +36,9 @@ from mujoco_scenes import (
     six_joints,
 )
 
-from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.solvers.solver import Rodas4
 

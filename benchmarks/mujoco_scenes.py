@@ -20,22 +20,22 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.cogging import Cogging
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.current_loop import CurrentLoop
-from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
-from drivetrain.effects.given_voltage import GivenVoltage
-from drivetrain.effects.lugre_friction import LuGreFriction
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.winding import Winding
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.lugre_friction import LuGreFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.motor.cogging import Cogging
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.given_voltage import GivenVoltage
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.effects.motor.winding import Winding
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.plan import Plan
-from drivetrain.simulation.plan import plan as planned
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.plan.plan import plan as planned
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 

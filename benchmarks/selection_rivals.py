@@ -19,8 +19,8 @@ from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.tree import EVERY, Tree
 from drivetrain.spatial.rotations import frame_along
 from drivetrain.study.model import DriveMass
-from drivetrain.study.mounting import carrier_link, carrying, drive_body, emptied, joint_axis, mount_point
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.mounting import carrier_link, carrying, drive_body, emptied, joint_axis, mount_point
+from drivetrain.study.parts.verdicts import Verdict
 
 
 class Plainly:

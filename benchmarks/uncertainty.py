@@ -14,8 +14,8 @@ from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.study.change import slowed
 from drivetrain.study.model import Study
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.read import load_study
-from drivetrain.study.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),

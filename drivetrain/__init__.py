@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from drivetrain.drive.friction import Friction as Friction
     from drivetrain.drive.friction import book_curves as book_curves
     from drivetrain.drive.gear import Gear as Gear
-    from drivetrain.drive.loop_design import design_loops as design_loops
+    from drivetrain.drive.loops.loop_design import design_loops as design_loops
+    from drivetrain.drive.loops.servo_axis import ServoAxis as ServoAxis
+    from drivetrain.drive.loops.servo_axis import ServoTiming as ServoTiming
     from drivetrain.drive.matching import inertia_matching_ratio as inertia_matching_ratio
     from drivetrain.drive.motor import Motor as Motor
-    from drivetrain.drive.servo_axis import ServoAxis as ServoAxis
-    from drivetrain.drive.servo_axis import ServoTiming as ServoTiming
-    from drivetrain.drive.thermal_network import thermal_network as thermal_network
+    from drivetrain.drive.thermal.thermal_network import thermal_network as thermal_network
     from drivetrain.dynamics.book.closed_form import closed_form as closed_form
     from drivetrain.dynamics.book.closed_form import mass_matrix_rate as mass_matrix_rate
     from drivetrain.dynamics.book.ellipsoids import acceleration_ellipsoid as acceleration_ellipsoid
@@ -92,40 +92,40 @@ if TYPE_CHECKING:
     from drivetrain.dynamics.regressor import torque_parameters as torque_parameters
     from drivetrain.dynamics.regressor import torque_regressor as torque_regressor
     from drivetrain.dynamics.task_space import task_space_dynamics as task_space_dynamics
-    from drivetrain.effects.backlash import Backlash as Backlash
-    from drivetrain.effects.cascade_loop import CascadeLoop as CascadeLoop
-    from drivetrain.effects.cogging import Cogging as Cogging
-    from drivetrain.effects.commanded_motion import CommandedMotion as CommandedMotion
-    from drivetrain.effects.computed_torque import ComputedTorque as ComputedTorque
-    from drivetrain.effects.computed_torque import SampledComputedTorque as SampledComputedTorque
-    from drivetrain.effects.current_loop import CurrentLoop as CurrentLoop
-    from drivetrain.effects.dry_friction import DryFriction as DryFriction
+    from drivetrain.effects.control.cascade_loop import CascadeLoop as CascadeLoop
+    from drivetrain.effects.control.commanded_motion import CommandedMotion as CommandedMotion
+    from drivetrain.effects.control.computed_torque import ComputedTorque as ComputedTorque
+    from drivetrain.effects.control.computed_torque import SampledComputedTorque as SampledComputedTorque
+    from drivetrain.effects.control.encoder import Encoder as Encoder
+    from drivetrain.effects.control.position_loop import PositionLoop as PositionLoop
+    from drivetrain.effects.control.sampled_cascade import SampledCascade as SampledCascade
     from drivetrain.effects.effect import Effect as Effect
-    from drivetrain.effects.encoder import Encoder as Encoder
-    from drivetrain.effects.flexible_joint import FlexibleJoint as FlexibleJoint
-    from drivetrain.effects.gear_drag import GearDrag as GearDrag
-    from drivetrain.effects.given_current import GivenCurrent as GivenCurrent
-    from drivetrain.effects.given_torque import GivenTorque as GivenTorque
-    from drivetrain.effects.given_voltage import GivenVoltage as GivenVoltage
-    from drivetrain.effects.holding_brake import HoldingBrake as HoldingBrake
-    from drivetrain.effects.lugre_friction import LuGreFriction as LuGreFriction
-    from drivetrain.effects.mesh_loss import MeshLoss as MeshLoss
-    from drivetrain.effects.motor_current import MotorCurrent as MotorCurrent
-    from drivetrain.effects.moving_belt import MovingBelt as MovingBelt
-    from drivetrain.effects.payload_change import Body as Body
-    from drivetrain.effects.payload_change import PayloadChange as PayloadChange
-    from drivetrain.effects.position_loop import PositionLoop as PositionLoop
-    from drivetrain.effects.rotor import FullRotor as FullRotor
-    from drivetrain.effects.rotor import ReflectedRotor as ReflectedRotor
-    from drivetrain.effects.sampled_cascade import SampledCascade as SampledCascade
-    from drivetrain.effects.sampled_current_loop import SampledCurrentLoop as SampledCurrentLoop
-    from drivetrain.effects.supply_bus import StiffSupply as StiffSupply
-    from drivetrain.effects.supply_bus import SupplyBus as SupplyBus
-    from drivetrain.effects.tip_contact import TipContact as TipContact
-    from drivetrain.effects.viscous_friction import ViscousFriction as ViscousFriction
-    from drivetrain.effects.wall_spring import WallSpring as WallSpring
-    from drivetrain.effects.winding import Winding as Winding
-    from drivetrain.effects.winding_heat import WindingHeat as WindingHeat
+    from drivetrain.effects.friction.dry_friction import DryFriction as DryFriction
+    from drivetrain.effects.friction.holding_brake import HoldingBrake as HoldingBrake
+    from drivetrain.effects.friction.lugre_friction import LuGreFriction as LuGreFriction
+    from drivetrain.effects.friction.moving_belt import MovingBelt as MovingBelt
+    from drivetrain.effects.friction.viscous_friction import ViscousFriction as ViscousFriction
+    from drivetrain.effects.gear.backlash import Backlash as Backlash
+    from drivetrain.effects.gear.flexible_joint import FlexibleJoint as FlexibleJoint
+    from drivetrain.effects.gear.gear_drag import GearDrag as GearDrag
+    from drivetrain.effects.gear.mesh_loss import MeshLoss as MeshLoss
+    from drivetrain.effects.loads.given_torque import GivenTorque as GivenTorque
+    from drivetrain.effects.loads.payload_change import Body as Body
+    from drivetrain.effects.loads.payload_change import PayloadChange as PayloadChange
+    from drivetrain.effects.loads.tip_contact import TipContact as TipContact
+    from drivetrain.effects.loads.wall_spring import WallSpring as WallSpring
+    from drivetrain.effects.motor.cogging import Cogging as Cogging
+    from drivetrain.effects.motor.current_loop import CurrentLoop as CurrentLoop
+    from drivetrain.effects.motor.given_current import GivenCurrent as GivenCurrent
+    from drivetrain.effects.motor.given_voltage import GivenVoltage as GivenVoltage
+    from drivetrain.effects.motor.motor_current import MotorCurrent as MotorCurrent
+    from drivetrain.effects.motor.rotor import FullRotor as FullRotor
+    from drivetrain.effects.motor.rotor import ReflectedRotor as ReflectedRotor
+    from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop as SampledCurrentLoop
+    from drivetrain.effects.motor.supply_bus import StiffSupply as StiffSupply
+    from drivetrain.effects.motor.supply_bus import SupplyBus as SupplyBus
+    from drivetrain.effects.motor.winding import Winding as Winding
+    from drivetrain.effects.motor.winding_heat import WindingHeat as WindingHeat
     from drivetrain.errors import DrivetrainError as DrivetrainError
     from drivetrain.errors import InputError as InputError
     from drivetrain.errors import PhysicsWarning as PhysicsWarning
@@ -147,15 +147,15 @@ if TYPE_CHECKING:
     from drivetrain.motion.recording import read_recording as read_recording
     from drivetrain.report.outputs import write_outputs as write_outputs
     from drivetrain.report.page import html_report as html_report
-    from drivetrain.simulation.adaptive_step import AdaptiveStep as AdaptiveStep
     from drivetrain.simulation.constrained import Baumgarte as Baumgarte
     from drivetrain.simulation.constrained import Projection as Projection
     from drivetrain.simulation.constrained import simulate_constrained as simulate_constrained
-    from drivetrain.simulation.fixed_step import FixedStep as FixedStep
-    from drivetrain.simulation.inverse import Inverse as Inverse
+    from drivetrain.simulation.engines.adaptive_step import AdaptiveStep as AdaptiveStep
+    from drivetrain.simulation.engines.fixed_step import FixedStep as FixedStep
+    from drivetrain.simulation.engines.inverse import Inverse as Inverse
     from drivetrain.simulation.passive import simulate_passive as simulate_passive
-    from drivetrain.simulation.plan import Plan as Plan
-    from drivetrain.simulation.plan import plan as plan
+    from drivetrain.simulation.plan.plan import Plan as Plan
+    from drivetrain.simulation.plan.plan import plan as plan
     from drivetrain.simulation.recording import Recording as Recording
     from drivetrain.simulation.recording import load_recording as load_recording
     from drivetrain.simulation.scene import Inertia as Inertia
@@ -202,12 +202,12 @@ if TYPE_CHECKING:
     from drivetrain.spatial.rigid_body import body_wrench as body_wrench
     from drivetrain.study.change import TaskChange as TaskChange
     from drivetrain.study.change import changed as changed
+    from drivetrain.study.parts.selection import SelectionOptions as SelectionOptions
+    from drivetrain.study.parts.selection import Wanted as Wanted
+    from drivetrain.study.parts.tolerances import Tolerances as Tolerances
+    from drivetrain.study.parts.verdicts import Verdict as Verdict
     from drivetrain.study.read import load_study as load_study
     from drivetrain.study.schema import json_schema as json_schema
-    from drivetrain.study.selection import SelectionOptions as SelectionOptions
-    from drivetrain.study.selection import Wanted as Wanted
-    from drivetrain.study.tolerances import Tolerances as Tolerances
-    from drivetrain.study.verdicts import Verdict as Verdict
     from drivetrain.sweep.points import read_sweep as read_sweep
     from drivetrain.sweep.run import run_sweep as run_sweep
     from drivetrain.sweep.shards import read_results as read_results
@@ -238,12 +238,12 @@ _HOME = {
     "book_curves": "drive.friction",
     "Friction": "drive.friction",
     "Gear": "drive.gear",
-    "design_loops": "drive.loop_design",
-    "ServoAxis": "drive.servo_axis",
-    "ServoTiming": "drive.servo_axis",
+    "design_loops": "drive.loops.loop_design",
+    "ServoAxis": "drive.loops.servo_axis",
+    "ServoTiming": "drive.loops.servo_axis",
     "inertia_matching_ratio": "drive.matching",
     "Motor": "drive.motor",
-    "thermal_network": "drive.thermal_network",
+    "thermal_network": "drive.thermal.thermal_network",
     "articulated_body": "dynamics.forward",
     "bias_torque": "dynamics.inverse",
     "tip_torque": "dynamics.inverse",
@@ -295,40 +295,40 @@ _HOME = {
     "torque_parameters": "dynamics.regressor",
     "torque_regressor": "dynamics.regressor",
     "task_space_dynamics": "dynamics.task_space",
-    "Backlash": "effects.backlash",
-    "CascadeLoop": "effects.cascade_loop",
-    "Cogging": "effects.cogging",
-    "CommandedMotion": "effects.commanded_motion",
-    "ComputedTorque": "effects.computed_torque",
-    "CurrentLoop": "effects.current_loop",
-    "DryFriction": "effects.dry_friction",
+    "Backlash": "effects.gear.backlash",
+    "CascadeLoop": "effects.control.cascade_loop",
+    "Cogging": "effects.motor.cogging",
+    "CommandedMotion": "effects.control.commanded_motion",
+    "ComputedTorque": "effects.control.computed_torque",
+    "CurrentLoop": "effects.motor.current_loop",
+    "DryFriction": "effects.friction.dry_friction",
     "Effect": "effects.effect",
-    "Encoder": "effects.encoder",
-    "FlexibleJoint": "effects.flexible_joint",
-    "GearDrag": "effects.gear_drag",
-    "GivenCurrent": "effects.given_current",
-    "GivenTorque": "effects.given_torque",
-    "GivenVoltage": "effects.given_voltage",
-    "HoldingBrake": "effects.holding_brake",
-    "LuGreFriction": "effects.lugre_friction",
-    "MeshLoss": "effects.mesh_loss",
-    "MotorCurrent": "effects.motor_current",
-    "MovingBelt": "effects.moving_belt",
-    "Body": "effects.payload_change",
-    "PayloadChange": "effects.payload_change",
-    "PositionLoop": "effects.position_loop",
-    "FullRotor": "effects.rotor",
-    "ReflectedRotor": "effects.rotor",
-    "SampledCascade": "effects.sampled_cascade",
-    "SampledComputedTorque": "effects.computed_torque",
-    "SampledCurrentLoop": "effects.sampled_current_loop",
-    "StiffSupply": "effects.supply_bus",
-    "SupplyBus": "effects.supply_bus",
-    "TipContact": "effects.tip_contact",
-    "ViscousFriction": "effects.viscous_friction",
-    "WallSpring": "effects.wall_spring",
-    "Winding": "effects.winding",
-    "WindingHeat": "effects.winding_heat",
+    "Encoder": "effects.control.encoder",
+    "FlexibleJoint": "effects.gear.flexible_joint",
+    "GearDrag": "effects.gear.gear_drag",
+    "GivenCurrent": "effects.motor.given_current",
+    "GivenTorque": "effects.loads.given_torque",
+    "GivenVoltage": "effects.motor.given_voltage",
+    "HoldingBrake": "effects.friction.holding_brake",
+    "LuGreFriction": "effects.friction.lugre_friction",
+    "MeshLoss": "effects.gear.mesh_loss",
+    "MotorCurrent": "effects.motor.motor_current",
+    "MovingBelt": "effects.friction.moving_belt",
+    "Body": "effects.loads.payload_change",
+    "PayloadChange": "effects.loads.payload_change",
+    "PositionLoop": "effects.control.position_loop",
+    "FullRotor": "effects.motor.rotor",
+    "ReflectedRotor": "effects.motor.rotor",
+    "SampledCascade": "effects.control.sampled_cascade",
+    "SampledComputedTorque": "effects.control.computed_torque",
+    "SampledCurrentLoop": "effects.motor.sampled_current_loop",
+    "StiffSupply": "effects.motor.supply_bus",
+    "SupplyBus": "effects.motor.supply_bus",
+    "TipContact": "effects.loads.tip_contact",
+    "ViscousFriction": "effects.friction.viscous_friction",
+    "WallSpring": "effects.loads.wall_spring",
+    "Winding": "effects.motor.winding",
+    "WindingHeat": "effects.motor.winding_heat",
     "DrivetrainError": "errors",
     "InputError": "errors",
     "PhysicsWarning": "errors",
@@ -350,13 +350,13 @@ _HOME = {
     "Motion": "motion.motion",
     "write_outputs": "report.outputs",
     "html_report": "report.page",
-    "AdaptiveStep": "simulation.adaptive_step",
+    "AdaptiveStep": "simulation.engines.adaptive_step",
     "simulate_constrained": "simulation.constrained",
-    "FixedStep": "simulation.fixed_step",
-    "Inverse": "simulation.inverse",
+    "FixedStep": "simulation.engines.fixed_step",
+    "Inverse": "simulation.engines.inverse",
     "simulate_passive": "simulation.passive",
-    "Plan": "simulation.plan",
-    "plan": "simulation.plan",
+    "Plan": "simulation.plan.plan",
+    "plan": "simulation.plan.plan",
     "load_recording": "simulation.recording",
     "Recording": "simulation.recording",
     "Inertia": "simulation.scene",
@@ -407,10 +407,10 @@ _HOME = {
     "TaskChange": "study.change",
     "load_study": "study.read",
     "json_schema": "study.schema",
-    "SelectionOptions": "study.selection",
-    "Wanted": "study.selection",
-    "Tolerances": "study.tolerances",
-    "Verdict": "study.verdicts",
+    "SelectionOptions": "study.parts.selection",
+    "Wanted": "study.parts.selection",
+    "Tolerances": "study.parts.tolerances",
+    "Verdict": "study.parts.verdicts",
     "read_sweep": "sweep.points",
     "run_sweep": "sweep.run",
     "read_results": "sweep.shards",

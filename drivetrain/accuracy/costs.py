@@ -10,11 +10,11 @@ from collections.abc import Callable, Mapping, Sequence
 from drivetrain.accuracy.decision import Basis, change, decision, tip_travel
 from drivetrain.accuracy.scenes import LABELS, choices, without
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.cost_results import Choice, Decision, EffectCost, EffectCosts, SolverCosts, SolverRun
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.plan import Plan, plan
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.plan.plan import Plan, plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene

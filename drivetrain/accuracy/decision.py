@@ -12,11 +12,11 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
-from drivetrain.drive.heat import Mix, PeriodicTemperature, mixed_temperature_of_current
 from drivetrain.drive.motor import Motor, torque_constant
-from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.drive.thermal.heat import Mix, PeriodicTemperature, mixed_temperature_of_current
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import tip_pose
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.simulation.cost_results import Change, Decision, JointDecision
 from drivetrain.simulation.recording import Recording
@@ -24,7 +24,7 @@ from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.judge.judge import utilisation
 from drivetrain.sizing.judge.verdicts import judged
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.verdicts import Check
+from drivetrain.study.parts.verdicts import Check
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,27 +17,27 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.gear_loss import drag_torque
-from drivetrain.drive.heat import periodic_temperature
 from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant
-from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.drive.thermal.heat import periodic_temperature
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.dynamics.kinematics import body_jacobian
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.effects.backlash import Backlash
 from drivetrain.effects.bounds import OVERSHOOT, bounded, mean_of, rms_of
-from drivetrain.effects.cascade_loop import CascadeLoop
-from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.position_loop import PositionLoop
+from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect, Place
 from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.gear_drag import GearDrag
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.sampled_cascade import SampledCascade
-from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.backlash import Backlash
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.gear_drag import GearDrag
+from drivetrain.effects.gear.mesh_loss import MeshLoss
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Change, Choice
-from drivetrain.simulation.inverse_demand import Demand, demanded
-from drivetrain.simulation.plan import Plan, plan
+from drivetrain.simulation.engines.inverse_demand import Demand, demanded
+from drivetrain.simulation.plan.plan import Plan, plan
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import command_times
 

@@ -10,8 +10,8 @@ from drivetrain.accuracy.decision import basis_of, mean_weights, moving, rms
 from drivetrain.accuracy.scenes import choices, full_scene, without
 from drivetrain.arrays import Array
 from drivetrain.simulation.cost_results import Choice, JointCurrents, RoadsCompared
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.results import Evaluation

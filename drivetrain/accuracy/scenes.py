@@ -12,30 +12,30 @@ from drivetrain.arm.rotors import RotorLevel
 from drivetrain.arm.with_rotors import at_level
 from drivetrain.drive.amplifier import available_voltage
 from drivetrain.drive.drive import Drive
-from drivetrain.drive.thermal_network import ThermalNetwork, thermal_network
-from drivetrain.effects.cogging import Cogging
-from drivetrain.effects.current_loop import CurrentLoop
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.effects.control.encoder import Encoder
+from drivetrain.effects.control.position_loop import PositionLoop
+from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect, Place
-from drivetrain.effects.encoder import Encoder
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.sampled_cascade import SampledCascade
-from drivetrain.effects.sampled_current_loop import SampledCurrentLoop
-from drivetrain.effects.supply_bus import StiffSupply
-from drivetrain.effects.winding import Winding
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.motor.cogging import Cogging
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop
+from drivetrain.effects.motor.supply_bus import StiffSupply
+from drivetrain.effects.motor.winding import Winding
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
-from drivetrain.simulation.inverse_demand import demanded
-from drivetrain.simulation.mechanics import coupling_of, ratios_of
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.plan.mechanics import coupling_of, ratios_of
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import Wishes, scene_of, with_feed_forward
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.simulation import KNOWN_EFFECTS, AddedEffect, Control, Simulation
+from drivetrain.study.parts.simulation import KNOWN_EFFECTS, AddedEffect, Control, Simulation
 
 LABELS = {
     "ViscousFriction": "viscous friction",
@@ -56,7 +56,7 @@ LABELS = {
 """Effects that may be left out; commands, loops, motors, supplies and contacts may not."""
 PARTNERS = {"SampledCurrentLoop": "Winding"}  # whose stand-in holds what the partner does
 SPRINGS = ("FlexibleJoint", "Backlash")
-AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``drive/heat.py``
+AT_REST_IN = 1e4  # cycles that a node of unknown capacity outlasts: it stays at its mean, as in ``thermal/heat.py``
 
 
 def choices(scene: Scene) -> tuple[Choice, ...]:

@@ -13,11 +13,11 @@ from drivetrain.accuracy.verify import verified, whole_run
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation import run
-from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.engine import Engine, Progress
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.inverse import Inverse
-from drivetrain.simulation.plan import Plan
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine, Progress
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.engines.inverse import Inverse
+from drivetrain.simulation.plan.plan import Plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.study_scene import axis_faults
@@ -26,7 +26,7 @@ from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.solvers.solver import Rodas5P, Solver
 from drivetrain.study.model import Study
-from drivetrain.study.simulation import KNOWN_EFFECTS, Simulation
+from drivetrain.study.parts.simulation import KNOWN_EFFECTS, Simulation
 
 
 @dataclass(frozen=True, eq=False)

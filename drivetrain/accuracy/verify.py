@@ -11,7 +11,7 @@ import numpy as np
 from drivetrain.accuracy.decision import Basis, decision, tip_travel
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.cost_results import Decision
-from drivetrain.simulation.engine import Engine, Progress
+from drivetrain.simulation.engines.engine import Engine, Progress
 from drivetrain.simulation.recording import Event, Recording
 from drivetrain.simulation.run import EQUILIBRIUM, simulate
 from drivetrain.simulation.scene import Scene

@@ -44,7 +44,7 @@ def _accuracy(
         from drivetrain.accuracy.inverse_forward import inverse_against_forward
         from drivetrain.accuracy.scenes import full_scene, without
         from drivetrain.report.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
-        from drivetrain.simulation.fixed_step import FixedStep
+        from drivetrain.simulation.engines.fixed_step import FixedStep
         from drivetrain.sizing.results import Verdict
         from drivetrain.units import quantity
         from drivetrain.whole_files import write_files

@@ -167,8 +167,8 @@ def _front(
     with told():
         from drivetrain.report.front_page import front_json, front_lines, front_report, front_sentence
         from drivetrain.sizing.search.front import pareto_front
+        from drivetrain.study.parts.selection import read_criterion
         from drivetrain.study.read import load_study
-        from drivetrain.study.selection import read_criterion
         from drivetrain.units import quantity
         from drivetrain.whole_files import write_files
 

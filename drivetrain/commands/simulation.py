@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from drivetrain.simulation.recording import Recording
     from drivetrain.simulation.scene import Scene
     from drivetrain.sizing.results import Evaluation
-    from drivetrain.study.simulation import Simulation
+    from drivetrain.study.parts.simulation import Simulation
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ def simulate_study(path: Path, asked: Asked, misplaced: Iterable[Fault] = ()) ->
     from drivetrain.accuracy.study_run import engine_of, study_scene
     from drivetrain.accuracy.verify import verified, whole_run
     from drivetrain.report.simulation_page import SimulationFound, simulation_lines, simulation_report
-    from drivetrain.simulation.plan import plan
+    from drivetrain.simulation.plan.plan import plan
     from drivetrain.sizing.results import Verdict
-    from drivetrain.study.simulation import Simulation
+    from drivetrain.study.parts.simulation import Simulation
     from drivetrain.whole_files import write_files
 
     together, said, earlier = Together(), Simulation(), None
@@ -121,7 +121,7 @@ def _code(found: SimulationFound, fail: object) -> int:
 def _wishes(study: Simulation, asked: Asked) -> Simulation:
     """The study's wishes, with those of the command line over them."""
     from drivetrain.errors import Fault, InputError, nearest
-    from drivetrain.study.simulation import KNOWN_EFFECTS
+    from drivetrain.study.parts.simulation import KNOWN_EFFECTS
     from drivetrain.units import quantity
 
     faults, told = [], study

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from drivetrain.errors import Fault
     from drivetrain.sizing.answers.trade_offs import TradeOffsFound
     from drivetrain.sizing.results import Selection
-    from drivetrain.study.selection import CurveWanted
+    from drivetrain.study.parts.selection import CurveWanted
 
 
 def options_beside(
@@ -30,7 +30,7 @@ def options_beside(
         InputError: Every fault of the options at once.
     """
     from drivetrain.errors import Fault, InputError
-    from drivetrain.study.selection import read_criterion
+    from drivetrain.study.parts.selection import read_criterion
 
     faults: list[Fault] = []
     names = [] if front is None else [name.strip() for name in front.split(",") if name.strip()]
@@ -71,7 +71,7 @@ def beside(selection: Selection) -> TradeOffsFound | None:
 def _curves(texts: list[str], low: str | None, high: str | None, faults: list[Fault]) -> list[CurveWanted]:
     """The curves of the command line; what is wrong with them goes to the faults."""
     from drivetrain.errors import Fault, InputError
-    from drivetrain.study.selection import CurveWanted, read_curve, read_span
+    from drivetrain.study.parts.selection import CurveWanted, read_curve, read_span
 
     found: list[CurveWanted] = []
     for text in texts:

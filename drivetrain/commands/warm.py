@@ -95,7 +95,7 @@ def _tolerances() -> None:
 
 def _simulate() -> None:
     from drivetrain.accuracy.study_run import simulate
-    from drivetrain.simulation.adaptive_step import AdaptiveStep
+    from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
     from drivetrain.study.read import load_study
 
     study = load_study(_example("desktop_arm/study.yaml"))

@@ -16,19 +16,19 @@ from drivetrain.drive.amplifier import available_voltage, judges_overload
 from drivetrain.drive.drive import shaft_friction
 from drivetrain.drive.gear import complete
 from drivetrain.drive.overload import overload_room
-from drivetrain.drive.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
 from drivetrain.dynamics.core.blocks import JOINT
 from drivetrain.dynamics.core.packed import Packed, packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.dynamics.core.recursion import LINKS
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import callback
 from drivetrain.records import as_records, record_type
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 FADE = 10.0  # K below the winding's limit over which the current fades: what sensors and models are off by
 SLOW = 0.01  # of a joint's largest speed in the cycle: friction fades below

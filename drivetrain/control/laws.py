@@ -18,7 +18,7 @@ from drivetrain.drive.gear_loss import drag_torque, gear_loss_power
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
 from drivetrain.drive.overload import overload_after, overload_allows
 from drivetrain.dynamics.core.recursion import back, outwards
-from drivetrain.effects.winding_heat import Own, warmed
+from drivetrain.effects.motor.winding_heat import Own, warmed
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
 

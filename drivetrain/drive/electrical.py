@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array, axes_of, checked_array, checked_number, checked_numbers
-from drivetrain.drive.exponentials import first, second
 from drivetrain.drive.motor import Motor, torque_constant, winding_resistance
+from drivetrain.drive.thermal.exponentials import first, second
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import kernel
 

@@ -18,14 +18,14 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import complete, mesh_of
 from drivetrain.drive.gear_loss import drag_torque
 from drivetrain.drive.motor import copper_coefficient, torque_constant, winding_resistance
-from drivetrain.drive.thermal_network import thermal_network
+from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.export.urdf_rotors import axis_direction
 from drivetrain.records import as_record
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 
 @dataclass(frozen=True, eq=False)

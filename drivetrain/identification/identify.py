@@ -31,7 +31,7 @@ from drivetrain.identification.least_squares import Problem, base_parameters, pr
 from drivetrain.motion.recording import MeasuredMotion
 from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.study.model import Study
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -24,7 +24,7 @@ from drivetrain.report.sheet import sheet
 from drivetrain.report.views import CSS
 from drivetrain.simulation.cost_results import AutoChoice, Change, EffectCosts, RoadsCompared, SolverCosts
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1

@@ -21,7 +21,7 @@ from drivetrain.sizing.answers.ratio import RatioStudy
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.front import Front
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 OBJECTIVES = {"mass": "mass of all drives [kg]", "price": "price of all drives", "energy": "energy a cycle [J]"}
 AXES = OBJECTIVES | {"utilisation": "highest utilisation [%]"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drivetrain.drive.loop_design import LoopDesign
+from drivetrain.drive.loops.loop_design import LoopDesign
 from drivetrain.report.quantities import number
 from drivetrain.report.run_charts import bode_charts
 from drivetrain.report.sections import Section, SheetTable, captioned

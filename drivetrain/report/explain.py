@@ -8,7 +8,7 @@ from drivetrain.report.quantities import DASH, convert, number, percent, printed
 from drivetrain.report.words import common_unit, digits_near_limit, identity, in_study_amperes, required_text
 from drivetrain.sizing.judge.checks import REQUIREMENTS
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.verdicts import Check, shared_place
+from drivetrain.study.parts.verdicts import Check, shared_place
 
 
 def explanation(evaluation: Evaluation, joints: tuple[str, ...], checks: tuple[str, ...]) -> Iterator[str]:

@@ -14,7 +14,7 @@ from drivetrain.report.plotting import TIME_COLOURS, house_style, png_bytes
 from drivetrain.report.quantities import convert, percent, printed_unit, shown_unit
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 _COLOURS = {Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "#5b6775"}
 

@@ -10,7 +10,7 @@ from drivetrain.report.sections import Chip, Section, SheetTable, captioned
 from drivetrain.report.sheet import sheet
 from drivetrain.report.views import CSS, anchor
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 WORDS = {
     "heat": "mean copper loss", "current": "RMS of the relative motor currents", "energy": "energy a cycle",

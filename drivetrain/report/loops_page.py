@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from drivetrain.drive.amplifier import from_dc
-from drivetrain.drive.loop_design import MODULUS_MARGIN, LoopDesign, Margins
+from drivetrain.drive.loops.loop_design import MODULUS_MARGIN, LoopDesign, Margins
 from drivetrain.report.json_text import json_text
 from drivetrain.report.quantities import DASH, number
 from drivetrain.report.run_charts import bode_charts, step_chart

@@ -19,7 +19,7 @@ from drivetrain.report.planes import regions, temperatures, view
 from drivetrain.report.quantities import convert, percent, printed_unit, scaled
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.mounting import drive_mass
+from drivetrain.study.parts.mounting import drive_mass
 
 SAMPLES = 500  # a series, beside its extremes
 POSES = 160

@@ -45,7 +45,7 @@ from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import Study
-from drivetrain.study.verdicts import shared_place
+from drivetrain.study.parts.verdicts import shared_place
 from drivetrain.version import __version__
 
 HERE = Path(__file__).parent

@@ -18,7 +18,7 @@ from drivetrain.report.words import heat_model, identity
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.judge.missing import Gap, gaps, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
-from drivetrain.study.verdicts import Check
+from drivetrain.study.parts.verdicts import Check
 from drivetrain.version import __version__
 
 SCHEMA_VERSION = 1  # rises when a key is taken away or changes its meaning; new keys may come without

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.loop_design import LoopDesign
+from drivetrain.drive.loops.loop_design import LoopDesign
 from drivetrain.report.chart import Chart, Mark
 from drivetrain.report.colours import BLUE, GREEN, JOINT_COLOURS, ORANGE, SKY, VERMILLION
 from drivetrain.report.quantities import convert, number, printed_unit, scaled, with_unit

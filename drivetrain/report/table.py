@@ -9,7 +9,7 @@ from drivetrain.report.best_sets import equals_sentence, set_lines
 from drivetrain.report.quantities import DASH, percent
 from drivetrain.report.words import gaps, headline, identity, objective_text, overall_sentence
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
-from drivetrain.study.verdicts import Verdict, shared_place
+from drivetrain.study.parts.verdicts import Verdict, shared_place
 
 STYLES = {
     Verdict.PASS: "bold green",

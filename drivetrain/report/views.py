@@ -29,7 +29,7 @@ from drivetrain.report.words import (
 from drivetrain.sizing.judge.checks import factors
 from drivetrain.sizing.results import Evaluation, Fallen, JointResult
 from drivetrain.study.model import JointTask, Safety, Study
-from drivetrain.study.verdicts import Check, Verdict, shared_place
+from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 CSS = {Verdict.PASS: "pass", Verdict.MARGINAL: "marginal", Verdict.FAIL: "fail", Verdict.NOT_CHECKED: "unchecked"}
 MOST_SHOWN = 8  # candidates a list; the file rejected.csv holds them all

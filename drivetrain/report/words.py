@@ -8,15 +8,15 @@ from drivetrain.drive.amplifier import from_dc
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import thermal_network
+from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit, shown_unit
 from drivetrain.sizing.judge.missing import gap_lines, uncounted
 from drivetrain.sizing.judge.missing import gaps as missing_gaps
 from drivetrain.sizing.judge.objectives import drive_price
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.model import DriveMass, Study
-from drivetrain.study.mounting import drive_mass
-from drivetrain.study.verdicts import Check, Verdict, lacking, shared_place
+from drivetrain.study.parts.mounting import drive_mass
+from drivetrain.study.parts.verdicts import Check, Verdict, lacking, shared_place
 
 AMPERES = {"dc": "", "rms": "rms", "peak": "amplitude"}
 

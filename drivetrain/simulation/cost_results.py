@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from drivetrain.arrays import Array
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.scene import Scene
-from drivetrain.study.verdicts import Check, Verdict, verdict_of
+from drivetrain.study.parts.verdicts import Check, Verdict, verdict_of
 
 """What a decision rests on; the last is of the whole scene, the others of each joint."""
 

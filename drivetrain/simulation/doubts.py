@@ -9,11 +9,11 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.motor import Motor, copper_coefficient
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.lugre_friction import LuGreFriction
-from drivetrain.effects.winding_heat import WindingHeat
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.plan import Plan
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.friction.lugre_friction import LuGreFriction
+from drivetrain.effects.motor.winding_heat import WindingHeat
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.plan.plan import Plan
 from drivetrain.simulation.recording import Event
 
 HOTTEST_MAGNETS = 150.0  # C, ASSUMED: above it the usual sintered magnets stay weaker for good

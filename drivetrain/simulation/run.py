@@ -11,16 +11,16 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
-from drivetrain.simulation.adaptive_step import AdaptiveStep
 from drivetrain.simulation.doubts import doubts
-from drivetrain.simulation.engine import Engine, Outcome, Progress, RunOptions
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine, Outcome, Progress, RunOptions
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.engines.starting import sinking, start_words
 from drivetrain.simulation.passive import limit_events
-from drivetrain.simulation.plan import Audit, Plan
-from drivetrain.simulation.plan import plan as planned
+from drivetrain.simulation.plan.plan import Audit, Plan
+from drivetrain.simulation.plan.plan import plan as planned
 from drivetrain.simulation.recording import Event, Recording, TableSeries
 from drivetrain.simulation.scene import Scene
-from drivetrain.simulation.starting import sinking, start_words
 from drivetrain.simulation.unaccounted import energy_event
 from drivetrain.solvers.solver import Solver, check_positive
 

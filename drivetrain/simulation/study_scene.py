@@ -16,31 +16,31 @@ from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
-from drivetrain.drive.thermal_network import thermal_network
+from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.gear_drag import GearDrag
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.payload_change import EMPTY, Body, PayloadChange
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.gear_drag import GearDrag
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.payload_change import EMPTY, Body, PayloadChange
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.records import as_record, known
-from drivetrain.simulation.inverse_demand import demanded
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 
 def axis_faults(study: Study) -> list[Fault]:

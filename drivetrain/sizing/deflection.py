@@ -33,7 +33,7 @@ from drivetrain.sizing.results import Evaluation
 from drivetrain.spatial.beams import Beam, end_deflection
 from drivetrain.spatial.poses import inverse_pose
 from drivetrain.spatial.rotations import frame_along
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from drivetrain.drive.motor_limits import operating_region
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.notebook import axes_of, shown
 from drivetrain.study.model import Study
-from drivetrain.study.verdicts import Check, Verdict, lacking, verdict_of
+from drivetrain.study.parts.verdicts import Check, Verdict, lacking, verdict_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from drivetrain.study.verdicts import Check
+from drivetrain.study.parts.verdicts import Check
 
 ALL = "all joints"  # where a check of all joints together stands
 CHECK_COLUMNS = [

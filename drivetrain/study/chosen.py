@@ -11,7 +11,7 @@ import yaml
 from drivetrain.arm.load import SUFFIXES
 from drivetrain.errors import Fault, InputError
 from drivetrain.study.document import compose_document, read_document
-from drivetrain.study.sheets import SHIPPED_CATALOG
+from drivetrain.study.parts.sheets import SHIPPED_CATALOG
 
 Edit = tuple[int, int, str]  # from, to, and what stands there instead
 

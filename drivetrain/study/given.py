@@ -18,12 +18,12 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.motion.columns import TIME, spellings
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.read import ACCELERATION, POSITION, ROTATION, SPEED, TORQUE, VELOCITY
-from drivetrain.study.arm import DRIVE_MASS_HINT, resolve_arm
-from drivetrain.study.candidates import DIRECT_DRIVE
 from drivetrain.study.faults import Ledger, read_form
-from drivetrain.study.rules import GearRow, MotorRow
+from drivetrain.study.parts.arm import DRIVE_MASS_HINT, resolve_arm
+from drivetrain.study.parts.candidates import DIRECT_DRIVE
+from drivetrain.study.parts.rules import GearRow, MotorRow
+from drivetrain.study.parts.sheets import SHIPPED_CATALOG
 from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION
-from drivetrain.study.sheets import SHIPPED_CATALOG
 from drivetrain.study.written import python_document
 from drivetrain.units import split_header
 

@@ -19,9 +19,9 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.notebook import shown
 from drivetrain.study.document import Document
-from drivetrain.study.selection import SelectionOptions, TradeOffs
-from drivetrain.study.simulation import Simulation
-from drivetrain.study.tolerances import EXACT, Tolerances
+from drivetrain.study.parts.selection import SelectionOptions, TradeOffs
+from drivetrain.study.parts.simulation import Simulation
+from drivetrain.study.parts.tolerances import EXACT, Tolerances
 from drivetrain.study.written import written
 from drivetrain.units import (
     Current,
@@ -39,7 +39,7 @@ from drivetrain.units import (
 )
 
 if TYPE_CHECKING:
-    from drivetrain.study.rules import CandidatesForm
+    from drivetrain.study.parts.rules import CandidatesForm
 
 Carrier = Literal["parent", "child", "base", "group"]
 

@@ -12,18 +12,18 @@ from pydantic import PydanticSchemaGenerationError
 
 from drivetrain.errors import InputError, nearest
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.study.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
 from drivetrain.study.document import Document, parsed_document, read_document
 from drivetrain.study.doubts import note_doubts
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
-from drivetrain.study.joints import Surroundings, resolve_joints
 from drivetrain.study.model import DriveMass, Payload, Prices, Study
-from drivetrain.study.motions import motion_files, resolve_cycle, resolve_motions
+from drivetrain.study.parts.arm import arm_files, resolve_arm, resolve_coupling, resolve_payloads
+from drivetrain.study.parts.joints import Surroundings, resolve_joints
+from drivetrain.study.parts.motions import motion_files, resolve_cycle, resolve_motions
+from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
+from drivetrain.study.parts.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
+from drivetrain.study.parts.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
 from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION, StudyForm
-from drivetrain.study.selection import TERMS, SelectionOptions, TradeOffs
-from drivetrain.study.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
-from drivetrain.study.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
 from drivetrain.study.written import python_document
 
 LARGEST_GAIN = 2.0  # of bandwidth times period: a faster loop diverges from sample to sample

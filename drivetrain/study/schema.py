@@ -22,10 +22,18 @@ from drivetrain.drive.amplifier import Amplifier, CurrentBasis, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.study.form import AsForm, Entry, Form, form_of
 from drivetrain.study.model import GearAssumption, MotorAssumption, Mount, Prices, Safety, StiffnessWish, Stop
-from drivetrain.study.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
-from drivetrain.study.selection import CRITERIA, TERMS, UNITS, CurveWanted, SelectionOptions, read_criterion, read_curve
-from drivetrain.study.simulation import Simulation
-from drivetrain.study.tolerances import Tolerances
+from drivetrain.study.parts.rules import BrakeRow, CandidatesForm, DriveForm, GearRow, MotorRow
+from drivetrain.study.parts.selection import (
+    CRITERIA,
+    TERMS,
+    UNITS,
+    CurveWanted,
+    SelectionOptions,
+    read_criterion,
+    read_curve,
+)
+from drivetrain.study.parts.simulation import Simulation
+from drivetrain.study.parts.tolerances import Tolerances
 
 SCHEMA_VERSION = 1
 DEFAULT = "default"  # the entry of `joints` and of `motions` that holds where the others are silent

@@ -14,7 +14,7 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.deflection import joint_stiffness, tip_deflection, vibration
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.spatial.beams import Beam, round_tube
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.read import load_study
 
 STRONG, WEAK = "AM_MF0060020_48V", "AM_MF0060008_48V"

@@ -16,26 +16,26 @@ from drivetrain.accuracy.scenes import choices, without
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.bounds import lagging, swinging
-from drivetrain.effects.cogging import Cogging
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.current_loop import CurrentLoop
-from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.estimate import TaskSeries
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.supply_bus import StiffSupply
-from drivetrain.effects.tip_contact import TipContact
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.tip_contact import TipContact
+from drivetrain.effects.motor.cogging import Cogging
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.effects.motor.supply_bus import StiffSupply
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.cost_results import Choice
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
 UNSAFE = 1.25  # measured over estimated: estimate over measured at least 0.8

@@ -17,16 +17,16 @@ from drivetrain.accuracy.decision import basis_of
 from drivetrain.accuracy.estimates import estimates, task_of
 from drivetrain.accuracy.scenes import without
 from drivetrain.drive.gear import Gear
-from drivetrain.effects import twisting
-from drivetrain.effects.backlash import Backlash
 from drivetrain.effects.bounds import LARGEST_ANSWER
-from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.estimate import Conditions, TaskSeries
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.lugre_friction import LuGreFriction
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.simulation.plan import plan
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.lugre_friction import LuGreFriction
+from drivetrain.effects.gear import twisting
+from drivetrain.effects.gear.backlash import Backlash
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
 Rng = np.random.Generator

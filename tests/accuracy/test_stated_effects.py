@@ -15,24 +15,24 @@ from drivetrain.accuracy.costs import ran
 from drivetrain.accuracy.decision import basis_of, change, decision
 from drivetrain.accuracy.estimates import estimates, task_of
 from drivetrain.accuracy.scenes import LABELS, choices, full_scene, wanted_scene, without
-from drivetrain.effects.cascade_loop import CascadeLoop
-from drivetrain.effects.cogging import Cogging
-from drivetrain.effects.current_loop import CurrentLoop
+from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.encoder import Encoder
+from drivetrain.effects.control.position_loop import PositionLoop
+from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect
-from drivetrain.effects.encoder import Encoder
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.sampled_cascade import SampledCascade
-from drivetrain.effects.sampled_current_loop import SampledCurrentLoop
-from drivetrain.effects.winding import Winding
+from drivetrain.effects.motor.cogging import Cogging
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop
+from drivetrain.effects.motor.winding import Winding
 from drivetrain.errors import InputError
 from drivetrain.simulation.cost_results import Choice
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
 from drivetrain.sizing.results import Evaluation
-from drivetrain.study.simulation import AddedEffect, Control, Teeth
+from drivetrain.study.parts.simulation import AddedEffect, Control, Teeth
 
 STATED = """
 simulation:

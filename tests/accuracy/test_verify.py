@@ -9,14 +9,14 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.rotor import FullRotor
-from drivetrain.effects.wall_spring import WallSpring
+from drivetrain.effects.loads.wall_spring import WallSpring
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.errors import InputError
-from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.inverse import Inverse
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.passive import simulate_passive
 from drivetrain.simulation.recording import Recording, load_recording
 from drivetrain.simulation.scene import Scene, joint_scene

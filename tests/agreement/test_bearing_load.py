@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 import drivetrain as dt
-from drivetrain.study.mounting import carrier_link, mount_point
+from drivetrain.study.parts.mounting import carrier_link, mount_point
 
 STUDY = Path(__file__).parents[2] / "examples" / "ur5_pick_and_place" / "study.yaml"
 SMALLEST = {  # motor and gear of every joint without a look at the pan's bearing

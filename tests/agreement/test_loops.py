@@ -12,8 +12,8 @@ from scipy.signal import bilinear
 
 import drivetrain as dt
 from drivetrain.arrays import Array
-from drivetrain.drive.loop_design import MODULUS_MARGIN, SPRING, LoopDesign, closed_loop
-from drivetrain.drive.servo_axis import resonances
+from drivetrain.drive.loops.loop_design import MODULUS_MARGIN, SPRING, LoopDesign, closed_loop
+from drivetrain.drive.loops.servo_axis import resonances
 
 CHOICES = {SPRING, f"notch and {SPRING}", "current loop", "samples and delay", "anti-resonance of the joint's spring"}
 ISSUE = dt.ServoAxis(0.03, 100.0, 9.3e-6, 0.70, stiffness=6e4, spring_damping=3.3)

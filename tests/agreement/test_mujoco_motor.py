@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.solvers.solver import Rodas4
 

@@ -20,7 +20,7 @@ from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.demand.demand import joint_demand
 from drivetrain.study.model import ContainedDrive, DriveMass, JointTask, Mount, Payload, Safety, Study
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 TRAVEL = 0.02  # m/rad of the prismatic joint
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from drivetrain.drive.current_loop_kernel import loop_step
+from drivetrain.drive.loops.current_loop_kernel import loop_step
 
 R, L, BANDWIDTH = 0.299, 82e-6, 6283.0  # of a motor of the 150 W class, and a loop of 1 kHz
 

@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from drivetrain.drive.exponentials import first, second
+from drivetrain.drive.thermal.exponentials import first, second
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

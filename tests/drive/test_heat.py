@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from drivetrain.arrays import Array
-from drivetrain.drive.heat import (
+from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant, winding_resistance
+from drivetrain.drive.thermal.heat import (
     PeriodicTemperature,
     ThermalNetwork,
     periodic_temperature,
@@ -17,7 +18,6 @@ from drivetrain.drive.heat import (
     temperature_of_current,
     thermal_network,
 )
-from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant, winding_resistance
 from drivetrain.errors import InputError
 
 # A 150 W DC motor: two resistances and two time constants as sheets print them.

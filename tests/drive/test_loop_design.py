@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from drivetrain.drive.loop_design import MODULUS_MARGIN, design_loops, given_loops
-from drivetrain.drive.servo_axis import (
+from drivetrain.drive.loops.loop_design import MODULUS_MARGIN, design_loops, given_loops
+from drivetrain.drive.loops.servo_axis import (
     Notch,
     ServoAxis,
     ServoTiming,

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from drivetrain.drive.heat import (
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.thermal.heat import (
     Mix,
     PeriodicTemperature,
     mixed_temperature,
@@ -17,7 +18,6 @@ from drivetrain.drive.heat import (
     rms_rule_validity,
     thermal_network,
 )
-from drivetrain.drive.motor import Motor
 
 MOTOR = Motor(
     "m", 0.299, 0.0302, resistance_winding_housing=1.9, resistance_housing_ambient=4.65, winding_time_constant=8.0,

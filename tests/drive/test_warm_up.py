@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from drivetrain.drive.heat import temperature_of_current
 from drivetrain.drive.motor import Motor, copper_coefficient
-from drivetrain.drive.thermal_network import ThermalNetwork
-from drivetrain.drive.warm_up import warm_up
+from drivetrain.drive.thermal.heat import temperature_of_current
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.drive.thermal.warm_up import warm_up
 from drivetrain.errors import InputError
 
 MOTOR = Motor("any", 0.5, 0.05)

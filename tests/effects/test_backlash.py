@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from drivetrain.drive.gear import Gear
-from drivetrain.effects.backlash import Backlash
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.rotor import ReflectedRotor
+from drivetrain.effects.gear.backlash import Backlash
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from drivetrain.drive.friction import Friction
-from drivetrain.effects.cogging import Cogging
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.motor.cogging import Cogging
+from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
 

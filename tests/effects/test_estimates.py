@@ -7,14 +7,14 @@ import pytest
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
-from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect, Place
 from drivetrain.effects.estimate import Conditions
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene, without
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from drivetrain.drive.friction import Friction
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.holding_brake import HoldingBrake
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.holding_brake import HoldingBrake
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.errors import InputError
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.lugre_friction import LuGreFriction
+from drivetrain.effects.friction.lugre_friction import LuGreFriction
+from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
 

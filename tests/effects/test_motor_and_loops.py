@@ -8,21 +8,21 @@ import pytest
 import drivetrain as dt
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.computed_torque import ComputedTorque, SampledComputedTorque
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.computed_torque import ComputedTorque, SampledComputedTorque
+from drivetrain.effects.control.encoder import Encoder
+from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect
-from drivetrain.effects.encoder import Encoder
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 

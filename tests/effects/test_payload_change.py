@@ -5,11 +5,11 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.arm.bodies import with_payload
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.payload_change import EMPTY, Body, PayloadChange
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.payload_change import EMPTY, Body, PayloadChange
 from drivetrain.errors import InputError
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene

@@ -8,20 +8,20 @@ from scipy.integrate import solve_ivp
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.cascade_loop import CascadeLoop
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.current_loop import CurrentLoop
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.supply_bus import StiffSupply, SupplyBus
+from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.motor.supply_bus import StiffSupply, SupplyBus
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene

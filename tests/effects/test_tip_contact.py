@@ -9,11 +9,11 @@ import pytest
 
 from drivetrain.arm.arm import Arm
 from drivetrain.drive.friction import Friction
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.tip_contact import TipContact
-from drivetrain.effects.viscous_friction import ViscousFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.tip_contact import TipContact
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene
 

@@ -10,20 +10,20 @@ from scipy.integrate import solve_ivp
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.current_loop import CurrentLoop
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.given_voltage import GivenVoltage
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.supply_bus import StiffSupply
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.winding import Winding
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.position_loop import PositionLoop
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given_voltage import GivenVoltage
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.effects.motor.supply_bus import StiffSupply
+from drivetrain.effects.motor.winding import Winding
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
 

@@ -7,13 +7,13 @@ from scipy.linalg import expm
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import ThermalNetwork
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import joint_scene
 from drivetrain.solvers.solver import Rodas5P

@@ -13,8 +13,8 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
-from drivetrain.study.verdicts import Verdict
 
 EXAMPLES = sorted(path.parent.name for path in shipped("examples").glob("*/study.yaml"))
 

@@ -15,9 +15,9 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.electrical import exact_current_step
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.heat import periodic_temperature, temperature_of_current, thermal_network
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.warm_up import warm_up
+from drivetrain.drive.thermal.heat import periodic_temperature, temperature_of_current, thermal_network
+from drivetrain.drive.thermal.warm_up import warm_up
 from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid
 from drivetrain.motion.waypoints import MotionLimits, waypoint_motion
 from drivetrain.spatial.beams import box_tube, end_deflection, round_tube

@@ -12,34 +12,34 @@ from corruption import spoiled
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import ThermalNetwork
-from drivetrain.effects.backlash import Backlash
-from drivetrain.effects.cascade_loop import CascadeLoop
-from drivetrain.effects.cogging import Cogging
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.current_loop import CurrentLoop
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.encoder import Encoder
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.given_voltage import GivenVoltage
-from drivetrain.effects.holding_brake import HoldingBrake
-from drivetrain.effects.lugre_friction import LuGreFriction
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.moving_belt import MovingBelt
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.sampled_cascade import SampledCascade
-from drivetrain.effects.sampled_current_loop import SampledCurrentLoop
-from drivetrain.effects.supply_bus import StiffSupply, SupplyBus
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.wall_spring import WallSpring
-from drivetrain.effects.winding import Winding
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.encoder import Encoder
+from drivetrain.effects.control.position_loop import PositionLoop
+from drivetrain.effects.control.sampled_cascade import SampledCascade
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.holding_brake import HoldingBrake
+from drivetrain.effects.friction.lugre_friction import LuGreFriction
+from drivetrain.effects.friction.moving_belt import MovingBelt
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.backlash import Backlash
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.wall_spring import WallSpring
+from drivetrain.effects.motor.cogging import Cogging
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.given_voltage import GivenVoltage
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.motor.sampled_current_loop import SampledCurrentLoop
+from drivetrain.effects.motor.supply_bus import StiffSupply, SupplyBus
+from drivetrain.effects.motor.winding import Winding
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene
 from drivetrain.solvers.solver import Rodas4

@@ -13,31 +13,31 @@ from drivetrain.arm.arm import Arm
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import ThermalNetwork
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.current_loop import CurrentLoop
-from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.position_loop import PositionLoop
 from drivetrain.effects.effect import Effect, Place
 from drivetrain.effects.estimate import Conditions, TaskSeries
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.supply_bus import StiffSupply
-from drivetrain.effects.tip_contact import TipContact
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.wall_spring import WallSpring
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.tip_contact import TipContact
+from drivetrain.effects.loads.wall_spring import WallSpring
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.motor.supply_bus import StiffSupply
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.inverse import Inverse
-from drivetrain.simulation.inverse_demand import demanded
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.engines.inverse import Inverse
+from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 from drivetrain.simulation.study_scene import command_times, with_feed_forward

@@ -10,12 +10,12 @@ from jumping_laws import Sign, Step, oscillator_rates
 from scipy.integrate import solve_ivp
 
 from drivetrain.drive.friction import Friction
-from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect
-from drivetrain.effects.lugre_friction import LuGreFriction
-from drivetrain.effects.wall_spring import WallSpring
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.lugre_friction import LuGreFriction
+from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 from drivetrain.solvers.compiled_problem import CompiledProblem

@@ -10,13 +10,13 @@ from scipy.integrate import solve_ivp
 
 from drivetrain.arm.arm import Arm
 from drivetrain.drive.friction import Friction
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.moving_belt import MovingBelt
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.wall_spring import WallSpring
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.moving_belt import MovingBelt
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.wall_spring import WallSpring
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene

@@ -8,10 +8,10 @@ import numpy as np
 from hard_case import Figure, hard_case
 from scipy.integrate import solve_ivp
 
-from drivetrain.drive.heat import periodic_temperature, temperature_of_current
 from drivetrain.drive.motor import Motor, copper_coefficient, winding_resistance
-from drivetrain.drive.thermal_network import ThermalNetwork, thermal_network
-from drivetrain.drive.warm_up import warm_up
+from drivetrain.drive.thermal.heat import periodic_temperature, temperature_of_current
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.drive.thermal.warm_up import warm_up
 
 MOTOR = Motor(
     "typical", resistance=0.299, torque_constant=0.0302, inductance=8.2e-5, resistance_winding_housing=1.9,

@@ -7,10 +7,10 @@ from hard_case import Figure, hard_case
 from scipy.integrate import solve_ivp
 
 from drivetrain.drive.motor import Motor
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import joint_scene
 from drivetrain.solvers.solver import Rodas4

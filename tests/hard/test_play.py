@@ -9,12 +9,12 @@ from hard_case import Figure, hard_case
 
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
-from drivetrain.effects.backlash import Backlash
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.gear.backlash import Backlash
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene

@@ -13,13 +13,13 @@ from scene_spoilers import BODY, JOINT, MOTION, WHOLE, spoiled_scene
 
 from drivetrain.arm.arm import Arm
 from drivetrain.drive.gear import Gear
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene

@@ -8,11 +8,11 @@ import numpy as np
 from hard_case import Figure, hard_case
 
 from drivetrain.drive.gear import Gear
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.rotor import FullRotor
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.errors import InputError
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 from drivetrain.solvers.solver import Rodas4

@@ -16,7 +16,7 @@ from drivetrain.dynamics.regressor import torque_parameters, torque_regressor
 from drivetrain.identification.consistency import consistent, nearest_consistent, pseudo_inertias, ten_parameters
 from drivetrain.identification.least_squares import base_parameters
 from drivetrain.sizing.judge.fill import FilledParts
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KR300 = Path(__file__).parents[1] / "published" / "data" / "kr300_recording_a.npz"

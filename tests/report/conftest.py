@@ -17,7 +17,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.results import Evaluation, Fallen, JointResult, JointSeries, Selection
 from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, Mount, Safety, Study
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow")
 SIZES = (3.0, 2.5, 2.0)

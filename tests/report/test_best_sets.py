@@ -19,8 +19,8 @@ from drivetrain.report.result_json import result_json
 from drivetrain.report.table import verdict_lines, verdict_table
 from drivetrain.report.words import objective_text
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
-from drivetrain.study.selection import Wanted
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ from drivetrain.report.free_ratio_page import free_ratio_lines, free_ratio_repor
 from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.free_ratio import free_ratios
 from drivetrain.study.model import FreeRatio
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
-from drivetrain.study.verdicts import Verdict
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import drivetrain as dt
 from drivetrain.cli import app
-from drivetrain.drive.loop_design import MODULUS_MARGIN
+from drivetrain.drive.loops.loop_design import MODULUS_MARGIN
 from drivetrain.report.loops_page import loops_json, loops_report, loops_sentence
 from drivetrain.sizing.answers.loops import study_loops
 

@@ -24,7 +24,7 @@ from drivetrain.report.words import OUTSIDE, check_sentence, headline, heat_mode
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.study.model import Safety
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr"}
 

@@ -19,8 +19,8 @@ from drivetrain.sizing.answers.trade_offs import trade_offs, usual_span
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.results import Selection
 from drivetrain.sizing.search.search import select
+from drivetrain.study.parts.selection import CurveWanted, TradeOffs
 from drivetrain.study.read import load_study
-from drivetrain.study.selection import CurveWanted, TradeOffs
 
 STUDY = shipped("examples") / "one_axis" / "study.yaml"
 

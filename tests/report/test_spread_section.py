@@ -17,8 +17,8 @@ from drivetrain.shipped import shipped
 from drivetrain.sizing.answers.spread import robustly, spread
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.read import load_study
-from drivetrain.study.tolerances import Tolerance, Tolerances
 
 TOLERANCES = Tolerances(
     torque_constant=Tolerance(0.05), friction=Tolerance(0.3), ambient=Tolerance(5.0, absolute=True), samples=500

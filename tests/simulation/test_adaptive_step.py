@@ -14,29 +14,29 @@ import drivetrain as dt
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
-from drivetrain.effects.cascade_loop import CascadeLoop
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.effects.control.cascade_loop import CascadeLoop
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.encoder import Encoder
+from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect, Place, Ports
-from drivetrain.effects.encoder import Encoder
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.moving_belt import MovingBelt
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
 from drivetrain.effects.laws import joint_law
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.moving_belt import MovingBelt
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.sampled_cascade import SampledCascade
-from drivetrain.effects.tip_contact import TipContact
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.wall_spring import WallSpring
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.tip_contact import TipContact
+from drivetrain.effects.loads.wall_spring import WallSpring
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene

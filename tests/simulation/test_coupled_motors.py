@@ -20,31 +20,31 @@ from drivetrain.arm.rotors import RotorLevel
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import ThermalNetwork
-from drivetrain.effects.commanded_motion import CommandedMotion
-from drivetrain.effects.computed_torque import ComputedTorque
-from drivetrain.effects.current_loop import CurrentLoop
-from drivetrain.effects.dry_friction import DryFriction
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.computed_torque import ComputedTorque
+from drivetrain.effects.control.encoder import Encoder
+from drivetrain.effects.control.position_loop import PositionLoop
+from drivetrain.effects.control.sampled_cascade import SampledCascade
 from drivetrain.effects.effect import Effect
-from drivetrain.effects.encoder import Encoder
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.moving_belt import MovingBelt
-from drivetrain.effects.position_loop import PositionLoop
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.sampled_cascade import SampledCascade
-from drivetrain.effects.supply_bus import StiffSupply
-from drivetrain.effects.tip_contact import TipContact
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.moving_belt import MovingBelt
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.tip_contact import TipContact
+from drivetrain.effects.motor.current_loop import CurrentLoop
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
+from drivetrain.effects.motor.supply_bus import StiffSupply
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.inverse import Inverse
-from drivetrain.simulation.inverse_demand import demanded
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.engines.inverse import Inverse
+from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Scene
 from drivetrain.simulation.study_scene import scene_of, with_feed_forward

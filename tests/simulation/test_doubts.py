@@ -5,10 +5,10 @@ import math
 import pytest
 
 import drivetrain as dt
-from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.effect import Effect
 from drivetrain.errors import InputError
-from drivetrain.simulation.engine import Engine
+from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.recording import Event
 
 MOTOR = dt.Motor("m", 0.3, 0.03, max_winding_temperature=155.0)

@@ -10,17 +10,17 @@ from scipy.integrate import solve_ivp
 import drivetrain as dt
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.moving_belt import MovingBelt
-from drivetrain.effects.rotor import FullRotor, ReflectedRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.wall_spring import WallSpring
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.moving_belt import MovingBelt
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.wall_spring import WallSpring
+from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.recording import Recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene

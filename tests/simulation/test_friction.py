@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drivetrain.jit import kernel
-from drivetrain.simulation import friction
-from drivetrain.simulation.records import COORDINATE, PAIR
+from drivetrain.simulation.core import friction
+from drivetrain.simulation.core.records import COORDINATE, PAIR
 
 solve_friction = kernel(friction.solve_friction)
 NAMES = {"hold": ("hold_forward", "hold_backward"), "slide": ("slide_forward", "slide_backward")}

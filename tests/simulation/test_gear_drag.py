@@ -11,17 +11,17 @@ from scipy.integrate import solve_ivp
 import drivetrain as dt
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import ThermalNetwork
-from drivetrain.effects.gear_drag import GearDrag
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.rotor import FullRotor
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
+from drivetrain.effects.gear.gear_drag import GearDrag
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
-from drivetrain.simulation.adaptive_step import AdaptiveStep
-from drivetrain.simulation.engine import Engine
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import joint_scene
 from drivetrain.simulation.study_scene import Wishes, scene_of

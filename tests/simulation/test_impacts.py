@@ -9,15 +9,15 @@ import drivetrain as dt
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.spring import answer, gear_spring, mean_touch, touch, twist_under
-from drivetrain.effects.backlash import Backlash
-from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.rotor import ReflectedRotor
-from drivetrain.effects.tip_contact import TipContact
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.gear.backlash import Backlash
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.tip_contact import TipContact
+from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene
 

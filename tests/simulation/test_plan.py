@@ -13,23 +13,23 @@ import drivetrain as dt
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal_network import ThermalNetwork
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
-from drivetrain.effects.dry_friction import DryFriction
 from drivetrain.effects.effect import Effect, Place, Ports, Signal, State
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.given_current import GivenCurrent
-from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.viscous_friction import ViscousFriction
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
 from drivetrain.effects.laws import joint_law
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.rotor import FullRotor
-from drivetrain.effects.viscous_friction import ViscousFriction
-from drivetrain.effects.wall_spring import WallSpring
-from drivetrain.effects.winding_heat import WindingHeat
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.wall_spring import WallSpring
+from drivetrain.effects.motor.given_current import GivenCurrent
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.effects.motor.rotor import FullRotor
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.recording import load_recording
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, Scene, joint_scene

@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 
 from drivetrain.drive.friction import Friction
-from drivetrain.effects.dry_friction import DryFriction
-from drivetrain.effects.given_torque import GivenTorque
+from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.errors import InputError
 from drivetrain.simulation.recording import Recording, Series, TableSeries, load_recording
 from drivetrain.simulation.run import simulate

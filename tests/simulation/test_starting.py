@@ -6,7 +6,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.effects.effect import Effect
 from drivetrain.errors import InputError
-from drivetrain.simulation.engine import Engine
+from drivetrain.simulation.engines.engine import Engine
 
 MOTOR = dt.Motor(key="m", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
 GEAR = dt.Gear("g", 100.0, stiffness_1=2e4, torque_1=5.0, stiffness_2=3e4)

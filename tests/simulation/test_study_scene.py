@@ -7,14 +7,14 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.drive.motor import torque_constant
-from drivetrain.effects.given_torque import GivenTorque
-from drivetrain.effects.motor_current import MotorCurrent
-from drivetrain.effects.tip_contact import TipContact
+from drivetrain.effects.loads.given_torque import GivenTorque
+from drivetrain.effects.loads.tip_contact import TipContact
+from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.errors import InputError
-from drivetrain.simulation.fixed_step import FixedStep
-from drivetrain.simulation.inverse import Inverse
-from drivetrain.simulation.inverse_demand import demanded
-from drivetrain.simulation.plan import plan
+from drivetrain.simulation.engines.fixed_step import FixedStep
+from drivetrain.simulation.engines.inverse import Inverse
+from drivetrain.simulation.engines.inverse_demand import demanded
+from drivetrain.simulation.plan.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 from drivetrain.simulation.study_scene import Wishes, scene_of, with_feed_forward

@@ -15,8 +15,8 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.motion.mix import build_mix
-from drivetrain.study.candidates import with_brakes
 from drivetrain.study.model import ContainedDrive, DriveMass, Mount, Safety, Stop, Study
+from drivetrain.study.parts.candidates import with_brakes
 
 KINDS = ("table", "arm", "sliding", "coupled", "mix", "dwell")
 

@@ -15,8 +15,8 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import Study
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
-from drivetrain.study.verdicts import Verdict
 
 OVERLOAD, HIGHEST, LOWEST = "amplifier overload (I2t)", "amplifier highest supply", "amplifier lowest supply"
 

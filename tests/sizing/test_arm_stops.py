@@ -17,11 +17,11 @@ from drivetrain.drive.stops import braked as stopped
 from drivetrain.drive.stops import overshoot
 from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.dynamics.mass_matrix import mass_matrix
-from drivetrain.effects.flexible_joint import FlexibleJoint
-from drivetrain.effects.holding_brake import HoldingBrake
-from drivetrain.effects.mesh_loss import MeshLoss
-from drivetrain.effects.rotor import FullRotor
-from drivetrain.simulation.fixed_step import FixedStep
+from drivetrain.effects.friction.holding_brake import HoldingBrake
+from drivetrain.effects.gear.flexible_joint import FlexibleJoint
+from drivetrain.effects.gear.mesh_loss import MeshLoss
+from drivetrain.effects.motor.rotor import FullRotor
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 from drivetrain.sizing.judge.arm_stops import Braking, march
@@ -30,7 +30,7 @@ from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.judge.stiffness import loaded_arms
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass, Stop
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 FULL, OFF, HEAT = "arm stop at full current", "arm power failure", "arm power failure heat"
 RATIO, ROTOR = 50.0, 2.1e-5

@@ -18,8 +18,8 @@ from drivetrain.sizing.results import Fallen
 from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.rejected import Rejected
-from drivetrain.study.selection import Wanted
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.verdicts import Verdict
 
 CLOSE = 1e-9  # relative; the same terms are summed in another order
 UNBOUNDED = ("inertia ratio", "holding brake energy")

@@ -20,12 +20,12 @@ from drivetrain.sizing.demand.demand import joint_demand, workload
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.search.search import select
-from drivetrain.study.candidates import with_brakes
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import Mount, Study
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.candidates import with_brakes
+from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
-from drivetrain.study.verdicts import Verdict
 
 WEAK = Brake("weak", "motor", static_torque=0.2, inertia=1e-6, power=8.0, mass=0.1, price=10.0)
 STRONG = Brake("strong", "motor", static_torque=2.0, inertia=4e-6, power=12.0, mass=0.3, energy_per_stop=50.0)

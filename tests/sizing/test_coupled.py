@@ -19,7 +19,7 @@ from drivetrain.sizing.demand.load_basis import loading_drives
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import Mount
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 GROUP = (1, 2)
 NAMES = ("j2", "j3")

@@ -16,7 +16,7 @@ from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.currents import PARTS, current_commands
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 FLAGS = ("joint", "saturated", "over current", "over torque", "over voltage")
 

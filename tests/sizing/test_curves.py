@@ -17,7 +17,7 @@ from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.selection import Wanted
+from drivetrain.study.parts.selection import Wanted
 
 
 def small_study(make, seed, objective="mass"):

@@ -21,7 +21,7 @@ from drivetrain.sizing.deflection import joint_stiffness, lost_motion, tip_defle
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.spatial.beams import Beam, round_tube
 from drivetrain.study.model import DriveMass
-from drivetrain.study.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm
 
 SECTION = round_tube(0.04, 0.036, 70e9, 26e9)
 SPRINGS = {"stiffness_1": 3000.0, "stiffness_2": 5000.0, "stiffness_3": 8000.0, "torque_1": 3.0, "torque_2": 9.0}

@@ -19,7 +19,7 @@ from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import GearAssumption, MotorAssumption, Safety, Stop
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 LOAD = 0.4  # kg m^2 at the gear's output
 TOP = 4.0  # rad/s

@@ -14,9 +14,9 @@ from drivetrain.sizing.answers.fastest import CLOSE, Fastest, fastest, moves_of,
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Study
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 from drivetrain.study.template import study_template
-from drivetrain.study.verdicts import Verdict
 
 DRIVES = {name: ("AM_MF0127008_48V", "hd_CSG-32-120-2UH") for name in ("joint_1", "joint_2")}
 

@@ -10,7 +10,7 @@ import pytest
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.fill import INPUT_INERTIA_SHARE, FilledParts
 from drivetrain.study.model import GearAssumption
-from drivetrain.study.mounting import drive_body, drive_mass
+from drivetrain.study.parts.mounting import drive_body, drive_mass
 
 
 def filled_parts(make, motor=None, gear=None, **changes):

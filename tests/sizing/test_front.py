@@ -22,7 +22,7 @@ from drivetrain.sizing.search.front_tree import NAMES, USED, FrontTree
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.zones import Zones
 from drivetrain.study.model import Mount
-from drivetrain.study.selection import Wanted
+from drivetrain.study.parts.selection import Wanted
 
 
 def random_study(make, seed, joints=2, carrier="parent", pairs_a_joint=9):

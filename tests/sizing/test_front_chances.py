@@ -15,8 +15,8 @@ from drivetrain.sizing.answers.trade_offs import check_trade_offs
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.front import check_criteria, pareto_front
 from drivetrain.sizing.tolerance.monte_carlo import robustness
-from drivetrain.study.selection import CurveWanted, TradeOffs, Wanted
-from drivetrain.study.tolerances import Tolerance, Tolerances
+from drivetrain.study.parts.selection import CurveWanted, TradeOffs, Wanted
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 
 WIDE = Tolerances(torque_constant=Tolerance(0.15), friction=Tolerance(0.3), efficiency=Tolerance(0.1), samples=2000)
 HOLDS = 0.9

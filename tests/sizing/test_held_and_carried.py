@@ -12,7 +12,7 @@ from drivetrain.catalog.read import Catalog, read_catalog
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import Safety
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 HOUR = 3600.0
 CSG_17 = read_catalog().gears["hd_CSG-17-100-2UH"]

@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 
 from drivetrain.drive.drive import loss_speed, motor_torque, power_balance
 from drivetrain.drive.gear import mesh
-from drivetrain.drive.heat import Mix, mixed_temperature
 from drivetrain.drive.motor import torque_constant, winding_resistance
+from drivetrain.drive.thermal.heat import Mix, mixed_temperature
 from drivetrain.records import as_numbers, as_record
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.demand.series import own_amounts, own_work
@@ -25,7 +25,7 @@ from drivetrain.sizing.judge.judge import judge_cases
 from drivetrain.sizing.judge.operation import operation
 from drivetrain.sizing.judge.parts import parts_of
 from drivetrain.sizing.judge.verdicts import check_of, checks_of
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 CLOSE = 1e-9  # relative; both sum the same terms in another order
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from drivetrain.drive.friction import Friction
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 TORQUES = st.lists(st.floats(-60, 60), min_size=6, max_size=6)
 SPEEDS = st.lists(st.floats(-20, 20), min_size=6, max_size=6)

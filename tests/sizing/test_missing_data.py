@@ -23,8 +23,8 @@ from drivetrain.sizing.judge.missing import gaps
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass, Mount, Study
-from drivetrain.study.selection import Wanted
-from drivetrain.study.verdicts import Check, Verdict, lacking, verdict_of
+from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.verdicts import Check, Verdict, lacking, verdict_of
 
 MASS, PRICE, ENERGY = (("mass", 1.0),), (("price", 1.0),), (("energy", 1.0),)
 

@@ -25,8 +25,8 @@ from drivetrain.sizing.tolerance.sampling import (
     nominal_of,
 )
 from drivetrain.sizing.tolerance.tornado import effects, variance_share
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.read import load_study
-from drivetrain.study.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),

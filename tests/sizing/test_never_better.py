@@ -11,7 +11,7 @@ import random_tasks as TASKS
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 STUDIES = 500
 GOOD = (Verdict.PASS, Verdict.MARGINAL)

@@ -15,7 +15,7 @@ from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.propagate import Propagation, Ranges, power_range
 from drivetrain.sizing.search.tree import EVERY, halves
 from drivetrain.study.model import Mount
-from drivetrain.study.selection import Wanted
+from drivetrain.study.parts.selection import Wanted
 
 
 def study_of(make, seed: int, wanted: Wanted):

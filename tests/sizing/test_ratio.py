@@ -17,7 +17,7 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.answers.ratio import NEAR_GEARS, chosen_drives, ratio_studies, ratio_study
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.model import DriveMass, Mount
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 JOINT = "j2"
 

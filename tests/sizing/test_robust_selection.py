@@ -14,7 +14,7 @@ from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.robust import Decision, decided, robust_select
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.monte_carlo import Chance, robustness
-from drivetrain.study.tolerances import Tolerance, Tolerances
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 
 
 def stopped(rng, truth, wanted, error, most=4000):

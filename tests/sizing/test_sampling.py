@@ -13,7 +13,7 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.tolerance import sampling
 from drivetrain.sizing.tolerance.draws import Draws, deviated, drawn, streamed
 from drivetrain.sizing.tolerance.sampling import NAMES, candidate, figures_of, judged, nominal_of
-from drivetrain.study.tolerances import Tolerance, Tolerances
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),

@@ -17,8 +17,8 @@ from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import DriveMass, Mount
-from drivetrain.study.selection import Wanted
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.verdicts import Verdict
 
 
 def random_catalog(make, rng, motors=3, gears=3, strong=1.0):

@@ -18,7 +18,7 @@ from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.tree import EVERY, Tree
 from drivetrain.study.model import Study
-from drivetrain.study.selection import Wanted, family
+from drivetrain.study.parts.selection import Wanted, family
 
 WEIGHTS = (
     (("mass", 1.0),), (("price", 1.0),), (("energy", 1.0),), (("mass", 1.0), ("price", 0.01), ("energy", 0.02)),

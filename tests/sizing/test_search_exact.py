@@ -23,9 +23,9 @@ from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.search.tree import Tree
 from drivetrain.study.model import DriveMass, JointTask, Mount, Safety, Study
+from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.verdicts import Check, Verdict
 from drivetrain.study.read import load_study
-from drivetrain.study.selection import Wanted
-from drivetrain.study.verdicts import Check, Verdict
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 OBJECTIVES = (

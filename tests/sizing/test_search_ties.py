@@ -19,7 +19,7 @@ from drivetrain.sizing.judge.evaluate import evaluate, evaluated
 from drivetrain.sizing.search import tree as search_tree
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import Study
-from drivetrain.study.selection import Wanted
+from drivetrain.study.parts.selection import Wanted
 
 SAME = 1e-9  # relative: objectives, and energies, that differ by less are equal
 

@@ -19,9 +19,9 @@ from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.front import pareto_front
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import DriveMass, StiffnessWish
-from drivetrain.study.mounting import loaded_arm
-from drivetrain.study.selection import Wanted
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.verdicts import Verdict
 
 SPRINGS = {"stiffness_1": 3000.0, "stiffness_2": 5000.0, "stiffness_3": 8000.0, "torque_1": 3.0, "torque_2": 9.0}
 LOOSE = StiffnessWish(1e-3, 1.0, 1.0)  # everything told, nothing binding

@@ -17,8 +17,8 @@ from drivetrain.dynamics.mass_matrix import mass_matrix
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.model import DriveMass, Stop
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
-from drivetrain.study.verdicts import Verdict
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ur5_pick_and_place" / "study.yaml"
 MOMENTARY, CURRENT = "gear momentary peak torque", "current to stop"

@@ -14,8 +14,8 @@ from drivetrain.drive.supply_bus import bus_peak
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
-from drivetrain.study.selection import Wanted
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.verdicts import Verdict
 
 PEAK, BUS = "supply peak braking power", "supply bus voltage"
 NEVER = math.inf

@@ -27,7 +27,7 @@ from drivetrain.sizing.judge.vary import (
     worst_of_set,
 )
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 KEYS = {"j1": ("strong", "g80"), "j2": ("weak", "g50")}
 

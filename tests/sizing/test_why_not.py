@@ -16,7 +16,7 @@ from drivetrain.sizing.answers.why_not import Standing, why_not
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.vary import worst_of
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.verdicts import Verdict
+from drivetrain.study.parts.verdicts import Verdict
 
 
 def weak_catalog(make):

@@ -14,8 +14,8 @@ from drivetrain.sizing.answers.why_not import Standing, why_not
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
+from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
-from drivetrain.study.verdicts import Verdict
 
 EXAMPLES = ("one_axis", "desktop_arm", "ur5_pick_and_place")
 NAMED = 2  # pairs of each example at least, and more until changes of both kinds were tried

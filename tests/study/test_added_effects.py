@@ -17,7 +17,7 @@ from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.errors import InputError
 from drivetrain.simulation.study_scene import Wishes
 from drivetrain.study.form import attribute_words, form_of
-from drivetrain.study.simulation import drive_fields, known_effects
+from drivetrain.study.parts.simulation import drive_fields, known_effects
 from drivetrain.units import factor
 
 # Other tests define effects of their own, which are known too once their modules are imported.

@@ -10,10 +10,10 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.study.candidates import candidate_pairs
 from drivetrain.study.document import Document
 from drivetrain.study.faults import Ledger
-from drivetrain.study.rules import CandidatesForm
+from drivetrain.study.parts.candidates import candidate_pairs
+from drivetrain.study.parts.rules import CandidatesForm
 
 PLACE = ("joints", "elbow", "candidates")
 

@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from drivetrain.shipped import shipped
-from drivetrain.study.candidates import excluded_by
+from drivetrain.study.parts.candidates import excluded_by
 from drivetrain.study.read import load_study
 
 

@@ -14,11 +14,11 @@ from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.load import load_arm
 from drivetrain.catalog.schema import GEAR_KINDS
 from drivetrain.errors import InputError
-from drivetrain.study.arm import read_dh_table
-from drivetrain.study.joints import merged_joint
+from drivetrain.study.parts.arm import read_dh_table
+from drivetrain.study.parts.joints import merged_joint
+from drivetrain.study.parts.sheets import shipped_assumptions
 from drivetrain.study.read import load_study
 from drivetrain.study.schema import JointForm
-from drivetrain.study.sheets import shipped_assumptions
 from drivetrain.study.template import study_template
 
 PUMA_HEADER = (

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from drivetrain.errors import InputError
-from drivetrain.study.tolerances import Tolerance, Tolerances
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 
 
 def test_nothing_scatters_by_itself(load: Any) -> None:

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from drivetrain.errors import InputError
+from drivetrain.study.parts.selection import CurveWanted, TradeOffs, read_curve, read_span
 from drivetrain.study.schema import json_schema
-from drivetrain.study.selection import CurveWanted, TradeOffs, read_curve, read_span
 
 
 def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from drivetrain.errors import InputError
+from drivetrain.study.parts.selection import Wanted, family
 from drivetrain.study.schema import json_schema
-from drivetrain.study.selection import Wanted, family
 
 
 def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:

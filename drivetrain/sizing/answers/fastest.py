@@ -21,7 +21,7 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.judge.evaluate import Given, evaluate
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import Study
-from drivetrain.study.verdicts import Check, Verdict, shared_place
+from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 MOST = 50.0  # times slower or faster than the study: beyond, it is another task
 STEP = 1.25  # of the factor while an edge is looked for

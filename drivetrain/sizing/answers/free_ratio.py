@@ -32,8 +32,8 @@ from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.judge.vary import Setup, Worst, edges, worst_of
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import FreeRatio, Study
-from drivetrain.study.mounting import drive_mass
-from drivetrain.study.verdicts import Verdict, verdict_of
+from drivetrain.study.parts.mounting import drive_mass
+from drivetrain.study.parts.verdicts import Verdict, verdict_of
 
 ROUNDS = 12
 MOVED = 1e-6  # relative change of a ratio below which it has settled

@@ -10,11 +10,11 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import drive_inertia
-from drivetrain.drive.loop_design import LoopDesign, closed_loop, design_loops, given_loops
+from drivetrain.drive.loops.loop_design import LoopDesign, closed_loop, design_loops, given_loops
+from drivetrain.drive.loops.servo_axis import ServoAxis, ServoTiming
 from drivetrain.drive.motor import torque_constant
-from drivetrain.drive.servo_axis import ServoAxis, ServoTiming
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.simulation import Simulation
+from drivetrain.study.parts.simulation import Simulation
 
 STEP_LASTS = 8.0  # times the position loop's time constant
 STEP_POINTS = 600  # drawn, at most

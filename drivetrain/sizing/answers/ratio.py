@@ -29,7 +29,7 @@ from drivetrain.sizing.judge.evaluate import Pair, given_drives
 from drivetrain.sizing.judge.vary import Number, Setup, edges, named_drives, ratio_number
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.verdicts import Check, Verdict, lacking
+from drivetrain.study.parts.verdicts import Check, Verdict, lacking
 
 GRID = 81  # ratios of the sweep
 SPAN = 8.0  # times below and above the ratios of interest

@@ -9,7 +9,7 @@ from drivetrain.sizing.answers.curve import OptimumCurve, Progress, check_curve,
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.search.front import Front, check_criteria, pareto_front
 from drivetrain.study.model import Study
-from drivetrain.study.selection import CurveWanted
+from drivetrain.study.parts.selection import CurveWanted
 
 FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}  # of the study's own
 AROUND = 20.0  # K each way of the study's air

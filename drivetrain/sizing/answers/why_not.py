@@ -38,11 +38,11 @@ from drivetrain.sizing.judge.vary import (
 )
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.search.search import select
-from drivetrain.study.candidates import excluded_by
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.mounting import drive_mass, mass_counts
-from drivetrain.study.verdicts import Check, Verdict, worst
+from drivetrain.study.parts.candidates import excluded_by
+from drivetrain.study.parts.mounting import drive_mass, mass_counts
+from drivetrain.study.parts.verdicts import Check, Verdict, worst
 
 MOST = 10.0  # times slower, times the voltage, times the ratio or a tenth of it: beyond, it is another task
 STEPS, RATIO_STEPS = 32, 64

@@ -16,7 +16,7 @@ from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.load_basis import NUMBERS, JointBasis, all_numbers, drive_numbers, load_basis
 from drivetrain.sizing.demand.stops import StopBasis, stop_basis
 from drivetrain.study.model import Study
-from drivetrain.study.mounting import seat
+from drivetrain.study.parts.mounting import seat
 
 
 class Peak(NamedTuple):

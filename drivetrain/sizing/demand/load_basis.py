@@ -22,7 +22,7 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.study.model import DriveMass, Study
-from drivetrain.study.mounting import (
+from drivetrain.study.parts.mounting import (
     carrier_link,
     carrying,
     drive_body,

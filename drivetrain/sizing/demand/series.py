@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, loss_speed
-from drivetrain.drive.periodic_heat import Losses, Periods, new_losses, new_parts, periods_of
+from drivetrain.drive.thermal.periodic_heat import Losses, Periods, new_losses, new_parts, periods_of
 from drivetrain.sizing.demand.demand import JointDemand, Workload
 from drivetrain.sizing.demand.load_basis import NUMBERS
 

@@ -21,7 +21,7 @@ from drivetrain.sizing.judge.stop_checks import stop_checks
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.verdicts import UNWEIGHED, Check, Verdict
+from drivetrain.study.parts.verdicts import UNWEIGHED, Check, Verdict
 
 Pair = tuple[str, str]
 Given = tuple[str, str | None]

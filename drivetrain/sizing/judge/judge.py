@@ -41,8 +41,8 @@ from drivetrain.drive.output_bearing import (
     static_load,
 )
 from drivetrain.drive.overload import overload_share
-from drivetrain.drive.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.drive.stops import braked, braking_push, jam_torque, overshoot, stiff_spring, struck
+from drivetrain.drive.thermal.periodic_heat import copper_of, interval_means, part_means, periodic_heat, thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import as_numbers, known, known_or
 from drivetrain.sizing.demand.series import Work

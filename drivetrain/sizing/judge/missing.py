@@ -17,8 +17,8 @@ from drivetrain.records import as_record, known
 from drivetrain.sizing.judge.checks import CHECKS
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.mounting import drive_mass, mass_counts
-from drivetrain.study.verdicts import lacking
+from drivetrain.study.parts.mounting import drive_mass, mass_counts
+from drivetrain.study.parts.verdicts import lacking
 
 HOLDING = "holding brake torque"
 REPEATED, PEAK, RMS = "gear repeated peak torque", "motor peak torque", "motor RMS current"

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 from drivetrain.drive.drive import Drive
 from drivetrain.sizing.results import JointResult
 from drivetrain.study.model import Study
-from drivetrain.study.mounting import drive_mass
-from drivetrain.study.selection import SelectionOptions
-from drivetrain.study.verdicts import Check
+from drivetrain.study.parts.mounting import drive_mass
+from drivetrain.study.parts.selection import SelectionOptions
+from drivetrain.study.parts.verdicts import Check
 
 TERMS = ("mass", "price", "energy")
 """What an objective may be made of; a set's ``utilisation`` is told beside them."""

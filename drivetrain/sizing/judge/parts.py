@@ -18,7 +18,7 @@ from drivetrain.sizing.demand.load_basis import NUMBERS
 from drivetrain.sizing.judge.cases import gear_records, motor_records, paired
 from drivetrain.sizing.judge.fill import DIRECT, FilledParts
 from drivetrain.study.model import DriveMass, Study
-from drivetrain.study.mounting import cylinder_inertia
+from drivetrain.study.parts.mounting import cylinder_inertia
 
 
 @dataclass(frozen=True, eq=False)

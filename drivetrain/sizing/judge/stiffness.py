@@ -21,8 +21,8 @@ from drivetrain.sizing.judge.judge import utilisation
 from drivetrain.sizing.judge.missing import SPRINGS, lacking_joints
 from drivetrain.sizing.judge.verdicts import judged
 from drivetrain.study.model import Study
-from drivetrain.study.mounting import loaded_arm
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 MOST_COMBINED = 12  # joints whose plays are tried in every combination; beyond, their plain sum bounds it
 

@@ -19,7 +19,7 @@ from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.judge.stiffness import joint_travels
 from drivetrain.sizing.judge.verdicts import judged
 from drivetrain.study.model import Study
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 AT_CURRENT, POWER_OFF, BRAKE_HEAT = STOP_CHECKS
 

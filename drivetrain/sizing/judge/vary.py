@@ -23,7 +23,7 @@ from drivetrain.sizing.judge.fill import FilledParts
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import Study
-from drivetrain.study.verdicts import Check, shared_place
+from drivetrain.study.parts.verdicts import Check, shared_place
 
 EDGE = 1e-7  # relative error of an edge
 

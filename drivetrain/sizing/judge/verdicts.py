@@ -17,7 +17,7 @@ from drivetrain.sizing.judge.checks import CHECKS, GEAR, SUPPLY_CHECKS, TORQUE, 
 from drivetrain.sizing.judge.judge import utilisation
 from drivetrain.sizing.judge.operation import Operation
 from drivetrain.study.model import Study
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 
 def checks_of(op: Operation) -> tuple[Check, ...]:

@@ -12,9 +12,9 @@ from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import Gear, mesh_of, torque_exponent
 from drivetrain.drive.gear_loss import drag_factor
-from drivetrain.drive.heat import rms_rule_validity
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stops import braked, braking_limit, braking_push, overshoot, stiff_spring, struck
+from drivetrain.drive.thermal.heat import rms_rule_validity
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear, stop_temperature

@@ -22,7 +22,7 @@ from drivetrain.sizing.search.candidates import candidates
 from drivetrain.sizing.search.problem import problem
 from drivetrain.sizing.search.rejected import SUPPLY, Nearest
 from drivetrain.sizing.search.tree import Tree
-from drivetrain.study.verdicts import Check, Verdict, shared_place
+from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
 MOST = 10.0  # times the cycle's length, times the supply's voltage: beyond, it is another task
 STEPS = 32

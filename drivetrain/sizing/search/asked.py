@@ -15,8 +15,8 @@ from drivetrain.sizing.judge.objectives import TERMS, weight_of
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.study.model import JointTask, Study
-from drivetrain.study.selection import SelectionOptions
-from drivetrain.study.verdicts import Check, Verdict
+from drivetrain.study.parts.selection import SelectionOptions
+from drivetrain.study.parts.verdicts import Check, Verdict
 
 SHEET = ("mass", "price")  # what sheets state; energy and utilisation are computed
 MOST_NAMED = 3

@@ -29,8 +29,8 @@ from drivetrain.drive.gear import life_of, mesh_of, mesh_slope, mesh_torque, wea
 from drivetrain.drive.gear_loss import drag_factor, mesh_loss_power
 from drivetrain.drive.motor import torque_constant, winding_resistance
 from drivetrain.drive.output_bearing import bearing_arm, static_load
-from drivetrain.drive.periodic_heat import thermal_nodes
 from drivetrain.drive.stops import braked, braking_push, stiff_spring
+from drivetrain.drive.thermal.periodic_heat import thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
 from drivetrain.sizing.demand.series import Motion, Powers, new_powers

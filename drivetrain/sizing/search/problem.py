@@ -17,8 +17,8 @@ from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.candidates import Candidates, Judged
 from drivetrain.sizing.search.common_parts import CommonParts, common_parts
 from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, Mask
-from drivetrain.study.mounting import mass_counts
-from drivetrain.study.selection import SelectionOptions
+from drivetrain.study.parts.mounting import mass_counts
+from drivetrain.study.parts.selection import SelectionOptions
 
 EQUAL = 1e-9  # of the objective, of the energy: sets that differ by less are equals
 ROUNDING = 1e-9  # of a utilisation: a bound that asks so little more rules nothing out

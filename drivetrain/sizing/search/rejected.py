@@ -23,7 +23,7 @@ from drivetrain.sizing.search.candidates import TABLE
 from drivetrain.sizing.search.domains import Indices
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.study.model import Study
-from drivetrain.study.mounting import mass_counts
+from drivetrain.study.parts.mounting import mass_counts
 
 ALTERNATIVES = 5
 FIRST, AT_ONCE = 64, 4096  # candidates judged before it is seen whether they are enough, and most at once

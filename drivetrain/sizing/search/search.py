@@ -19,7 +19,7 @@ from drivetrain.sizing.search.problem import Problem, problem
 from drivetrain.sizing.search.rejected import Rejected, alternatives, nearest_set
 from drivetrain.sizing.search.tree import Found, Tell, Tree
 from drivetrain.study.model import Study
-from drivetrain.study.selection import SelectionOptions
+from drivetrain.study.parts.selection import SelectionOptions
 
 OPTIMAL = "optimal"
 ROUNDING = 1e-12  # of a sum of a few shares: a gap below it is none

@@ -15,7 +15,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.study.model import Study
-from drivetrain.study.tolerances import SMALLEST, Tolerance
+from drivetrain.study.parts.tolerances import SMALLEST, Tolerance
 
 PARTS = ("torque_constant", "resistance", "friction", "efficiency", "thermal_resistance", "drag")
 CONSTANT, RESISTANCE, FRICTION, EFFICIENCY, THERMAL, DRAG = range(6)

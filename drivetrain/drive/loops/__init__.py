@@ -1,0 +1,1 @@
+"""The loops of a joint's servo: the axis, the design, compiled stages held over a step."""

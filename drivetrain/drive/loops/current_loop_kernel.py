@@ -1,0 +1,145 @@
+"""A winding under its current controller, moved exactly over a step while command and speed are held.
+
+Current I and integrator z [V] follow, between the limits of the voltage,
+
+    L I' = V - R I - e,   V = kp (c - I) + z + f,   z' = ki (c - I)
+
+with c the command, e the back-emf and f what is fed forward. At a limit V stays, and z is drawn back by what the
+controller asks in vain, over kp/ki (back-calculation), so that it does not wind up. Both are linear, so each stretch
+between two changes of the limit has its exponential; a change is enclosed by halving the stretch.
+
+Reference: Astrom and Wittenmark, Computer-Controlled Systems, section 3.5 (anti-windup by back-calculation).
+"""
+
+from __future__ import annotations
+
+import math
+
+from drivetrain.drive.loops.held_step_kernel import held_step
+from drivetrain.jit import kernel
+
+Loop = tuple[float, float, float, float, float, float, float]
+SMALLEST = 1.0 / 512.0  # of the step: a change of the limit is enclosed this closely
+
+
+@kernel
+def stretch(current: float, integral: float, h: float, limit: float, loop: Loop) -> tuple[float, float, float]:
+    """The state after a stretch in which the voltage is free (limit 0) or at one limit.
+
+    Args:
+        current, integral: At its beginning [A], [V].
+        h: [s].
+        limit: The voltage held [V]; 0: the controller's own.
+        loop: Resistance [ohm], inductance [H], kp [V/A], ki [V/(A s)], command [A], back-emf [V], fed forward [V].
+
+    Returns:
+        Both at its end, and the mean current [A].
+    """
+    resistance, inductance, kp, ki, command, emf, forward = loop
+    if limit == 0.0:
+        m11, m12, m21, m22 = -(kp + resistance) / inductance, 1.0 / inductance, -ki, 0.0
+        b1, b2 = (kp * command + forward - emf) / inductance, ki * command
+    else:
+        # With z drawn back over kp/ki the current drops out of its rate.
+        m11, m12, m21, m22 = -resistance / inductance, 0.0, 0.0, -ki / kp
+        b1, b2 = (limit - emf) / inductance, (limit - forward) * ki / kp
+    whole, held, middle = held_step((m11, m12, m21, m22), h)
+    push, drive = h * b1, h * b2
+    return (
+        whole[0] * current + whole[1] * integral + held[0] * push + held[1] * drive,
+        whole[2] * current + whole[3] * integral + held[2] * push + held[3] * drive,
+        held[0] * current + held[1] * integral + middle[0] * push + middle[1] * drive,
+    )
+
+
+@kernel
+def flows(
+    current: float, integral: float, end: float, drawn: float, mean: float, h: float, limit: float, loop: Loop
+) -> tuple[float, float]:
+    """What heats and what flows over a stretch, from its two ends.
+
+    The mean square follows from y' = A y, y off what it settles at, and A' Q + Q A = -e e' (Q of a Lyapunov equation):
+    the integral of the square is what y' Q y has lost. The power is that of voltage and current, the controller's own.
+
+    Args:
+        current, integral: At the beginning [A], [V].
+        end, drawn: Both at the end.
+        mean: Of the current [A].
+        h: [s].
+        limit: The voltage held [V]; 0: the controller's own.
+
+    Returns:
+        Mean square of the current [A^2], mean of voltage times current [W].
+    """
+    resistance, inductance, kp, ki, command, emf, forward = loop
+    if limit != 0.0:
+        settled = (limit - emf) / resistance
+        first, last = current - settled, end - settled
+        lost = 0.5 * (first * first - last * last) * inductance / resistance
+        return settled * (2.0 * mean - settled) + lost / h, limit * mean
+    settled = resistance * command + emf - forward  # what the integrator settles at; the current, at the command
+    first, last = current - command, end - command
+    begun, left = integral - settled, drawn - settled
+    whole, off = kp + resistance, mean - command
+    lost = 0.5 * ((first * first - last * last) * inductance + (begun * begun - left * left) / ki) / whole
+    square = command * (2.0 * mean - command) + lost / h
+    # V is R c + e at rest, and kp y falls and z' = -ki y grows beside it.
+    beside = inductance * (last - first) / h + resistance * off
+    power = (resistance * command + emf) * mean + command * beside
+    return square, power - kp * lost / h - 0.5 * (left * left - begun * begun) / (ki * h)
+
+
+@kernel
+def held_at(current: float, integral: float, volts: float, kp: float, command: float, forward: float) -> float:
+    """At which limit the voltage is.
+
+    Args:
+        current, integral: The state [A], [V].
+        volts: The limit [V].
+        kp: [V/A].
+        command: [A].
+        forward: Fed forward [V].
+
+    Returns:
+        The voltage of the limit [V]; 0 between them.
+    """
+    asked = kp * (command - current) + integral + forward
+    return volts if asked > volts else -volts if asked < -volts else 0.0
+
+
+@kernel
+def loop_step(
+    current: float, integral: float, h: float, volts: float, loop: Loop
+) -> tuple[float, float, float, float, float]:
+    """The state after a step, through any number of changes at the limit.
+
+    Args:
+        current, integral: At its beginning [A], [V].
+        h: [s].
+        volts: Limit of the voltage [V]; infinite: none.
+
+    Returns:
+        Both at its end, the mean current [A], the mean of its square [A^2], and of voltage times current [W].
+    """
+    kp, command, forward = loop[2], loop[4], loop[6]
+    left, carried, heated, flowed, trial = h, 0.0, 0.0, 0.0, h
+    while left > 0.0:
+        trial = min(trial, left)
+        limit = held_at(current, integral, volts, kp, command, forward)
+        i, z, mean = stretch(current, integral, trial, limit, loop)
+        if trial > SMALLEST * h and volts < math.inf:
+            i_half, z_half, _ = stretch(current, integral, 0.5 * trial, limit, loop)
+            same = held_at(i, z, volts, kp, command, forward) == limit
+            if not (same and held_at(i_half, z_half, volts, kp, command, forward) == limit):
+                trial *= 0.5
+                continue
+        square, power = flows(current, integral, i, z, mean, trial, limit, loop)
+        current, integral = i, z
+        carried += trial * mean
+        heated += trial * square
+        flowed += trial * power
+        left -= trial
+        trial *= 2.0
+        if left <= 1e-12 * h:
+            break
+    return current, integral, carried / h, heated / h, flowed / h

@@ -1,0 +1,1 @@
+"""Winding and housing temperature: the network, one cycle for ever, warming up."""

@@ -1,0 +1,72 @@
+"""The two thermal nodes of a motor, winding and housing, from its sheet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drivetrain.arrays import checked_number
+from drivetrain.drive.motor import Motor
+from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, TEMPERATURE, range_faults
+from drivetrain.drive.thermal.periodic_heat import thermal_nodes
+from drivetrain.errors import InputError
+from drivetrain.records import UNKNOWN, as_record, known
+
+
+@dataclass(frozen=True)
+class ThermalNetwork:
+    """The way of the heat from the winding over the housing to the air.
+
+    Attributes:
+        resistance_winding_housing: [K/W]; 0: winding and housing are one node.
+        resistance_housing_ambient: [K/W].
+        winding_capacity: [J/K]; of the whole motor when it is one node; None: unknown, so only means can be told.
+        housing_capacity: [J/K]; None: unknown, so the housing rests at its mean.
+        ambient: Air temperature [C].
+    """
+
+    resistance_winding_housing: float
+    resistance_housing_ambient: float
+    winding_capacity: float | None
+    housing_capacity: float | None
+    ambient: float
+
+    def __post_init__(self) -> None:
+        ranges = {
+            "resistance_winding_housing": NOT_NEGATIVE,
+            "resistance_housing_ambient": POSITIVE,
+            "winding_capacity": POSITIVE,
+            "housing_capacity": POSITIVE,
+            "ambient": TEMPERATURE,
+        }
+        needed = ("resistance_winding_housing", "resistance_housing_ambient", "ambient")
+        faults = range_faults("thermal network", self, ranges, required=needed)
+        if faults:
+            raise InputError(faults)
+
+    @property
+    def winding_time_constant(self) -> float | None:
+        """How fast the winding follows its loss [s]; None when unknown."""
+        resistance = self.resistance_winding_housing or self.resistance_housing_ambient
+        return None if self.winding_capacity is None else resistance * self.winding_capacity
+
+
+def thermal_network(motor: Motor, ambient: float, *, housing_to_ambient: float | None = None) -> ThermalNetwork | None:
+    """The two thermal nodes of a motor, or one where its sheet prints one resistance from winding to ambient.
+
+    Capacities are time constants over resistances of the sheet, so another mounting changes the housing's time
+    constant and not its capacity.
+
+    Args:
+        motor: The sheet.
+        ambient: Air temperature [C].
+        housing_to_ambient: Replaces the sheet's thermal resistance, for the real mounting [K/W].
+
+    Returns:
+        The network; None when the sheet's resistances do not say enough.
+    """
+    mounting = UNKNOWN
+    if housing_to_ambient is not None:
+        mounting = checked_number(housing_to_ambient, "housing_to_ambient", "K/W", above=0.0)
+    nodes = [float(value) if known(value) else None for value in thermal_nodes(as_record(motor), mounting)]
+    inner, outer, winding, housing = nodes
+    return None if inner is None or outer is None else ThermalNetwork(inner, outer, winding, housing, ambient)

@@ -1,0 +1,198 @@
+"""LuGre friction: bristles that bend before they slip, where what happens before sliding matters.
+
+    z' = v - s0 |v| z / g(v),   torque = s0 z + s1 z' + s2 v,   g(v) = Fc + (Fs - Fc) exp(-(|v| / vs)^2)
+
+Reference: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drivetrain.drive.thermal.exponentials import first, second
+from drivetrain.effects import signals as s
+from drivetrain.effects.bounds import LARGEST_ANSWER, bounded
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State, TimeScale
+from drivetrain.effects.estimate import Conditions, Estimate
+from drivetrain.effects.field_types import side_faults
+from drivetrain.effects.laws import MOTOR, flange_of, joint_law, side_of
+from drivetrain.errors import Fault, InputError
+from drivetrain.jit import law
+
+
+@dataclass
+class Own:
+    """What it keeps: side and constants of the law; the bend [rad]; torque [N m], power lost [W], energy [J]."""
+
+    side: int
+    stiffness: float
+    damping: float
+    viscous: float
+    coulomb: float
+    static: float
+    stribeck_speed: float
+    bend: float = 0.0
+    bend_rate: float = 0.0
+    torque: float = 0.0
+    power: float = 0.0
+    energy: float = 0.0
+
+
+@law
+def _slip(own: Any, speed: float) -> tuple[float, float]:
+    """Rate of the bend [rad/s], and how fast it fades [1/s]."""
+    slip = own.coulomb + (own.static - own.coulomb) * math.exp(-((speed / own.stribeck_speed) ** 2))
+    fade = own.stiffness * abs(speed) / slip
+    return speed - fade * own.bend, fade
+
+
+@law
+def _mean(own: Any, speed: float, h: float) -> tuple[float, float]:
+    """Bend and its rate in the mean over a step: with the speed held z is linear in time."""
+    rate, fade = _slip(own, speed)
+    grown = first(-fade * h)
+    return own.bend + h * rate * second(-fade * h, grown), rate * grown
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    flange = flange_of(joint, own.side)
+    speed = flange.speed - (joint.motor if own.side == MOTOR else joint.load).surface_speed
+    if h == 0.0:
+        own.bend_rate, _ = _slip(own, speed)
+        flange.torque -= own.stiffness * own.bend + own.damping * own.bend_rate + own.viscous * speed
+        return
+    mean, rate = _mean(own, speed, h)
+    own.bend_rate = rate
+    flange.torque -= own.stiffness * mean + own.damping * rate + own.viscous * speed
+    # How the mean torque grows with the speed, by a small difference: the law has a kink at rest.
+    small = 1e-6 * own.stribeck_speed
+    other = speed + (small if speed >= 0.0 else -small)
+    mean_too, rate_too = _mean(own, other, h)
+    slope = own.stiffness * (mean_too - mean) + own.damping * (rate_too - rate)
+    slope = slope / (other - speed) + own.viscous
+    if slope > 0.0:
+        flange.damping += slope
+
+
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    speed = flange_of(joint, own.side).speed - (joint.motor if own.side == MOTOR else joint.load).surface_speed
+    mean, (rate, _) = own.bend, _slip(own, speed)
+    if h > 0.0:
+        mean, rate = _mean(own, speed, h)
+        own.bend_rate = rate  # now that the speed is known: the law has seen a guess of it
+    own.torque = own.stiffness * mean + own.damping * rate + own.viscous * speed
+    # What goes in less what bends the bristles.
+    own.power = own.torque * speed - own.stiffness * rate * (own.bend + 0.5 * h * rate)
+    own.energy = 0.5 * own.stiffness * own.bend * own.bend
+
+
+@dataclass(frozen=True)
+class LuGreFriction(Effect):
+    """Friction with a state: it bends before it slides, lags behind the speed, and never holds exactly.
+
+    ``DryFriction`` sticks exactly and costs less; this one is for questions about what happens before sliding.
+
+    Attributes:
+        stiffness: s0 of the bristles [N m/rad].
+        coulomb: Fc [N m].
+        static: Fs [N m]; None: as ``coulomb``.
+        stribeck_speed: vs [rad/s].
+        damping: s1 of the bristles [N m s/rad].
+        viscous: s2 [N m s/rad].
+        side: ``joint``, ``motor``, or ``shaft``: behind the gear, where motors are coupled.
+    """
+
+    stiffness: float
+    coulomb: float
+    static: float | None = None
+    stribeck_speed: float = 0.01
+    damping: float = 0.0
+    viscous: float = 0.0
+    side: str = "joint"
+
+    compute = _compute
+    account = _account
+
+    def __post_init__(self) -> None:
+        faults = [
+            Fault(f"LuGreFriction.{name}", "must be positive", getattr(self, name))
+            for name in ("stiffness", "coulomb", "stribeck_speed")
+            if not 0.0 < getattr(self, name) < math.inf
+        ]
+        faults += [
+            Fault(f"LuGreFriction.{name}", "must not be negative [N m s/rad]", getattr(self, name))
+            for name in ("damping", "viscous")
+            if not 0.0 <= getattr(self, name) < math.inf
+        ]
+        if self.static is not None and not self.coulomb <= self.static < math.inf:
+            faults.append(Fault("LuGreFriction.static", "must be at least the coulomb torque [N m]", self.static))
+        faults += side_faults(self)
+        if faults:
+            raise InputError(faults)
+
+    def ports(self, place: Place) -> Ports:
+        speed, torque, damping = s.of_side(self.side, place)
+        loss = Signal(f"{self.side}_lugre_power", "W", path="power")
+        energy = Signal(f"{self.side}_bristle_energy", "J", path="energy")
+        return Ports(
+            states=(State(f"{self.side}_bristle_bend", "rad", 1e-3 * self.coulomb / self.stiffness, path="bend"),),
+            needs=(speed, s.MOTOR_SURFACE_SPEED if self.side == "motor" else s.SURFACE_SPEED),
+            contributes=(torque, damping),
+            outputs=(Signal(f"{self.side}_lugre_torque", "N m", path="torque"), loss, energy),
+            powers={loss.name: Role.LOSS},
+            stores=(energy.name,),
+        )
+
+    def own(self, place: Place) -> Own:
+        static = self.coulomb if self.static is None else self.static
+        law = (self.stiffness, self.damping, self.viscous, self.coulomb, static, self.stribeck_speed)
+        return Own(side_of(self.side, place), *law)
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        name = s.of_side(self.side, place)[0].name
+        speed = signals.get(f"{place.name}.{name}", 0.0)
+        if speed == 0.0:
+            return (0.0,)
+        own = self.own(place)
+        fall = math.exp(-(min(abs(speed / own.stribeck_speed), 1e3) ** 2))
+        slip = own.coulomb + (own.static - own.coulomb) * fall
+        return (math.copysign(slip / self.stiffness, speed),)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """All that its bristles can take, as a torque that the loop answers.
+
+        The bend never leaves Fs / s0, so the bristles' torque never leaves Fs: at rest it may be anything up to that;
+        sliding it is the curve, and within the first Fs / s0 of a motion what damps the bristles comes on top. It is
+        not fed forward, so the loop answers all of it, however it varies: in current by no more than
+        ``LARGEST_ANSWER`` times, in position by no more than bound over stiffness.
+        """
+        series = conditions.series
+        if series is None:
+            return Estimate(valid=False, why="the task is not known: keep it")
+        motor, ratio = self.side == "motor", abs(place.ratio)
+        speed = np.abs(series.speed) * (ratio if motor else 1.0)
+        rise = float(np.abs(series.acceleration).max()) * (ratio if motor else 1.0)
+        own = self.own(place)
+        excess = (own.static - own.coulomb) * np.exp(-(np.minimum(speed / own.stribeck_speed, 30.0) ** 2))
+        torque = own.coulomb + excess + own.viscous * speed
+        # Over the first bend the speed comes to sqrt(2 a Fs / s0), and that much of the damping is felt.
+        first_bend = math.sqrt(2.0 * rise * own.static / own.stiffness)
+        torque += np.where(speed < 3.0 * first_bend, own.damping * np.minimum(speed, first_bend), 0.0)
+        torque = np.where(series.resting, own.static, torque)
+        at_motor = torque if motor else torque / ratio * conditions.mesh_share
+        away = float(at_motor.max()) * ratio / conditions.loop_stiffness
+        error = LARGEST_ANSWER * at_motor / conditions.torque_constant
+        power = torque * speed if motor else None
+        held = math.isfinite(conditions.loop_stiffness)
+        why = "all that the bristles take, answered by the loop"
+        return bounded(conditions, error, why, deviation=away, power=power, valid=held)
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        return (TimeScale("bristles slip", self.coulomb / (self.stiffness * self.stribeck_speed)),)

@@ -1,0 +1,1 @@
+"""The gear: its drag and mesh loss, play, and its spring."""

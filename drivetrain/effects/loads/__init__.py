@@ -1,0 +1,1 @@
+"""What the surroundings do: payload, walls, torques that are given."""

@@ -1,0 +1,278 @@
+"""The motor's winding under a continuous current controller, between the limits of current and voltage."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any
+
+import numpy as np
+
+from drivetrain.arrays import Array
+from drivetrain.drive.loops.current_loop_kernel import flows, held_at, loop_step, stretch
+from drivetrain.drive.loops.held_step_kernel import held_step, put_matrix
+from drivetrain.drive.motor import Motor, Terminals, terminals, torque_constant, winding_resistance
+from drivetrain.effects import signals as s
+from drivetrain.effects.bounds import bounded, lagging
+from drivetrain.effects.effect import Effect, Place, Ports, Role, State, TimeScale
+from drivetrain.effects.estimate import Conditions, Estimate, TaskSeries
+from drivetrain.effects.laws import joint_law
+from drivetrain.effects.motor.motor_current import MotorCurrent
+from drivetrain.errors import Fault, InputError
+from drivetrain.jit import law
+
+HOT = 200.0  # K over the air
+
+
+@dataclass
+class Own:
+    """What it keeps.
+
+    Attributes:
+        motor, inductance: As in ``Winding``.
+        proportional, integral: Gains [V/A], [V/(A s)].
+        peak: Of the command [A].
+        forward: Voltage fed forward over the speed [V s/rad].
+        resistance, step: What the matrices are made for [ohm], [s].
+        whole, held: Over a step the end's share of the beginning and of what is held.
+        mean: The mean current's share of what is held.
+        half, half_held: Over half a step as over the whole.
+        asked: Command within its limits [A].
+        speed, position: Of the motor, that the step was guessed at [rad/s], [rad].
+        free: 1 where command and, at the beginning, voltage were between their limits.
+        current, integrated_voltage: States [A], [V].
+    """
+
+    motor: Terminals
+    inductance: float
+    proportional: float
+    integral: float
+    peak: float
+    forward: float
+    resistance: float = 0.0
+    step: float = 0.0
+    whole: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    mean: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))
+    half: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    half_held: Annotated[Array, 4] = field(default_factory=lambda: np.zeros(4))
+    asked: float = 0.0
+    speed: float = 0.0
+    position: float = 0.0
+    free: float = 0.0
+    current: float = 0.0
+    current_rate: float = 0.0
+    integrated_voltage: float = 0.0
+    integrated_voltage_rate: float = 0.0
+
+
+@law
+def _make(own: Any, resistance: float, h: float) -> None:
+    """The matrices of the free loop, as long as neither the winding's temperature nor the step changes."""
+    matrix = (-(own.proportional + resistance) / own.inductance, 1.0 / own.inductance, -own.integral, 0.0)
+    whole, held, mean = held_step(matrix, h)
+    put_matrix(own.whole, whole)
+    put_matrix(own.held, held)
+    own.mean[0], own.mean[1] = mean[0], mean[1]
+    whole, held, mean = held_step(matrix, 0.5 * h)
+    put_matrix(own.half, whole)
+    put_matrix(own.half_held, held)
+    own.resistance, own.step = resistance, h
+
+
+@law
+def _reached(share: Any, held: Any, own: Any, push: float, drive: float) -> tuple[float, float]:
+    """Current and integrator at the end of a step, or of half of it; ``push`` and ``drive`` are h b."""
+    i, z = own.current, own.integrated_voltage
+    return (
+        share[0] * i + share[1] * z + held[0] * push + held[1] * drive,
+        share[2] * i + share[3] * z + held[2] * push + held[3] * drive,
+    )
+
+
+@law
+def _moved(
+    h: float, own: Any, volts: float, asked: float, resistance: float, constant: float, speed: float
+) -> tuple[float, float, float, float, float, bool]:
+    """The winding over a step in which command and speed are held.
+
+    Returns:
+        Current and integrator at its end, mean current, mean of its square, mean power, whether a limit was reached.
+    """
+    if own.resistance != resistance or own.step != h:
+        _make(own, resistance, h)
+    current, integral, kp, ki, inductance = (
+        own.current, own.integrated_voltage, own.proportional, own.integral, own.inductance
+    )  # fmt: skip
+    forward, emf = own.forward * speed, constant * speed
+    loop = (resistance, inductance, kp, ki, asked, emf, forward)
+    push, drive = h * (kp * asked + forward - emf) / inductance, h * ki * asked
+    end, drawn = _reached(own.whole, own.held, own, push, drive)
+    if volts < math.inf:
+        middle = _reached(own.half, own.half_held, own, 0.5 * push, 0.5 * drive)
+        limited = held_at(current, integral, volts, kp, asked, forward) != 0.0
+        limited = limited or held_at(middle[0], middle[1], volts, kp, asked, forward) != 0.0
+        if limited or held_at(end, drawn, volts, kp, asked, forward) != 0.0:
+            end, drawn, mean, square, power = loop_step(current, integral, h, volts, loop)
+            return end, drawn, mean, square, power, True
+    mean = own.held[0] * current + own.held[1] * integral + own.mean[0] * push + own.mean[1] * drive
+    square, power = flows(current, integral, end, drawn, mean, h, 0.0, loop)
+    return end, drawn, mean, square, power, False
+
+
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, motor, heat = joint.pin, joint.motor, joint.heat
+    resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
+    inductance, kp, ki, volts = own.inductance, own.proportional, own.integral, pin.limit
+    own.asked, free = pin.command, 1.0
+    if abs(own.asked) > own.peak:
+        own.asked, free = own.peak if own.asked > 0.0 else -own.peak, 0.0
+    current, integral = own.current, own.integrated_voltage
+    forward = own.forward * motor.speed
+    limit = held_at(current, integral, volts, kp, own.asked, forward)
+    if h == 0.0:
+        wanted = kp * (own.asked - current) + integral + forward
+        pin.voltage = limit if limit != 0.0 else wanted
+        own.current_rate = (pin.voltage - resistance * current - constant * motor.speed) / inductance
+        own.integrated_voltage_rate = ki * (own.asked - current) + (pin.voltage - wanted) * ki / kp
+        motor.torque += constant * current
+        return
+    end, _, mean, _, _, _ = _moved(h, own, volts, own.asked, resistance, constant, motor.speed)
+    # The mean is a straight function of command and back-emf as long as the limit stays.
+    by_command = h * (own.mean[0] * kp / inductance + own.mean[1] * ki)
+    by_speed = h * own.mean[0] * (own.forward - constant) / inductance
+    if limit != 0.0:
+        # Held there, the current follows the back-emf alone.
+        _, _, by_speed = stretch(0.0, 0.0, h, limit, (resistance, inductance, kp, ki, 0.0, limit + constant, 0.0))
+        free = 0.0
+    own.speed, own.position, own.free = motor.speed, motor.position, free
+    pin.voltage = resistance * mean + constant * motor.speed + inductance * (end - current) / h
+    motor.torque += constant * mean
+    motor.damping += constant * (free * by_command * pin.damping - by_speed)
+    motor.stiffness += constant * free * by_command * pin.stiffness
+
+
+@joint_law(Own)
+def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
+    pin, heat, motor, current = joint.pin, joint.heat, joint.motor, own.current
+    resistance, constant = winding_resistance(own.motor, heat.winding), torque_constant(own.motor, heat.housing)
+    square, pin.power = current * current, pin.voltage * current
+    if h > 0.0:
+        # Once more at the motion that was found: the law has seen a guess of it.
+        faster, further = motor.speed - own.speed, motor.position - own.position
+        asked = own.asked - own.free * (pin.damping * faster + pin.stiffness * further)
+        end, drawn, mean, square, pin.power, _ = _moved(h, own, pin.limit, asked, resistance, constant, motor.speed)
+        own.current_rate, own.integrated_voltage_rate = (end - current) / h, (drawn - own.integrated_voltage) / h
+        pin.voltage = resistance * mean + constant * motor.speed + own.inductance * own.current_rate
+    heat.copper_loss = resistance * square
+    pin.magnetic_energy = 0.5 * own.inductance * current * current
+
+
+@dataclass(frozen=True)
+class CurrentLoop(Effect):
+    """A proportional and integral controller of the current, whose zero cancels the winding's pole.
+
+    In a fixed step the winding and its controller move exactly, through any change at the voltage's limit; the
+    integrator does not wind up there (see ``drive/loops/current_loop_kernel.py``).
+
+    Attributes:
+        motor: Resistance, inductance, torque constant, and how they change with temperature.
+        bandwidth: Of the closed loop [rad/s]: kp = L w, ki = R w, with R cold.
+        peak_current: To which commands are cut [A].
+        fed_forward: Share of the cold motor's back-emf that the controller adds to its voltage [-].
+    """
+
+    motor: Motor
+    bandwidth: float
+    peak_current: float = math.inf
+    fed_forward: float = 1.0
+
+    compute = _compute
+    account = _account
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not (self.motor.inductance or 0.0) > 0.0:
+            hint = "MotorCurrent is the motor without inductance"
+            faults.append(
+                Fault("CurrentLoop.motor", "has no inductance in its catalogue row [H]", self.motor.key, hint)
+            )
+        if not 0.0 < self.bandwidth < math.inf:
+            faults.append(Fault("CurrentLoop.bandwidth", "must be positive [rad/s]", self.bandwidth))
+        if not self.peak_current > 0.0:
+            faults.append(Fault("CurrentLoop.peak_current", "must be positive [A]", self.peak_current))
+        if not math.isfinite(self.fed_forward):
+            faults.append(Fault("CurrentLoop.fed_forward", "must be a finite number [-]", self.fed_forward))
+        if faults:
+            raise InputError(faults)
+
+    def ports(self, place: Place) -> Ports:
+        rest = self.motor.reference_temperature
+        return Ports(
+            states=(State(s.CURRENT.name, s.CURRENT.unit, 1e-6), State("integrated_voltage", "V", 1e-6)),
+            needs=(
+                s.CURRENT_COMMAND, s.CURRENT_DAMPING, s.CURRENT_STIFFNESS,
+                s.MOTOR_SPEED,
+                replace(s.WINDING_TEMPERATURE, default=rest), replace(s.HOUSING_TEMPERATURE, default=rest),
+                s.VOLTAGE_LIMIT, s.MOTOR_POSITION,
+            ),
+            provides=(s.VOLTAGE,),
+            contributes=(s.MOTOR_TORQUE, s.MOTOR_DAMPING, s.MOTOR_STIFFNESS),
+            outputs=(s.COPPER_LOSS, s.ELECTRICAL_POWER, s.MAGNETIC_ENERGY),
+            powers={s.COPPER_LOSS.name: Role.LOSS, s.ELECTRICAL_POWER.name: Role.SOURCE},
+            stores=(s.MAGNETIC_ENERGY.name,),
+        )  # fmt: skip
+
+    def own(self, place: Place) -> Own:
+        inductance = self.motor.inductance or math.nan
+        kp, ki = inductance * self.bandwidth, self.motor.resistance * self.bandwidth
+        forward = self.fed_forward * self.motor.torque_constant
+        return Own(terminals(self.motor), inductance, kp, ki, self.peak_current, forward)
+
+    def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
+        asked = signals.get(f"{place.name}.{s.CURRENT_COMMAND.name}", 0.0)
+        current = min(max(asked, -self.peak_current), self.peak_current)
+        speed = signals.get(f"{place.name}.{s.MOTOR_SPEED.name}", 0.0)
+        rest = self.motor.reference_temperature
+        winding = signals.get(f"{place.name}.{s.WINDING_TEMPERATURE.name}", rest)
+        resistance = winding_resistance(self.motor, winding)
+        constant = torque_constant(self.motor, signals.get(f"{place.name}.{s.HOUSING_TEMPERATURE.name}", rest))
+        volts = signals.get(f"{place.name}.{s.VOLTAGE_LIMIT.name}", 0.0) or math.inf  # 0: not known yet
+        current = min(max(current, (-volts - constant * speed) / resistance), (volts - constant * speed) / resistance)
+        return current, resistance * current + (constant - self.fed_forward * self.motor.torque_constant) * speed
+
+    def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
+        winding = (self.motor.inductance or math.nan) / self.motor.resistance
+        return TimeScale("current loop", 1.0 / self.bandwidth), TimeScale("winding", winding)
+
+    def quasi_static(self) -> Effect:
+        return MotorCurrent(self.motor, self.peak_current)
+
+    def estimate(self, place: Place, conditions: Conditions) -> Estimate:
+        """The lag of a first-order loop behind a command that moves within the time of a move.
+
+        Reference:
+            Fits over twelve scenes of one joint; the current lags by dI/dt over w, and never differs by more.
+        """
+        if conditions.series is not None:
+            return self._along(place, conditions, conditions.series)
+        slow = 1.0 / (self.bandwidth * max(conditions.move_time, 1e-300))
+        rms = 7.6 * slow**1.11
+        why = "lag of the current loop: 5.7 p^0.94 of the peak, p = 1/(bandwidth x time of a move)"
+        return Estimate(5.7 * slow**0.94, rms, 2.0 * rms, 0.0, conditions.free and slow < 0.02, why)
+
+    def _along(self, place: Place, conditions: Conditions, series: TaskSeries) -> Estimate:
+        """Current less lagging current; of the position what such a momentum does to a loop damped critically.
+
+        With e' = I' - w e the momentum gathered is (I - e) / w; the largest answer of x'' + 2 a x' + a^2 x to a
+        momentum p is p / (2.718 m a). Not valid where a move lasts less than 50 lags.
+        """
+        error = lagging(series, self.bandwidth)
+        torque = conditions.torque_constant * abs(place.ratio) * float(np.ptp(series.current - error))
+        away = 4.0 * torque / self.bandwidth / (math.e * 0.5 * conditions.loop_damping)
+        # Of a winding that hot the gains, which are those of the cold one, no longer cancel the pole.
+        hot = HOT < conditions.rise < math.inf
+        valid = self.bandwidth * conditions.move_time > 50.0 and not hot
+        return bounded(conditions, error, "lag of the loop behind the task's current", deviation=away, valid=valid)

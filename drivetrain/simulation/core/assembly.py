@@ -1,0 +1,353 @@
+"""The linear system of a step, the laws that bend within it, and what follows from its solution.
+
+Laws that bend within a step are asked again at what the solution makes of it, until both agree: Newton's method on what
+springs, flanks and walls answer. Each only grows with its rate, so a chord between a rate that was too slow and one
+that was too fast helps where that goes round in circles.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from drivetrain.dynamics.core.vectors import dot, vector
+from drivetrain.simulation.core.bodies import (
+    add_tip,
+    bodies_of,
+    calm_tip,
+    clear_tip,
+    rotors_of,
+    tip_agrees,
+    try_tip,
+    turns_of,
+)
+from drivetrain.simulation.core.friction import slide, taken_by_friction
+from drivetrain.simulation.core.records import (
+    AT,
+    Run,
+    call_laws,
+    coordinates_of,
+    engine_of,
+    joints_of,
+    pairs_of,
+    part,
+    world_of,
+)
+
+STIFF_FROM = 1.5  # inertia with springs and dampers in it, over that without: a step no longer follows what they do
+
+
+@part
+def show_coupled(run: Run) -> None:
+    """What joints whose motors are coupled do when the shafts behind the gears do what has been found."""
+    coordinates, joints, turns = coordinates_of(run), joints_of(run), turns_of(run)
+    for i in range(len(joints)):
+        if coordinates[i].coupled:
+            place, speed, joint = 0.0, 0.0, joints[i]
+            for k in range(len(joints)):
+                place += turns[i, k] * coordinates[k].place
+                speed += turns[i, k] * coordinates[k].guess
+            joint.shaft.position, joint.shaft.speed = coordinates[i].place, coordinates[i].guess
+            joint.load.position, joint.load.speed = place, speed
+
+
+@part
+def _add_coupled(run: Run, h: float, theta: float) -> None:
+    """Smooth torques at joints whose motors are coupled join the linear system of their shafts."""
+    coordinates, pairs, joints, turns = coordinates_of(run), pairs_of(run), joints_of(run), turns_of(run)
+    n = len(joints)
+    for i in range(n):
+        if not coordinates[i].coupled:
+            continue
+        load = joints[i].load
+        soft, torque = load.damping + theta * h * load.stiffness, load.torque
+        for k in range(n):
+            torque += soft * turns[i, k] * (coordinates[k].guess - coordinates[k].speed)
+        for k in range(n):
+            if not coordinates[k].coupled:
+                continue
+            coordinates[k].right += h * turns[i, k] * torque
+            coordinates[k].transmitted -= turns[i, k] * torque
+            for j in range(n):
+                entry = theta * soft * turns[i, k] * turns[i, j]
+                pairs[k, j].matrix += h * entry
+                pairs[k, j].transmitted += entry
+
+
+@part
+def _bounds(run: Run, i: int, m: int) -> bool:
+    """The bounds of dry friction of a joint and its motor; whether there are any."""
+    coordinates = coordinates_of(run)
+    joint, size = joints_of(run)[i], abs(coordinates[i].ratio)
+    link, rotor, load, motor, mesh = coordinates[i].dry, coordinates[m].dry, joint.load, joint.motor, joint.mesh
+    own, drag = link.joint, rotor.motor
+    own.hold_forward, own.hold_backward = load.hold_forward, load.hold_backward
+    own.slide_forward, own.slide_backward = load.slide_forward, load.slide_backward
+    drag.hold_forward, drag.hold_backward = size * motor.hold_forward, size * motor.hold_backward
+    drag.slide_forward, drag.slide_backward = size * motor.slide_forward, size * motor.slide_backward
+    if coordinates[i].ratio < 0.0:
+        drag.hold_forward, drag.hold_backward = drag.hold_backward, drag.hold_forward
+        drag.slide_forward, drag.slide_backward = drag.slide_backward, drag.slide_forward
+    rotor.driving, rotor.driven = mesh.driving, mesh.driven
+    at_joint = own.hold_forward + own.hold_backward + own.slide_forward + own.slide_backward
+    at_motor = drag.hold_forward + drag.hold_backward + drag.slide_forward + drag.slide_backward
+    at_motor += abs(mesh.driving) + abs(mesh.driven)
+    link.active = 1 if at_joint > 0.0 else 0
+    if at_motor > 0.0:
+        rotor.active = 1
+    elif m != i:
+        rotor.active = 0
+    return at_joint + at_motor > 0.0
+
+
+@part
+def _mesh(run: Run, h: float, i: int, soft: float, torque: float) -> None:
+    """What the mesh of a rigid joint transmits, and how that changes with the speeds."""
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
+    coordinates[i].transmitted = coordinates[i].bias - coordinates[i].felt_bias - torque
+    for k in range(len(coordinates)):
+        pairs[i, k].transmitted = (pairs[i, k].mass - pairs[i, k].felt) / h
+    pairs[i, i].transmitted += soft
+
+
+@part
+def _spring(run: Run, h: float, theta: float, i: int, m: int, late: float) -> None:
+    """The spring of a flexible joint between its link i and its rotor m."""
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
+    spring = joints_of(run)[i].spring
+    slope = spring.damping + theta * h * spring.stiffness
+    torque, stiff = spring.torque - slope * late, theta * slope
+    coordinates[i].right += h * torque
+    coordinates[m].right -= h * torque
+    pairs[i, i].matrix += h * stiff
+    pairs[m, m].matrix += h * stiff
+    pairs[i, m].matrix -= h * stiff
+    pairs[m, i].matrix -= h * stiff
+    coordinates[m].transmitted = torque
+    for k in range(len(coordinates)):
+        pairs[m, k].transmitted = 0.0
+    pairs[m, m].transmitted = stiff
+    pairs[m, i].transmitted = -stiff
+
+
+@part
+def assemble(run: Run, h: float, theta: float) -> bool:
+    """The linear system of the step, and the bounds of friction.
+
+    Args:
+        h: Step [s]; 1 at an instant.
+
+    Returns:
+        Whether there is any dry friction.
+    """
+    coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
+    c, engine, dry = len(coordinates), engine_of(run), False
+    for i in range(c):
+        one = coordinates[i]
+        one.right = -h * coordinates[i].bias
+        one.relative = one.speed
+        for k in range(c):
+            pairs[i, k].matrix = pairs[i, k].mass
+    for i in range(len(joints)):
+        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
+        one, rotor = coordinates[i], coordinates[m]
+        flange = joint.shaft if coordinates[i].coupled else joint.load
+        soft = flange.damping + theta * h * flange.stiffness
+        torque = flange.torque + soft * (coordinates[i].guess - one.speed)
+        one.right += h * torque
+        one.surface = joint.load.surface_speed
+        one.relative -= one.surface
+        pairs[i, i].matrix += theta * h * soft
+        motor = (joint.motor.damping + theta * h * joint.motor.stiffness) * (ratio * ratio)
+        rotor.right += h * (ratio * joint.motor.torque + motor * (coordinates[m].guess - rotor.speed))
+        pairs[m, m].matrix += theta * h * motor
+        found = _bounds(run, i, m)
+        dry = dry or found
+        if m == i:
+            _mesh(run, h, i, theta * soft, torque)
+        else:
+            _spring(run, h, theta, i, m, rotor.trial - one.trial - (rotor.speed - one.speed))
+    if engine.coupled:
+        _add_coupled(run, h, theta)
+    if engine.uses_tip:
+        add_tip(run, h, theta)
+    engine.stiff = 0
+    for i in range(c):
+        if pairs[i, i].matrix > STIFF_FROM * pairs[i, i].mass:
+            engine.stiff = 1
+    return dry
+
+
+AGREED = 1e-12  # of a spring's torque that a solution may be off
+PATIENCE = 6  # solutions before chords help
+
+
+@part
+def ask_again(run: Run, t: float, h: float, theta: float) -> None:
+    """Ask springs and surroundings of the tip again, at the motion that the solution makes.
+
+    Args:
+        t: Middle of the step [s].
+        h: Step [s].
+    """
+    coordinates, joints = coordinates_of(run), joints_of(run)
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        one.trial = one.speed + theta * one.change
+    for i in range(len(joints)):
+        m = coordinates[i].motor
+        if m != i:
+            rotor, spring = coordinates[m], joints[i].spring
+            rate = rotor.trial - coordinates[i].trial
+            spring.wind_up, spring.speed = rotor.position + theta * h * rate, rate
+            spring.torque = spring.damping = spring.stiffness = 0.0
+    if engine_of(run).uses_tip:
+        try_tip(run, theta * h)
+        clear_tip(world_of(run).tip)
+    call_laws(run, AT.repeats, t, h)
+
+
+@part
+def _chord(rotor: Any, rate: float, torque: float, expected: float) -> float:
+    """Note a rate that was tried; the slope of the chord between one too slow and one too fast, or -1.
+
+    A spring's torque only grows with its rate, and its rate only falls with its torque: what answers more than expected
+    turns too fast, what answers less too slowly. Where Newton's method goes round in circles the chord stays between.
+
+    Reference: Dowell and Jarratt, A modified regula falsi method (Illinois), BIT 11 (1971) 168.
+    """
+    slow, fast = rotor.slow, rotor.fast
+    too_fast = torque > expected
+    if too_fast:
+        own, other = fast, slow
+    else:
+        own, other = slow, fast
+    again = abs(own.rate) < math.inf
+    own.rate, own.expected, own.off = rate, expected, torque - expected
+    if not slow.rate < fast.rate:  # other springs have moved on: what was tried before says nothing any more
+        other.rate = -math.inf if too_fast else math.inf
+    if not abs(other.rate) < math.inf:
+        return -1.0
+    if again:
+        other.off *= 0.5
+    return max((fast.expected + fast.off - slow.expected - slow.off) / (fast.rate - slow.rate), 0.0)
+
+
+@part
+def agrees(run: Run, h: float, theta: float, attempt: int) -> bool:
+    """Whether springs and surroundings of the tip answer what the solution expects of them.
+
+    Args:
+        h: Step [s].
+        attempt: How often the step has been solved again [-].
+    """
+    coordinates, joints, pairs = coordinates_of(run), joints_of(run), pairs_of(run)
+    good = True
+    for i in range(len(joints)):
+        m = coordinates[i].motor
+        if m == i:
+            continue
+        link, rotor, spring = coordinates[i], coordinates[m], joints[i].spring
+        expected = rotor.transmitted + pairs[m, m].transmitted * rotor.change + pairs[m, i].transmitted * link.change
+        slope = max(spring.damping + theta * h * spring.stiffness, pairs[m, m].transmitted / theta)
+        size = abs(rotor.trial) + abs(link.trial) + abs(spring.wind_up) / (theta * h)
+        if attempt == 0:
+            rotor.slow.rate, rotor.fast.rate = -math.inf, math.inf
+        off = abs(spring.torque - expected)
+        if off <= AGREED * (abs(spring.torque) + abs(expected)) + 2e-15 * slope * size:
+            continue
+        good = False
+        chord = _chord(rotor, spring.speed, spring.torque, expected)
+        if attempt >= PATIENCE and chord >= 0.0:
+            spring.damping, spring.stiffness = chord, 0.0
+    if engine_of(run).uses_tip:
+        good = tip_agrees(run, theta * h) and good
+        if attempt >= PATIENCE and attempt % 2:
+            calm_tip(run)
+    return good
+
+
+@part
+def show_energies(run: Run) -> None:
+    """Kinetic and potential energy at an instant."""
+    coordinates, pairs = coordinates_of(run), pairs_of(run)
+    c = len(coordinates)
+    kinetic, potential = 0.0, 0.0
+    for i in range(c):
+        for k in range(c):
+            kinetic += 0.5 * coordinates[i].speed * pairs[i, k].mass * coordinates[k].speed
+    if engine_of(run).arm:
+        # All that the first link carries has been gathered in its body; what the base carries stands in its own.
+        bodies, rotors = bodies_of(run), rotors_of(run)
+        upwards = vector(bodies[len(bodies) - 1].dv)
+        potential = dot(upwards, vector(bodies[0].first))
+        for r in range(len(rotors)):
+            if rotors[r].carrier < 0 and not rotors[r].balanced:
+                potential += dot(upwards, vector(bodies[world_of(run).joints + r].first))
+    else:
+        for i in range(c):
+            potential += coordinates[i].weight * math.sin(coordinates[i].place + coordinates[i].phase)
+    world_of(run).kinetic_energy, world_of(run).potential_energy = kinetic, potential
+
+
+@part
+def find_forces(run: Run, h: float, theta: float) -> None:
+    """Speeds of the true middle as the guess, and what follows from the solution.
+
+    Args:
+        h: Step [s]; 1 at an instant.
+    """
+    coordinates, pairs, joints = coordinates_of(run), pairs_of(run), joints_of(run)
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        coordinates[i].guess = one.speed + theta * one.change
+        one.friction = taken_by_friction(coordinates, pairs, i, h) if one.dry.active else 0.0
+    for i in range(len(joints)):
+        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
+        link, rotor = coordinates[i], coordinates[m]
+        load = rotor.transmitted
+        for k in range(len(coordinates)):
+            load += pairs[m, k].transmitted * coordinates[k].change
+        at_joint, at_motor = _split(link, rotor, m == i, load)
+        mesh = rotor.friction - at_motor
+        if m == i:
+            mesh -= at_joint
+            load += at_joint
+        joint.load.acceleration = link.change / h
+        if coordinates[i].coupled:
+            turned = 0.0
+            for k in range(len(joints)):
+                turned += turns_of(run)[i, k] * coordinates[k].change
+            joint.load.acceleration = turned / h
+        joint.motor.acceleration = ratio * rotor.change / h
+        joint.load.friction, joint.motor.friction = at_joint, at_motor / ratio
+        joint.mesh.torque, joint.mesh.loss, joint.mesh.power = load, mesh, mesh * coordinates[m].guess
+        joint.load.friction_power = at_joint * (coordinates[i].guess - link.surface)
+        joint.motor.friction_power = at_motor * coordinates[m].guess
+
+
+@part
+def _split(link: Any, rotor: Any, rigid: bool, load: float) -> tuple[float, float]:
+    """Friction of joint and of motor (both counted at the joint) from what they are together with the mesh.
+
+    Sliding, each is at its bound. Stuck, only the sum is known, and each takes a share as large as its bound.
+    """
+    dry = rotor.dry
+    mode = dry.mode
+    motor = _share(rotor, dry.motor, load) if mode == 0 else mode * slide(dry.motor, mode)
+    if not rigid:
+        return link.friction, motor
+    joint = _share(rotor, dry.joint, load) if mode == 0 else mode * slide(dry.joint, mode)
+    return joint, motor
+
+
+@part
+def _share(rotor: Any, which: Any, load: float) -> float:
+    """The share of stuck friction that one of its bounds takes."""
+    dry, forward = rotor.dry, rotor.friction > 0.0
+    mesh = max(dry.driving, dry.driven) * abs(load)
+    if forward:
+        own, bound = which.hold_forward, dry.joint.hold_forward + dry.motor.hold_forward + mesh
+    else:
+        own, bound = which.hold_backward, dry.joint.hold_backward + dry.motor.hold_backward + mesh
+    return rotor.friction * own / bound if bound > 0.0 else 0.0

@@ -1,0 +1,390 @@
+"""The equations of motion of a scene at an instant or in the middle of a step: mechanics, effects, one linear system.
+
+Speeds v change by w over a step h. Smooth forces are taken at the middle, and in their change linear: with D and K the
+dampings and stiffnesses that effects contribute, ``(M + theta h (D + theta h K)) w = h (F + (D + theta h K)(v' - v))``,
+F at the guessed middle (x + theta h v', v'). At an instant h = 1, theta = 0, and w is the acceleration.
+
+``motion`` (the change of speeds) and ``forces`` (what follows from it) are compiled once and called by address, so that
+every engine shares them. With h = 0 they are at an instant; ``theta`` of a step stands in the engine's record.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import carray, types
+
+from drivetrain.arrays import Array
+from drivetrain.jit import callback
+from drivetrain.simulation.core.assembly import agrees, ask_again, assemble, find_forces, show_coupled, show_energies
+from drivetrain.simulation.core.bodies import clear_tip, move_bodies, show_tip
+from drivetrain.simulation.core.friction import solve_friction
+from drivetrain.simulation.core.records import (
+    AT,
+    EQUATIONS,
+    PARTS,
+    Run,
+    call_equations,
+    call_law,
+    call_laws,
+    calls_of,
+    coordinates_of,
+    count_of,
+    engine_of,
+    joints_of,
+    memory_of,
+    pairs_of,
+    part,
+    parts_of,
+    states_of,
+    words_of,
+    world_of,
+)
+from drivetrain.simulation.plan.mechanics import PAYLOAD
+from drivetrain.solvers.compiled_function import evaluate
+
+MOST = 60  # solutions of a step, at most
+
+
+@part
+def guess_still(run: Run) -> None:
+    """Take the speeds of the states as those of the middle."""
+    coordinates = coordinates_of(run)
+    for i in range(len(coordinates)):
+        coordinates[i].guess = coordinates[i].speed
+
+
+@part
+def show_motion(run: Run, shift: float) -> None:
+    """Fill the connectors' motion from the states, moved on by ``shift`` at the guessed speeds.
+
+    Args:
+        shift: [s].
+    """
+    coordinates, joints = coordinates_of(run), joints_of(run)
+    for i in range(len(coordinates)):
+        coordinates[i].trial = coordinates[i].guess
+    for i in range(len(joints)):
+        m, ratio, joint = coordinates[i].motor, coordinates[i].ratio, joints[i]
+        speed = shaft = coordinates[i].guess
+        place, wind_up = coordinates[i].position + shift * speed, 0.0
+        coordinates[i].place = place
+        if m != i:
+            shaft = coordinates[m].guess
+            wind_up = coordinates[m].position + shift * (shaft - speed)
+            coordinates[m].place = place + wind_up
+            joint.spring.wind_up, joint.spring.speed = wind_up, shaft - speed
+        joint.load.position, joint.load.speed = place, speed
+        joint.motor.position, joint.motor.speed = ratio * (place + wind_up), ratio * shaft
+    if engine_of(run).coupled:
+        show_coupled(run)
+
+
+@part
+def show_states(run: Run, shift: float) -> None:
+    """Copy states of effects to the connectors of their names, moved on by ``shift`` at their last rates.
+
+    Args:
+        shift: [s].
+    """
+    numbers = memory_of(run)
+    states = states_of(run)
+    for k in range(len(states)):
+        state = states[k]
+        if state.shown >= 0:
+            numbers[state.shown] = numbers[state.value] + shift * state.last
+
+
+@part
+def _clear(flange: Any) -> None:
+    """Nothing acts on a flange yet."""
+    flange.torque = flange.damping = flange.stiffness = 0.0
+    flange.hold_forward = flange.hold_backward = flange.slide_forward = flange.slide_backward = 0.0
+
+
+@part
+def compute(run: Run, t: float, h: float) -> None:
+    """The laws of all effects, contributions from zero.
+
+    Args:
+        t: Instant or middle of the step [s].
+        h: Step, 0 at an instant [s].
+    """
+    joints = joints_of(run)
+    for i in range(len(joints)):
+        joint = joints[i]
+        spring, mesh, pin = joint.spring, joint.mesh, joint.pin
+        _clear(joint.load)
+        _clear(joint.motor)
+        _clear(joint.shaft)
+        joint.load.surface_speed = 0.0
+        spring.torque = spring.damping = spring.stiffness = 0.0
+        mesh.driving = mesh.driven = 0.0
+        pin.command = pin.damping = pin.stiffness = 0.0
+    clear_tip(world_of(run).tip)
+    call_laws(run, AT.computes, t, h)
+    call_laws(run, AT.repeats, t, h)
+
+
+@part
+def _start_modes(run: Run, h: float, any_dry: bool) -> None:
+    """The modes with which friction is tried first.
+
+    Over a step what moves slides, what rests does as it did. At an instant (h = 0) the mode of what moves is given, and
+    all are while they are held; what rests stays so or starts.
+    """
+    coordinates, held = coordinates_of(run), engine_of(run).held != 0
+    for i in range(len(coordinates)):
+        one = coordinates[i]
+        moves = one.relative != 0.0
+        if moves and not held:
+            one.dry.mode = 1 if one.relative > 0.0 else -1
+        if not any_dry or not one.dry.active:
+            one.dry.mode = 1
+        one.dry.given = 1 if h == 0.0 and (held or moves) else 0
+        if h == 0.0:
+            one.relative = 0.0
+
+
+@part
+def solve(run: Run, t: float, h: float, theta: float) -> int:
+    """The change of speeds over a step, forces at its middle; at an instant (h = 0, theta = 0) accelerations.
+
+    Springs and surroundings of the tip are asked again until they answer what the solution expects of them: Newton's
+    method, where nothing bends within the step the first look agrees. It ends after ``MOST`` solutions, which are
+    counted.
+
+    Args:
+        t: Beginning of the step [s].
+        h: Step [s].
+
+    Returns:
+        How many solutions it took; negative where there is none, as ``solve_friction`` has it.
+    """
+    span, middle, total = h if h > 0.0 else 1.0, t + theta * h, 0
+    if theta == 1.0:
+        # What jumps at the end of the step is not seen yet, however the sum was rounded.
+        middle = np.nextafter(np.nextafter(middle, t), t)
+    show_motion(run, theta * h)
+    call_equations(run, engine_of(run).bodies_law, middle, h)
+    show_states(run, theta * h)
+    compute(run, middle, h)
+    for attempt in range(MOST):
+        any_dry = assemble(run, span, theta)
+        if attempt == 0:
+            _start_modes(run, h, any_dry)
+        call_equations(run, engine_of(run).friction_law, middle, span)
+        done = engine_of(run).solved
+        if done < 0:
+            return done
+        total += done
+        if h == 0.0 or count_of(run, AT.repeats) == 0:
+            return total
+        ask_again(run, middle, h, theta)
+        if agrees(run, h, theta, attempt):
+            return total
+    engine_of(run).unsettled += 1
+    return total
+
+
+@part
+def _show_rates(run: Run) -> None:
+    """Rates of the coordinates at an instant."""
+    coordinates = coordinates_of(run)
+    for i in range(len(coordinates)):
+        coordinates[i].position_rate, coordinates[i].speed_rate = coordinates[i].speed, coordinates[i].change
+    for i in range(world_of(run).joints):
+        m = coordinates[i].motor
+        if m != i:
+            coordinates[m].position_rate = coordinates[m].speed - coordinates[i].speed
+
+
+def _bodies(t: Any, h: Any, run: Any) -> None:
+    move_bodies(run, t)
+    if engine_of(run).arm and engine_of(run).uses_tip:
+        show_tip(run)
+
+
+def _friction(t: Any, h: Any, run: Any) -> None:
+    engine_of(run).solved = solve_friction(coordinates_of(run), pairs_of(run), h)
+
+
+def _motion(t: Any, h: Any, run: Any) -> None:
+    if h == 0.0:
+        guess_still(run)
+    engine_of(run).solved = solve(run, t, h, engine_of(run).theta if h > 0.0 else 0.0)
+    if h == 0.0:
+        _show_rates(run)
+
+
+def _forces(t: Any, h: Any, run: Any) -> None:
+    theta = engine_of(run).theta if h > 0.0 else 0.0
+    find_forces(run, h if h > 0.0 else 1.0, theta)
+    show_motion(run, theta * h)
+    if h == 0.0:
+        show_energies(run)
+
+
+@lru_cache(maxsize=1)
+def bodies() -> Any:
+    """Mass matrix and bias, compiled likewise; apart, since what is compiled in one piece is optimised in each."""
+    return callback(EQUATIONS, _bodies)
+
+
+@lru_cache(maxsize=1)
+def friction() -> Any:
+    """The linear system with friction solved, compiled likewise."""
+    return callback(EQUATIONS, _friction)
+
+
+@lru_cache(maxsize=1)
+def motion() -> Any:
+    """The change of speeds, compiled at the first call (some seconds) or taken from the disk cache."""
+    return callback(EQUATIONS, _motion)
+
+
+@lru_cache(maxsize=1)
+def forces() -> Any:
+    """Forces and motion at the true middle, compiled likewise."""
+    return callback(EQUATIONS, _forces)
+
+
+_DOUBLES = types.CPointer(types.float64)
+# As solvers call it: their words are the addresses of a run's sections, their numbers are none.
+RIGHT_SIDE = types.void(types.float64, _DOUBLES, _DOUBLES, _DOUBLES, PARTS)
+NO_NUMBERS = np.zeros(1)
+
+
+@part
+def put_states(run: Run, x: Any) -> None:
+    """Put the states that follow rates among the numbers."""
+    states, memory = states_of(run), memory_of(run)
+    for k in range(engine_of(run).moving):
+        memory[states[k].value] = x[k]
+
+
+@part
+def clear_rates(run: Run) -> None:
+    """No rate is known yet."""
+    states, memory = states_of(run), memory_of(run)
+    for k in range(len(states)):
+        if states[k].rate >= 0:
+            memory[states[k].rate] = 0.0
+
+
+@part
+def solve_at(run: Run, t: float) -> None:
+    """The equations at an instant, with the states as they are."""
+    clear_rates(run)
+    call_equations(run, engine_of(run).motion, t, 0.0)
+
+
+@part
+def account_at(run: Run, t: float) -> None:
+    """Forces, and what effects put out, at an instant at which the equations are solved."""
+    call_equations(run, engine_of(run).forces, t, 0.0)
+    call_laws(run, AT.accounts, t, 0.0)
+
+
+@part
+def _energy_at(run: Run, t: float) -> float:
+    """Kinetic and potential energy at an instant, with the states as they are."""
+    guess_still(run)
+    show_motion(run, 0.0)
+    call_equations(run, engine_of(run).bodies_law, t, 0.0)
+    show_energies(run)
+    return world_of(run).kinetic_energy + world_of(run).potential_energy
+
+
+@part
+def pass_payloads(run: Run, t: float) -> None:
+    """Payloads that come or go at an instant bring or take their energy."""
+    payloads = carray(run[AT.payloads], count_of(run, AT.payloads), PAYLOAD)
+    for k in range(1, len(payloads)):
+        instant = payloads[k].time
+        if 0.0 < instant and abs(instant - t) <= 1e-9 * max(1.0, t):
+            world_of(run).payload_energy -= _energy_at(run, np.nextafter(instant, -math.inf))
+            world_of(run).payload_energy += _energy_at(run, max(t, instant))
+
+
+@part
+def rates_at(run: Run, t: float) -> None:
+    """All rates at an instant, with the states as they are."""
+    solve_at(run, t)
+    if engine_of(run).late:
+        account_at(run, t)
+    engine_of(run).rates_calls += 1
+
+
+@part
+def take_samples(run: Run, t: float, early: float, share: float) -> None:
+    """Samples that are due; all laws are computed before the first.
+
+    Args:
+        early, share: How much too early a sample is taken all the same [s], and in periods.
+    """
+    samples, fresh = calls_of(run, AT.samples), False
+    for k in range(len(samples)):
+        sample = samples[k]
+        if t < sample.period * sample.taken - early - share * sample.period:
+            continue
+        if not fresh:
+            guess_still(run)
+            show_motion(run, 0.0)
+            show_states(run, 0.0)
+            compute(run, t, 0.0)
+            fresh = True
+        call_law(run, sample, t, 0.0)
+        sample.taken += 1
+
+
+@part
+def put_row(run: Run, t: float, row: Any) -> None:
+    """What is recorded of an instant that is accounted for."""
+    memory, columns = memory_of(run), words_of(run, AT.columns)
+    row[0] = t
+    for k in range(len(columns)):
+        row[1 + k] = memory[columns[k]]
+
+
+def _rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    put_states(run, x)
+    rates_at(run, t)
+    states, memory = states_of(run), memory_of(run)
+    for k in range(engine_of(run).moving):
+        result[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan
+
+
+def _signals(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
+    solve_at(run, t)
+    account_at(run, t)
+
+
+@lru_cache(maxsize=1)
+def rates() -> Any:
+    """The right-hand side (t, x, result, numbers, run), compiled at the first call or taken from the disk cache.
+
+    Rates that have no answer are NaN.
+    """
+    return callback(RIGHT_SIDE, _rates)
+
+
+@lru_cache(maxsize=1)
+def signals() -> Any:
+    """Everything at an instant with the states as they are among the numbers, compiled likewise."""
+    return callback(RIGHT_SIDE, _signals)
+
+
+def evaluate_rates(numbers: Array, states: Array, t: float = 0.0) -> Array:
+    """Rates of the states that follow them, in a run's numbers."""
+    found = np.zeros(len(states))
+    evaluate(rates().address, t, states, found, NO_NUMBERS, parts_of(numbers))
+    return found
+
+
+def evaluate_signals(numbers: Array, t: float = 0.0) -> None:
+    """Everything at an instant, with the states that are among a run's numbers."""
+    evaluate(signals().address, t, np.zeros(1), np.zeros(1), NO_NUMBERS, parts_of(numbers))

@@ -1,0 +1,1 @@
+"""The engines: inverse, fixed step, adaptive step; and where a run begins."""

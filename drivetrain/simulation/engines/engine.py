@@ -1,0 +1,76 @@
+"""The engines of forward simulation, as descriptions: what is wanted of each, and what it gives back to be recorded."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from drivetrain.arrays import Array
+from drivetrain.errors import Fault, InputError
+from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.recording import Event, Series
+
+Progress = Callable[[float], bool | None]  # told the share done [-]; False stops the run
+
+
+@dataclass(frozen=True, eq=False)
+class RunOptions:
+    """What is wanted of a run.
+
+    Attributes:
+        interval: Between two recorded instants [s].
+        progress: Told how far the run has come; None: nobody.
+        resume: What an earlier run kept, by name; None: from the start.
+        start: States at the start that are given, by name [their own units]; all others are in equilibrium.
+    """
+
+    interval: float
+    progress: Progress | None = None
+    resume: dict[str, Any] | None = None
+    start: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What an engine gives back.
+
+    Attributes:
+        rows: Time, states, signals, energies at the wanted instants, (N, 1 + states + signals + powers).
+        counters: What it cost, by name [-].
+        events: What happened.
+        stopped_by: What ended the run before its time; None when nothing did.
+        kept: What the run must keep to go on later, by name.
+        series: What is to be recorded instead of rows, by name; empty: the rows.
+        times: Instants of those series [s].
+    """
+
+    rows: Array
+    counters: dict[str, int]
+    events: tuple[Event, ...] = ()
+    stopped_by: Event | None = None
+    kept: dict[str, Any] = field(default_factory=dict)
+    series: dict[str, Series] = field(default_factory=dict)
+    times: Array | None = None
+
+
+class Engine(ABC):
+    """A way to run a plan."""
+
+    @property
+    def tolerance(self) -> float:
+        """Relative, that is wanted of it [-]; 0: it has none."""
+        return 0.0
+
+    def finer(self) -> Engine:
+        """The same at half the step or a tenth of the tolerance.
+
+        Raises:
+            InputError: It has neither.
+        """
+        raise InputError(Fault("verify", "needs an engine with a step or a tolerance", type(self).__name__))
+
+    @abstractmethod
+    def run(self, plan: Plan, options: RunOptions) -> Outcome:
+        """Run a plan."""

@@ -1,0 +1,199 @@
+"""Where a run begins: in equilibrium, so that nothing moves that is not commanded to.
+
+A spring is twisted by what it carries, currents flow that hold the load, and so does what an integrator asks for or,
+without one, the loop for a motor that stays behind its command. Dry friction holds nothing, a mesh loses nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from drivetrain.arrays import Array, checked_array
+from drivetrain.drive.motor import Motor, torque_constant
+from drivetrain.effects import signals as s
+from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.simulation.core import equations
+from drivetrain.simulation.plan.plan import Plan
+from drivetrain.simulation.recording import Event
+
+PASSES = 6  # states that depend on states that depend on states
+NEGLIGIBLE = 1e-6  # of a current
+
+
+def started(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
+    """The numbers of a run at its start.
+
+    Args:
+        given: States that are not to be in equilibrium, by name [their own units].
+
+    Raises:
+        InputError: A given state that the scene does not have, or that is no number.
+    """
+    memory = plan.memory
+    numbers = memory.numbers.copy()
+    at, states = memory.view(numbers, "coordinates"), memory.view(numbers, "states")
+    held, known = _held(plan), _Known(memory.places, numbers)
+    _put_motion(plan, at, *_commanded(plan))
+    equations.evaluate_signals(numbers)
+    for joint in held:  # where the command is, with empty integrators, no loop asks for anything
+        known.told[f"{joint}.{s.FED_CURRENT}"] = known.get(f"{joint}.{s.CURRENT_COMMAND.name}", 0.0)
+    position, speed = _motion(plan)
+    _put_motion(plan, at, position, speed)
+    for i in plan.body.springs:
+        at["speed"][plan.body.motors[i]] = speed[i]
+    begun = [(one, [memory.states[name] for name in one.states]) for one in plan.instances if one.states]
+    bent = {i: shape.deflection for i, shape in plan.body.springs.items() if shape.deflection is not None}
+    for _ in range(PASSES if begun or bent or held else 0):
+        before = np.append(numbers[states["value"]], at["position"])
+        equations.evaluate_signals(numbers)
+        for i, deflection in bent.items():
+            at["position"][plan.body.motors[i]] = deflection(_load(known, plan.scene.joints[i]))
+        for joint, motor in held.items():
+            known.told[f"{joint}.{s.HOLDING_CURRENT}"] = _holding(known, plan, joint, motor)
+        for one, places in begun:
+            numbers[states["value"][places]] = one.effect.start(one.place, known)
+        if plan.scene.position is None:
+            _put_motion(plan, at, position - _behind(plan, known, at), speed)
+        if np.array_equal(np.append(numbers[states["value"]], at["position"]), before):
+            break
+    _put_given(plan, numbers, given or {})
+    # Who slid while states did not fit yet would else go on sliding at no speed.
+    at["dry"]["mode"] = 0
+    found = equations.evaluate_rates(numbers, numbers[states["value"][: memory.moving]])
+    rate = found[plan.body.c : 2 * plan.body.c]
+    at["last"] = np.where(np.isfinite(rate), rate, 0.0)
+    return numbers
+
+
+def _put_motion(plan: Plan, at: Any, position: Array, speed: Array) -> None:
+    n = plan.body.n
+    at["position"][:n], at["speed"][:n] = plan.body.coordinates_of(position), plan.body.coordinates_of(speed)
+
+
+def _put_given(plan: Plan, numbers: Array, given: Mapping[str, float]) -> None:
+    """Given states, in place of those in equilibrium."""
+    unknown = [name for name in given if name not in plan.memory.states]
+    if unknown:
+        faults = [Fault("start", f"the scene has no state {name}", None, nearest(name, list(plan.memory.states)))
+                  for name in unknown]  # fmt: skip
+        raise InputError(faults)
+    states = plan.memory.view(numbers, "states")
+    for name, value in given.items():
+        numbers[states["value"][plan.memory.states[name]]] = checked_array(value, (), f"start[{name!r}]")
+
+
+class _Known(Mapping[str, float]):
+    """Signals by name, looked up one by one: of hundreds an effect asks for three. And what only a start tells."""
+
+    def __init__(self, places: Mapping[str, int], values: Array) -> None:
+        self._places, self._values = places, values
+        self.told: dict[str, float] = {}
+
+    def __getitem__(self, name: str) -> float:
+        return self.told[name] if name in self.told else float(self._values[self._places[name]])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*self._places, *self.told))
+
+    def __len__(self) -> int:
+        return len(self._places) + len(self.told)
+
+
+def _commanded(plan: Plan) -> tuple[Array, Array]:
+    """Positions and speeds where a command begins; zero without one."""
+    position, speed = np.zeros(plan.body.n), np.zeros(plan.body.n)
+    for one in plan.instances:
+        begin = getattr(one.effect, "begins_at", None)
+        if begin is not None:
+            joints, where, fast = begin(one.place)
+            position[joints], speed[joints] = where, fast
+    return position, speed
+
+
+def _motion(plan: Plan) -> tuple[Array, Array]:
+    """Positions and speeds at the start: the scene's own, else where a command begins."""
+    scene, n = plan.scene, plan.body.n
+    position, speed = _commanded(plan)
+    if scene.position is not None:
+        position = np.asarray(scene.position)
+        speed = np.zeros(n)
+    if scene.speed is not None:
+        speed = np.asarray(scene.speed)
+    return position, speed
+
+
+def _held(plan: Plan) -> dict[str, Motor]:
+    """Motors of joints that a current can hold; where motors are coupled each load is the matter of several."""
+    found = {}
+    for one in plan.instances:
+        sheet = getattr(one.effect, "motor", None)
+        if isinstance(sheet, Motor) and one.place.joint >= 0 and not one.place.coupled:
+            found[one.place.name] = sheet
+    return found
+
+
+def _load(known: Mapping[str, float], joint: str) -> float:
+    """What the joint must be given to stay as fast as it is [N m or N]."""
+    return known.get(f"{joint}.{s.BIAS_TORQUE.name}", 0.0) - known.get(f"{joint}.{s.JOINT_TORQUE.name}", 0.0)
+
+
+def _holding(known: Mapping[str, float], plan: Plan, joint: str, motor: Motor) -> float:
+    """The current that gives it, beside what other torques at the motor's shaft do [A]."""
+    housing = known.get(f"{joint}.{s.HOUSING_TEMPERATURE.name}", 0.0)
+    warmed = f"{joint}.{s.HOUSING_TEMPERATURE.name}" in plan.signals.givers
+    constant = float(torque_constant(motor, housing if warmed else motor.reference_temperature))
+    flows = known.get(f"{joint}.{s.CURRENT.name}", 0.0)
+    others = known.get(f"{joint}.{s.MOTOR_TORQUE.name}", 0.0) - constant * flows
+    return (_load(known, joint) / plan.body.ratios[plan.scene.joints.index(joint)] - others) / constant
+
+
+def _behind(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
+    """How far links stay behind their command: the twist of their springs, and what loops without integrators need."""
+    behind = np.zeros(plan.body.n)
+    for i in plan.body.springs:
+        behind[i] = at["position"][plan.body.motors[i]] if _looped(plan, i) else 0.0
+    for one in plan.instances:
+        sag = getattr(one.effect, "sag", None)
+        if sag is not None and one.place.joint >= 0 and not one.place.coupled:
+            behind[one.place.joint] += sag(one.place, known) / one.place.ratio
+    return behind
+
+
+def _looped(plan: Plan, joint: int) -> bool:
+    """Whether a loop keeps the motor, not the link, where it is commanded."""
+    return any(one.place.joint == joint and hasattr(one.effect, "sag") for one in plan.instances)
+
+
+def start_words(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]) -> str:
+    """How a run began, for its reader.
+
+    Args:
+        row: Signals at the start, by name.
+        given: States that were given.
+    """
+    currents = [(joint, row.get(f"{joint}.{s.CURRENT.name}", 0.0)) for joint in plan.scene.joints]
+    holds = ", ".join(f"{joint} {value:.3g} A" for joint, value in currents if abs(value) > 0.0)
+    told = "equilibrium" + (f", held by {holds}" if holds else "")
+    return told + (f"; given: {', '.join(given)}" if given else "")
+
+
+def sinking(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
+    """Joints that give way to their load at the start though nothing is commanded: less current flows than holds it.
+
+    Args:
+        row: Signals at the start, by name.
+    """
+    events = []
+    for joint, motor in _held(plan).items():
+        if f"{joint}.{s.COMMAND_SPEED.name}" not in row:
+            continue
+        moved = row[f"{joint}.{s.COMMAND_SPEED.name}"] or row[f"{joint}.{s.COMMAND_ACCELERATION.name}"]
+        asked, flows = _holding(row, plan, joint, motor), row.get(f"{joint}.{s.CURRENT.name}", 0.0)
+        gives_way = row[f"{joint}.{s.ACCELERATION.name}"] * _load(row, joint) < 0.0
+        if not moved and gives_way and abs(asked) > (1.0 + NEGLIGIBLE) * abs(flows):
+            detail = f"{joint} gives way though nothing is commanded: {asked:.3g} A would hold it, {flows:.3g} A flow"
+            events.append(Event(0.0, "start", detail))
+    return tuple(events)

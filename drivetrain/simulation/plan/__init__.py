@@ -1,0 +1,1 @@
+"""From a scene to a plan: mechanics, who needs whom, the memory of a run."""

@@ -1,0 +1,334 @@
+"""The joints of a study: drives or candidates, mounting, friction and amplifier, one a joint of the arm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.coupling import coupled_groups
+from drivetrain.catalog.read import Catalog, FramelessRule, fits
+from drivetrain.drive.amplifier import Amplifier, best_of, limits_of, to_dc
+from drivetrain.drive.brake import Brake
+from drivetrain.drive.friction import FRICTIONLESS, Friction
+from drivetrain.drive.motor import Motor
+from drivetrain.errors import nearest
+from drivetrain.study.document import Place
+from drivetrain.study.faults import Ledger
+from drivetrain.study.form import Form, given, made, over
+from drivetrain.study.model import ContainedDrive, DriveMass, FreeRatio, JointTask, Mount, Stop
+from drivetrain.study.parts.candidates import Pair, candidate_pairs, known_pair, with_brakes
+from drivetrain.study.parts.rules import CandidatesForm
+from drivetrain.study.schema import DEFAULT, AmplifierForm, FreeRatioForm, JointForm, StudyForm
+
+Found = tuple[tuple[tuple[str, str], ...], tuple[str, ...]]  # pairs, and what was excluded in words
+_AMPLIFIER_NEEDS = ("continuous_current", "peak_current", "min_voltage", "max_voltage")  # to be chosen unnamed
+_BRAKE_NEEDS = ("static_torque", "inertia", "power")  # without which no check of its drive can be made
+_CONTAINED = "write contained: {mass: 0 kg} where the links hold no drive"
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What a joint is resolved against.
+
+    Attributes:
+        form: The study file.
+        arm: None without one.
+        catalog: The rows.
+        ledger: Takes faults and notes.
+        found: Rules that were applied before, with the pairs they leave.
+        braked: Motors with a brake, by key: those that joints may be driven by.
+    """
+
+    form: StudyForm
+    arm: Arm | None
+    catalog: Catalog
+    ledger: Ledger
+    found: list[tuple[CandidatesForm, Found]] = field(default_factory=list)
+    braked: dict[str, Motor] = field(default_factory=dict)
+
+
+def resolve_joints(around: Surroundings, names: Sequence[str]) -> tuple[JointTask, ...]:
+    """Every joint's task."""
+    forms, ledger = around.form.joints, around.ledger
+    for name in forms:
+        if names and name not in (*names, DEFAULT):
+            ledger.fault(("joints", name), "is no joint", hint=nearest(name, [*names, DEFAULT]))
+    tasks = []
+    for index, name in enumerate(names):
+        form = merged_joint(forms.get(name), forms.get(DEFAULT))
+        place: Place = ("joints", name if name in forms else DEFAULT)
+        if form is None:
+            hint = "or give a joints.default for all of them"
+            ledger.fault(("joints", name), "is missing: say what may drive this joint", hint=hint)
+            continue
+        tasks.append(_task(around, name, index, form, place))
+    return tuple(tasks)
+
+
+def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm | None:
+    """What holds for a joint: its own entry over the default one; None when there is neither.
+
+    An own drive is not joined by the default's candidates, nor own candidates by the default's drive.
+    """
+    if own is None or default is None:
+        return own if default is None else default
+    merged = over(own, default)
+    if given(own, "drive") and not given(own, "candidates"):
+        return merged.model_copy(update={"candidates": None})
+    if given(own, "candidates") and not given(own, "drive"):
+        return merged.model_copy(update={"drive": None})
+    return merged
+
+
+def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledger, place: Place) -> Amplifier:
+    """An amplifier with its limits in DC-equivalent ampere, each converted by the basis that stands beside it."""
+    study = _limits(default, default.current_basis, ledger, ("amplifier",))
+    own = _limits(form, form.current_basis or default.current_basis, ledger, (*place, "amplifier"))
+    return Amplifier(**{**study, **own})
+
+
+def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Amplifier, ...]:
+    """The amplifier whose limits are stated, or rows of the catalogue: by price, by mass, the weakest first."""
+    stated, rows, ledger = form.amplifier, around.catalog.amplifiers, around.ledger
+    place = (*place, "amplifier")
+    if isinstance(stated, AmplifierForm) or stated is False:
+        own = stated if isinstance(stated, AmplifierForm) else AmplifierForm()
+        return (resolve_amplifier(own, around.form.amplifier, ledger, place[:-1]),)
+    spoiled = ledger.spoiled(("catalogs",))
+    for key in stated if isinstance(stated, tuple) and not spoiled else ():
+        if key not in rows:
+            ledger.fault(place, "no amplifier has this key", key, nearest(key, rows))
+    whole = [row for row in rows.values() if None not in (getattr(row, name) for name in _AMPLIFIER_NEEDS)]
+    found = [rows[key] for key in stated if key in rows] if isinstance(stated, tuple) else whole
+    if not found and stated is True and not spoiled:
+        ledger.fault(place, f"no amplifier of the catalogue has {', '.join(_AMPLIFIER_NEEDS)}")
+    if len(found) > 1 and around.form.selection.holds is not None:
+        ledger.fault(place, "must be one where selection.holds is asked for", [row.key for row in found])
+    found.sort(
+        key=lambda row: [
+            math.inf if value is None else value for value in (row.price, row.mass, row.continuous_current)
+        ]
+    )
+    return tuple(map(limits_of, found)) or (Amplifier(),)
+
+
+def _limits(form: AmplifierForm, basis: str | None, ledger: Ledger, place: Place) -> dict[str, Any]:
+    """What an entry states, currents in DC-equivalent ampere."""
+    plain = (
+        "modulation", "standby_power", "on_resistance", "peak_time", "thermal_time_constant", "min_voltage",
+        "max_voltage",
+    )  # fmt: skip
+    found: dict[str, Any] = {name: value for name in plain if (value := getattr(form, name)) is not None}
+    if basis is not None:
+        found["current_basis"] = str(basis)
+    for name in ("peak_current", "continuous_current"):
+        current = getattr(form, name)
+        if current is not None and basis is None:
+            problem = "needs current_basis beside it: dc, rms or peak; they differ by up to 41 %, so it is not guessed"
+            ledger.fault((*place, name), problem)
+        elif current is not None and basis is not None:
+            found[name] = to_dc(current, basis)
+    return found
+
+
+def resolve_stop(around: Surroundings, form: JointForm, place: Place) -> Stop:
+    """The stop of a joint: its own words over those of the study, the current by the basis beside the amplifier's."""
+    own, study = form.stop, around.form.stop
+    both = study if own is None else over(own, study) if isinstance(study, Form) else own
+    stop: Stop = made(both)
+    if stop.current is None:
+        return stop
+    stated = [one for one in (form.amplifier, around.form.amplifier) if isinstance(one, AmplifierForm)]
+    basis = next((one.current_basis for one in stated if one.current_basis is not None), None)
+    if basis is None:
+        problem = "needs amplifier.current_basis: dc, rms or peak; they differ by up to 41 %, so it is not guessed"
+        where = (*place, "stop") if own is not None and given(own, "current") else ("stop",)
+        hint = "beside amplifiers of the catalogue: amplifier: {current_basis: rms} at the top of the study"
+        around.ledger.fault((*where, "current"), problem, hint=hint)
+        return stop
+    return replace(stop, current=to_dc(stop.current, basis))
+
+
+def _task(around: Surroundings, name: str, index: int, form: JointForm, place: Place) -> JointTask:
+    ledger = around.ledger
+    drive = _drive(around, name, form, place)
+    pairs: tuple[tuple[str, str], ...] = ()
+    passed_over: tuple[str, ...] = ()
+    if form.candidates is not None:
+        pairs, passed_over = _candidates(around, form.candidates, (*place, "candidates"))
+    elif form.drive is None and (form.free_ratio is None or form.free_ratio.motor is None):
+        ledger.fault(
+            place, "has neither a drive nor candidates", hint="drive: {motor: ..., gear: ...} or candidates: ..."
+        )
+    friction: Friction = FRICTIONLESS
+    motor_friction: Friction | None = None
+    with ledger.gather((*place, "friction")):
+        friction = made(form.friction)
+    with ledger.gather((*place, "motor_friction")):
+        motor_friction = made(form.motor_friction)
+    amplifiers = _amplifiers(around, form, place)
+    brakes, told = _brakes(around, form, (*place, "brake"))
+    if brakes:
+        given = () if drive is None else _with_brakes(around, (drive,), brakes)
+        left_open = len(given) > 1  # one motor and gear, and the choice of its brake
+        pairs = given if left_open else _with_brakes(around, pairs, brakes)
+        drive, passed_over = None if left_open or not given else given[0], (*passed_over, *told)
+    return JointTask(
+        name=name,
+        drive=drive,
+        pairs=pairs,
+        passed_over=passed_over,
+        mount=_mount(around, index, form.mount, (*place, "mount")),
+        contained=_contained(around, index, form, place),
+        friction=friction,
+        motor_friction=motor_friction,
+        amplifier=amplifiers[0] if len(amplifiers) == 1 else best_of(amplifiers),
+        amplifiers=amplifiers if len(amplifiers) > 1 else (),
+        travel_per_turn=_travel(around, index, form, place),
+        housing_to_ambient=form.housing_to_ambient,
+        output_bearing=form.output_bearing,
+        stop=resolve_stop(around, form, place),
+        gear_heat=around.form.gear_heat if form.gear_heat is None else form.gear_heat,
+        coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
+        rules=form.candidates,
+        free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),
+        load_inertia=_load_inertia(around, form, place),
+        brakes=brakes,
+    )
+
+
+def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[Brake, ...], tuple[str, ...]]:
+    """The brakes that may hold a joint, and in words how many of the catalogue were excluded."""
+    rows, ledger = around.catalog.brakes, around.ledger
+    found: list[Brake] = []
+    keys = form.brake if isinstance(form.brake, tuple) else tuple(rows) if form.brake else ()
+    chosen = form.brake is True
+    for key in keys:
+        brake = rows.get(key)
+        if brake is None:
+            if not ledger.spoiled(("catalogs",)) and not ledger.spoiled(("brakes",)):
+                ledger.fault(place, "no brake has this key", key, nearest(key, rows))
+            continue
+        lacks = [name for name in _BRAKE_NEEDS if getattr(brake, name) is None]
+        if brake.torque_side == "motor" and not lacks:
+            found.append(brake)
+        elif not chosen and lacks:
+            ledger.fault(place, f"this brake's row lacks {', '.join(lacks)}", key, "give it a row under `brakes`")
+        elif not chosen:
+            ledger.fault(place, "acts at the output: only brakes at the motor's shaft are checked", key)
+    if chosen and not found and not ledger.spoiled(("catalogs",)):
+        ledger.fault(place, f"no brake of the catalogue acts at the motor and has {', '.join(_BRAKE_NEEDS)}")
+    told = (
+        f"brakes: {len(found)} of {len(keys)} considered, the others lack {', '.join(_BRAKE_NEEDS).replace('_', ' ')}"
+    )
+    return tuple(found), (told,) if chosen else ()
+
+
+def _with_brakes(around: Surroundings, pairs: Sequence[Pair], brakes: Sequence[Brake]) -> tuple[Pair, ...]:
+    """Every pair with every brake beside its motor."""
+    found, motors = with_brakes(around.catalog, pairs, brakes)
+    around.braked.update(motors)
+    return found
+
+
+def _candidates(around: Surroundings, form: CandidatesForm, place: Place) -> Found:
+    """The pairs that may be chosen; joints with the same rules share one list."""
+    for rules, found in around.found:
+        if rules == form:
+            return found
+    before = len(around.ledger.faults)
+    pairs: tuple[tuple[str, str], ...] = ()
+    words: tuple[str, ...] = ()
+    with around.ledger.gather(place):
+        pairs, words = candidate_pairs(form, around.catalog, around.ledger, place)
+    if len(around.ledger.faults) == before:
+        around.found.append((form, (pairs, words)))
+    return pairs, words
+
+
+def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tuple[str, str] | None:
+    """The keys of a given drive; a pair that nobody publishes is allowed with a note."""
+    if form.drive is None:
+        return None
+    pair = known_pair(form.drive, around.catalog, around.ledger, (*place, "drive"))
+    if pair is None or not pair[1]:
+        return pair
+    motor, gear = pair
+    published = gear in around.catalog.pairs.get(motor, ())
+    own = motor in around.form.motors or gear in around.form.gears
+    if (
+        not published
+        and not own
+        and not fits(around.catalog.motors[motor], around.catalog.gears[gear], FramelessRule())
+    ):
+        around.ledger.note([f"{name}: {motor} with {gear} is not published as fitting; check flange, shaft and size."])
+    return pair
+
+
+def _mount(around: Surroundings, index: int, form: Mount, place: Place) -> Mount:
+    """Where a drive sits; with its group, that is on the link before the first joint of it."""
+    if form.carrier != "group":
+        return Mount(form.carrier, form.offset)
+    group = () if around.arm is None else _group(around.arm, index)
+    if around.arm is not None and not group:
+        ledger, hint = around.ledger, "parent: the link before the joint"
+        ledger.fault((*place, "carrier"), "goes with a joint that `coupling` names", form.carrier, hint)
+    return Mount("parent", form.offset, group[0] if group else None)
+
+
+def _group(arm: Arm, index: int) -> tuple[int, ...]:
+    """The joints that a joint's motor drives together with others; empty when it drives one alone."""
+    return next((group for group in coupled_groups(arm) if index in group), ())
+
+
+def _contained(around: Surroundings, index: int, form: JointForm, place: Place) -> ContainedDrive | None:
+    """What the links hold; asked for with `replaced`, out of place without."""
+    replaced = around.form.drive_mass == DriveMass.REPLACED
+    if form.contained is None:
+        if replaced:
+            problem = "is missing: drive_mass replaced must know what the links hold at this joint"
+            around.ledger.fault((*place, "contained"), problem, hint=_CONTAINED)
+        return None
+    if not replaced and around.form.drive_mass is not None:
+        problem = f"goes with drive_mass: replaced, but the study says {around.form.drive_mass}"
+        around.ledger.fault((*place, "contained"), problem)
+    mount = _mount(around, index, form.contained.mount, (*place, "contained", "mount"))
+    return ContainedDrive(form.contained.mass, mount)
+
+
+def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float | None:
+    """What a joint without an arm turns; an arm knows it better."""
+    if form.load_inertia is not None and around.arm is not None:
+        around.ledger.fault((*place, "load_inertia"), "goes with studies without an arm: the arm says what it moves")
+    return form.load_inertia
+
+
+def _travel(around: Surroundings, index: int, form: JointForm, place: Place) -> float | None:
+    """Travel a radian of a prismatic joint: needed there, out of place elsewhere."""
+    slides = around.arm is not None and not around.arm.screws[index, :3].any()
+    travel = form.travel_per_turn
+    if slides and not travel:
+        around.ledger.fault((*place, "travel_per_turn"), "a prismatic joint needs it, not 0", hint="such as 10 mm/rev")
+    if travel is not None and not slides and place[1] != DEFAULT:
+        around.ledger.fault((*place, "travel_per_turn"), "goes with a prismatic joint of an arm only")
+    return travel if slides else None
+
+
+def resolve_free_ratio(form: FreeRatioForm | None, catalog: Catalog, ledger: Ledger, place: Place) -> FreeRatio | None:
+    """The range of ratios of a joint, and of which gears; None where nothing is written, or with a fault."""
+    if form is None:
+        return None
+    low, high = form.ratio
+    if low is None or high is None or not 0.0 < low < high:
+        ledger.fault((*place, "ratio"), "needs a smaller and a larger positive ratio, such as [30, 160]")
+        return None
+    known = {row.series for row in catalog.gears.values() if row.series}
+    if form.series is not None and form.series not in known and not ledger.spoiled(("catalogs",)):
+        hint = nearest(form.series, known)
+        ledger.fault((*place, "series"), "no gear of the catalogue has this series", form.series, hint)
+    if form.motor is not None and form.motor not in catalog.motors and not ledger.spoiled(("catalogs",)):
+        ledger.fault((*place, "motor"), "no motor has this key", form.motor, nearest(form.motor, catalog.motors))
+    return FreeRatio(low, high, form.series, form.motor)
